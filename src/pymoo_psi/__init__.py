@@ -1,0 +1,79 @@
+"""Parameter Space Investigation and decision-making on Pareto sets, for pymoo.
+
+Problems
+    :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
+Sampling
+    :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
+Algorithms
+    :class:`PSI` with its :class:`TestTable`; :func:`nsga3`.
+Decision-making
+    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`;
+    :class:`SalukvadzeOptimum`, :class:`EfficientSubset`.
+Errors
+    :class:`PsiError`.
+
+Every name is imported at its first use, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pymoo_psi import chute
+    from pymoo_psi.algorithms import PSI, nsga3
+    from pymoo_psi.errors import PsiError
+    from pymoo_psi.investigation import TestTable
+    from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+    from pymoo_psi.problems import SphereChute, VectorizedSphereChute
+    from pymoo_psi.sampling import LPTauSampling, QMCSampling
+    from pymoo_psi.selectors import EfficientSubset, SalukvadzeOptimum
+    from pymoo_psi.sequences import lp_tau
+
+    __version__: str
+
+_HOME = {
+    # Problems
+    "SphereChute": "problems",
+    "VectorizedSphereChute": "problems",
+    # Sampling
+    "lp_tau": "sequences",
+    "LPTauSampling": "sampling",
+    "QMCSampling": "sampling",
+    # Algorithms
+    "PSI": "algorithms",
+    "TestTable": "investigation",
+    "nsga3": "algorithms",
+    # Decision-making
+    "EfficiencyRanking": "pareto",
+    "EfficientSubset": "selectors",
+    "SalukvadzeOptimum": "selectors",
+    "rank_of_efficiency": "pareto",
+    # Errors
+    "PsiError": "errors",
+}
+
+__all__ = [  # noqa: PLE0604 - the names above, in their order, and the subpackage
+    *_HOME,
+    "chute",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("pymoo-psi")
+    elif name == "chute":
+        return import_module("pymoo_psi.chute")
+    elif name in _HOME:
+        value = getattr(import_module(f"pymoo_psi.{_HOME[name]}"), name)
+    else:
+        raise AttributeError(f"module 'pymoo_psi' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
