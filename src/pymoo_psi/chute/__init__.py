@@ -1,0 +1,23 @@
+"""The sphere in the chute-conveyor: its motion, criteria and parameters.
+
+Everything is dimensionless: lengths in units of the horizontal distance L, speeds in units of
+sqrt(L g), times in units of sqrt(L / g).
+
+Parameters: :class:`ChuteParameters`.
+Motion: :class:`Motion`, :func:`motion` (solved), :func:`integrate` (by SciPy, as reference).
+Criteria f1 to f4: :func:`criteria`.
+"""
+
+from pymoo_psi.chute.motion import MODELS, criteria, motion
+from pymoo_psi.chute.parameters import ChuteParameters
+from pymoo_psi.chute.reference import integrate
+from pymoo_psi.chute.state import Motion
+
+__all__ = [
+    "MODELS",
+    "ChuteParameters",
+    "Motion",
+    "criteria",
+    "integrate",
+    "motion",
+]
