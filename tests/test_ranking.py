@@ -1,0 +1,243 @@
+"""Ranks of efficiency against a slow, obvious oracle, and their invariances."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import EfficientSubset, PsiError, SalukvadzeOptimum, rank_of_efficiency
+from pymoo_psi.pareto import nondominated
+
+# A coarse grid makes dominated rows, duplicates and ties common; its values are far apart
+# compared with rounding.
+matrices = st.tuples(st.integers(1, 25), st.integers(1, 5)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.integers(0, 8).map(float))
+)
+generic = st.tuples(st.integers(2, 60), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
+    lambda t: np.random.default_rng(t[2]).random(t[:2])
+)
+
+
+def dominates(a, b):
+    return all(x <= y for x, y in zip(a, b, strict=True)) and any(
+        x < y for x, y in zip(a, b, strict=True)
+    )
+
+
+def oracle(F, normalize):
+    """Ranks by loops over all pairs, with criteria rounded to nine digits so that ties are ties."""
+    rows = [tuple(row) for row in F.tolist()]
+    pareto = [not any(dominates(other, row) for other in rows) for row in rows]
+    front = [row for row, is_in in zip(rows, pareto, strict=True) if is_in]
+    U = [min(column) for column in zip(*front, strict=True)]
+    N = [max(column) for column in zip(*front, strict=True)]
+    scale = [
+        (n - u if n > u else math.inf) if normalize else 1.0 for u, n in zip(U, N, strict=True)
+    ]
+    e = [(n - u) / s for u, n, s in zip(U, N, scale, strict=True)]
+    length = math.sqrt(sum(x * x for x in e)) or 1.0
+    criteria = []
+    for row in rows:
+        d = [(f - u) / s for f, u, s in zip(row, U, scale, strict=True)]
+        mu3 = sum(x * y for x, y in zip(d, e, strict=True)) / length
+        mu1 = math.sqrt(sum(x * x for x in d))
+        mu2 = math.sqrt(sum((x - mu3 * y / length) ** 2 for x, y in zip(d, e, strict=True)))
+        criteria.append((round(mu1, 9), round(mu2, 9), round(mu3, 9)))
+    kept = [c for c, is_in in zip(criteria, pareto, strict=True) if is_in]
+
+    def in_front(i, j, k):
+        return not any(dominates((c[j], c[k]), (criteria[i][j], criteria[i][k])) for c in kept)
+
+    rank = [
+        3 * in_front(i, 1, 2) + 2 * in_front(i, 0, 2) + in_front(i, 0, 1) if pareto[i] else 0
+        for i in range(len(rows))
+    ]
+    nearest = min(c[0] for c in kept)
+    salukvadze = [i for i, c in enumerate(criteria) if pareto[i] and c[0] == nearest]
+    return rank, pareto, salukvadze, criteria
+
+
+@given(F=st.one_of(matrices, generic), normalize=st.booleans())
+def test_ranks_agree_with_the_oracle(F, normalize):
+    F.setflags(write=False)
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    rank, pareto, salukvadze, criteria = oracle(F, normalize)
+    assert ranking.rank.tolist() == rank
+    assert ranking.pareto.tolist() == pareto
+    assert ranking.salukvadze.tolist() == salukvadze
+    np.testing.assert_allclose(ranking.criteria, criteria, atol=1e-8)
+
+
+@given(F=generic, normalize=st.booleans())
+def test_rank_six_is_nearest_to_the_utopian_point(F, normalize):
+    """P12 ∩ P13 = the minimisers of μ1; and ranks 1 and 2 do not occur."""
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    mu1 = np.where(ranking.pareto, ranking.criteria[:, 0], np.inf)
+    nearest = np.flatnonzero(mu1 <= mu1.min() + 1e-12)
+    assert sorted(ranking.subset(6)) == nearest.tolist() == ranking.salukvadze.tolist()
+    assert not np.isin(ranking.rank, [1, 2]).any()
+
+
+@given(F=generic, normalize=st.booleans())
+def test_criteria_are_the_sides_of_a_right_triangle(F, normalize):
+    mu1, mu2, mu3 = rank_of_efficiency(F, normalize=normalize).criteria.T
+    np.testing.assert_allclose(mu1**2, mu2**2 + mu3**2, rtol=1e-12)
+
+
+@given(F=st.one_of(matrices, generic), seed=st.integers(0, 2**32 - 1))
+def test_row_order_does_not_matter(F, seed):
+    order = np.random.default_rng(seed).permutation(len(F))
+    shuffled, straight = rank_of_efficiency(F[order]), rank_of_efficiency(F)
+    assert shuffled.rank.tolist() == straight.rank[order].tolist()
+    assert sorted(order[shuffled.salukvadze]) == straight.salukvadze.tolist()
+
+
+@given(F=st.one_of(matrices, generic), data=st.data())
+def test_dominated_rows_change_nothing(F, data):
+    worse = F[data.draw(st.lists(st.integers(0, len(F) - 1), max_size=5))] + 0.5
+    more, alone = rank_of_efficiency(np.vstack([F, worse])), rank_of_efficiency(F)
+    assert more.rank.tolist() == alone.rank.tolist() + [0] * len(worse)
+    np.testing.assert_array_equal(more.nadir, alone.nadir)
+
+
+@given(F=st.one_of(matrices, generic), data=st.data())
+def test_units_do_not_matter_when_normalised(F, data):
+    m = F.shape[1]
+    factor = data.draw(arrays(float, m, elements=st.sampled_from([1e-9, 0.3, 1.0, 7.0, 1e12])))
+    shift = data.draw(arrays(float, m, elements=st.sampled_from([0.0, -1.0, 10.0])))
+    scaled = rank_of_efficiency((F + shift) * factor)
+    assert scaled.rank.tolist() == rank_of_efficiency(F).rank.tolist()
+
+
+def test_a_plane_is_not_ranked_by_rounding_noise():
+    """On f1 + f2 + f3 = 1 all μ3 are equal, so that only the nearest point is worth a rank."""
+    rng = np.random.default_rng(1)
+    F = rng.dirichlet(np.ones(3), size=400)
+    F = np.vstack([np.eye(3), F])
+    ranking = rank_of_efficiency(F)
+    assert set(ranking.rank) == {0, 6}
+    assert ranking.subset(6).tolist() == [np.argmin(((F - 1 / 3) ** 2).sum(axis=1))]
+
+
+def test_a_sphere_is_not_ranked_by_rounding_noise():
+    """At equal distance from U, P12 is the point nearest to UN and P13 those with least μ3."""
+    angle = np.linspace(0, np.pi / 2, 401)
+    F = np.column_stack([np.cos(angle), np.sin(angle)])
+    F[[0, -1]] = [[1, 0], [0, 1]]
+    ranking = rank_of_efficiency(F)
+    assert ranking.rank[200] == 4
+    assert ranking.rank[[0, -1]].tolist() == [5, 5]
+    assert (np.delete(ranking.rank, [0, 200, 400]) == 3).all()
+    assert len(ranking.salukvadze) == 401  # every point is as near to U as any other
+
+
+def test_obvious_cases():
+    assert rank_of_efficiency([[3.0, 4.0]]).rank.tolist() == [6]
+    assert rank_of_efficiency([[3.0], [1.0], [1.0]]).rank.tolist() == [0, 6, 6]
+    assert rank_of_efficiency([[2.0, 5.0]] * 3).rank.tolist() == [6, 6, 6]
+    constant = np.array([[0.0, 1.0, 7.0], [0.3, 0.4, 7.0], [1.0, 0.0, 7.0]])
+    for normalize in (True, False):
+        with_constant = rank_of_efficiency(constant, normalize=normalize)
+        without = rank_of_efficiency(constant[:, :2], normalize=normalize)
+        assert with_constant.rank.tolist() == without.rank.tolist()
+    integers = rank_of_efficiency(np.array([[0, 4], [1, 1], [4, 0]]))
+    assert integers.rank.tolist() == [0, 6, 0]
+
+
+def test_given_ideal_and_nadir():
+    F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
+    ranking = rank_of_efficiency(F, ideal=[-1.0, 0.0], nadir=[1.0, 2.0])
+    np.testing.assert_allclose(ranking.criteria[:, 0], np.hypot((F[:, 0] + 1) / 2, F[:, 1] / 2))
+    same = rank_of_efficiency(F, ideal=[0.0, 0.0], nadir=[1.0, 1.0])
+    assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
+
+
+def test_a_million_rows():
+    rng = np.random.default_rng(2)
+    F = rng.random((1_000_000, 4))
+    ranking = rank_of_efficiency(F)
+    front = np.flatnonzero(ranking.pareto)
+    rank, *_ = oracle(F[front], True)
+    assert ranking.rank[front].tolist() == rank
+    assert ranking.rank.sum() == sum(rank)
+
+
+@given(F=matrices)
+def test_nondominated_agrees_with_all_pairs(F):
+    rows = F.tolist()
+    expected = [not any(dominates(other, row) for other in rows) for row in rows]
+    assert nondominated(F).tolist() == expected
+
+
+def test_frame():
+    F = np.array([[1.0, 1.0], [0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+    frame = rank_of_efficiency(F).to_frame(F, names=["cost", "mass"])
+    assert list(frame.columns) == ["cost", "mass", "mu1", "mu2", "mu3", "rank", "pareto"]
+    assert frame.index[0] == 2
+    assert frame.index[-1] == 0  # the dominated row comes last
+    np.testing.assert_array_equal(frame.sort_index()[["cost", "mass"]], F)
+    with pytest.raises(ValueError, match=r"F must be of shape \(4, 2\), got shape \(3, 2\)"):
+        rank_of_efficiency(F).to_frame(F[:3])
+    with pytest.raises(ValueError, match=r"names must be 2 names, got \['cost'\]"):
+        rank_of_efficiency(F).to_frame(F, names=["cost"])
+
+
+@pytest.mark.parametrize(
+    ("F", "kind", "message"),
+    [
+        ([1.0, 2.0], ValueError, r"F must be two-dimensional .* got an array of shape \(2,\)"),
+        (np.zeros((0, 2)), ValueError, r"F must be of at least one design .* shape \(0, 2\)"),
+        (np.zeros((2, 0)), ValueError, r"F must be of at least one design .* shape \(2, 0\)"),
+        ([[1.0, np.nan]], ValueError, r"F must be finite, got nan at index \(0, 1\); leave out"),
+        ([[np.inf, 1.0]], ValueError, r"F must be finite, got inf at index \(0, 0\)"),
+        ([[1.0, 2.0], [3.0]], ValueError, "F must be a rectangular array of numbers"),
+        ([["a", "b"]], TypeError, "F must be an array of real numbers, got dtype"),
+        ([[1j, 2]], TypeError, "F must be an array of real numbers, got dtype complex128"),
+        (None, TypeError, "F must be an array of real numbers, got dtype object"),
+    ],
+)
+def test_bad_objectives(F, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        rank_of_efficiency(F)
+    assert isinstance(caught.value, PsiError)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"ideal": [0.0]}, r"ideal must be of shape \(2,\), got shape \(1,\)"),
+        (
+            {"ideal": [0.5, 0.0]},
+            "ideal must be at most the best value .* 0.5 against 0.0 in objective 1",
+        ),
+        ({"nadir": [1.0, -1.0]}, "nadir must be at least the ideal .* in objective 2"),
+        ({"nadir": [1.0, np.nan]}, "nadir must be finite, got nan at index 1"),
+        ({"normalize": 1}, "normalize must be True or False, got 1"),
+    ],
+)
+def test_bad_options(options, message):
+    with pytest.raises(PsiError, match=message):
+        rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]], **options)
+
+
+@given(F=st.one_of(matrices, generic), normalize=st.booleans(), rank=st.integers(1, 6))
+def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    assert SalukvadzeOptimum(normalize=normalize).do(F).tolist() == ranking.salukvadze.tolist()
+    chosen = EfficientSubset(rank, normalize=normalize).do(F)
+    assert sorted(chosen) == np.flatnonzero(ranking.rank == rank).tolist()
+    assert (np.diff(ranking.criteria[chosen, 0]) >= 0).all()
+
+
+def test_selectors_follow_pymoos_convention():
+    F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+    selector = SalukvadzeOptimum()
+    assert selector(F).tolist() == selector.do(F).tolist() == [1]
+    assert selector.do(F[1]).tolist() == [0]
+    with pytest.raises(ValueError, match="rank must be 1 to 6, got 7"):
+        EfficientSubset(7)
+    with pytest.raises(ValueError, match="rank must be an integer >= 1, got 0"):
+        EfficientSubset(0)
