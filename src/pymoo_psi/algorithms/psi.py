@@ -1,0 +1,194 @@
+"""Parameter Space Investigation as a pymoo algorithm.
+
+PSI tests the points of a uniformly distributed sequence and keeps every one of them with its
+number. It learns nothing on the way, so a run is the same however it is cut into blocks.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.population import Population
+from pymoo.core.termination import TerminateIfAny, Termination
+from pymoo.util.display.column import Column
+from pymoo.util.display.output import Output
+from pymoo.util.misc import termination_from_tuple
+from pymoo.util.optimum import filter_optimum
+
+from pymoo_psi.arguments import Received, broken_rule, integer
+from pymoo_psi.host import box_bounds, require_known_keywords, require_problem
+from pymoo_psi.investigation import TestTable
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.sequences import lp_tau
+
+__all__ = ["PSI"]
+
+
+class PSI(Algorithm):
+    """Test the points of the LPτ sequence and return the feasible Pareto-optimal ones.
+
+    ``minimize(problem, PSI(4096))`` works on any pymoo problem with a box of continuous
+    variables; it ends by itself when the points are used up, or earlier if a termination says so.
+    In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
+    ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
+    ``res.algorithm.table`` the table of all tests.
+
+    Asking and telling works as for every pymoo algorithm; ``ask()`` returns the same block until
+    it is told, and ``None`` when no points are left.
+
+    Args:
+        n_points: How many points to test.
+        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
+            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
+        block_size: Points per iteration, after each of which display, callback and termination
+            are called. By default the run has 32 iterations, of at least 64 points.
+        **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
+
+    Raises:
+        ArgumentValueError: A count is out of range; at the start of a run: the problem has no
+            finite box, or more than 51 variables.
+        ArgumentTypeError: A count is not an integer, a keyword is unknown; at the start of a run:
+            the problem is no pymoo problem or has variables that are not continuous.
+
+    Example:
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo_psi import SphereChute
+        >>> res = minimize(SphereChute(0.4, model="rolling"), PSI(8))
+        >>> res.opt.get("test_point")
+        array([1, 2, 3, 5, 6, 7])
+    """
+
+    def __init__(
+        self,
+        n_points: int,
+        *,
+        first: int = 1,
+        block_size: int | None = None,
+        **kwargs: Any,
+    ) -> None:
+        require_known_keywords("PSI", Algorithm, kwargs)
+        kwargs.setdefault("output", PSIOutput())
+        super().__init__(**kwargs)
+        self.n_points = integer("n_points", n_points, minimum=1)
+        self.first = integer("first", first, minimum=1)
+        if block_size is None:
+            block_size = max(64, -(-self.n_points // 32))
+        self.block_size = integer("block_size", block_size, minimum=1)
+        self.table = TestTable.empty()
+        self._pareto = np.zeros(0, dtype=np.intp)  # rows of the table, and of the population
+
+    @property
+    def n_tested(self) -> int:
+        """How many points are tested so far."""
+        return len(self.table)
+
+    def setup(self, problem: Any, **kwargs: Any) -> PSI:
+        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
+        require_problem(problem)
+        run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
+        require_known_keywords("PSI.setup", Algorithm, run_options)
+        box_bounds(problem)
+        lp_tau(0, problem.n_var)  # more variables than LPτ has dimensions: say so before the run
+        given = termination_from_tuple(kwargs.get("termination", self.termination))
+        kwargs["termination"] = (
+            PointsTested() if given is None else TerminateIfAny(PointsTested(), given)
+        )
+        super().setup(problem, **kwargs)
+        return self
+
+    def _initialize_infill(self) -> Population:
+        return self._next_block()
+
+    def _infill(self) -> Population | None:
+        return self._next_block()
+
+    def _next_block(self) -> Population | None:
+        """Return the next points to test; ``None`` when all are told."""
+        count = min(self.block_size, self.n_points - self.n_tested)
+        if count == 0:
+            return None
+        first = self.first + self.n_tested
+        lower, upper = box_bounds(self.problem)
+        block = Population.new(
+            "X", lower + (upper - lower) * lp_tau(count, self.problem.n_var, first=first)
+        )
+        block.set("test_point", np.arange(first, first + count))
+        return block
+
+    def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
+        self.pop = Population.empty()
+        self._advance(infills=infills, **kwargs)
+
+    def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
+        if infills is None:
+            return False
+        block = self._told(infills)
+        rows = np.concatenate([self._pareto, self.n_tested + np.flatnonzero(block.eligible)])
+        self.table = self.table.extended(block)
+        self._pareto = rows[nondominated(self.table.F[rows])]
+        self.pop = Population.merge(self.pop, infills)
+        return True
+
+    def _told(self, infills: Population) -> TestTable:
+        """Return a told block as a table; it must continue where the last one ended."""
+        numbers, X, F, feasible = infills.get("test_point", "X", "F", "feas")
+        first = self.first + self.n_tested
+        if numbers.tolist() != list(range(first, first + len(numbers))):
+            raise broken_rule(
+                "infills",
+                f"the test points asked for, from number {first}, in their order",
+                Received(str(numbers.tolist())),
+                "tell the population that ask() returned",
+            )
+        sizes = {
+            "F": self.problem.n_obj,
+            "G": self.problem.n_ieq_constr,
+            "H": self.problem.n_eq_constr,
+        }
+        for name, size in sizes.items():
+            values = infills.get(name)
+            if values.shape != (len(infills), size):
+                raise broken_rule(
+                    f"{name} of infills",
+                    f"{size} values for each design",
+                    Received(f"an array of shape {values.shape}"),
+                    "evaluate the population before it is told",
+                )
+        return TestTable(numbers, X, F, infills.get("G"), infills.get("H"), feasible)
+
+    def _set_optimum(self) -> None:
+        if len(self._pareto) == 0:
+            self.opt = filter_optimum(self.pop, least_infeasible=True)
+        elif self.problem.n_obj == 1:
+            self.opt = self.pop[self._pareto[:1]]  # pymoo returns one design here
+        else:
+            self.opt = self.pop[self._pareto]
+
+
+class PointsTested(Termination):
+    """Terminate when every test point has been told; the progress is the share of them."""
+
+    def _update(self, algorithm: Any) -> float:
+        progress: float = algorithm.n_tested / algorithm.n_points
+        return progress
+
+
+def _n_feasible(algorithm: Any) -> int:
+    return int(algorithm.table.feasible.sum())
+
+
+def _n_pareto(algorithm: Any) -> int:
+    return len(algorithm.opt)
+
+
+class PSIOutput(Output):
+    """The columns shown by ``verbose=True``: tested, feasible and Pareto-optimal designs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.columns += [
+            Column("feasible", width=8, func=_n_feasible),
+            Column("n_nds", width=6, func=_n_pareto),
+        ]

@@ -1,0 +1,115 @@
+"""Sampling operators for any pymoo algorithm: LPτ points and SciPy's quasi-random engines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.sampling import Sampling
+
+from pymoo_psi.arguments import Received, boolean, broken_rule, integer, known_name
+from pymoo_psi.host import box_bounds
+from pymoo_psi.sequences import lp_tau
+
+__all__ = ["LPTauSampling", "QMCSampling"]
+
+Array = NDArray[np.float64]
+
+_ENGINES = {
+    "sobol": "Sobol",
+    "halton": "Halton",
+    "lhs": "LatinHypercube",
+    "latin_hypercube": "LatinHypercube",
+    "poisson_disk": "PoissonDisk",
+}
+
+
+class _BoxSampling(Sampling):
+    """Sampling by points of the unit cube, stretched to the bounds of the problem."""
+
+    def _do(
+        self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> Array:
+        lower, upper = box_bounds(problem)
+        return lower + (upper - lower) * self.unit_points(n_samples, problem.n_var, random_state)
+
+    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
+        """Return ``(n_points, n_dim)`` points of [0, 1)."""
+        raise NotImplementedError
+
+
+class LPTauSampling(_BoxSampling):
+    """The test points of Parameter Space Investigation: LPτ in natural order.
+
+    The points do not depend on a seed: the same call gives the same points.
+
+    Args:
+        first: Number of the first point, from 1, which lies at the lower bounds.
+
+    Raises:
+        ArgumentValueError: ``first`` is below 1; in use: the problem has more than 51 variables
+            or no finite bounds.
+
+    Example:
+        >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+        >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
+    """
+
+    def __init__(self, *, first: int = 1) -> None:
+        super().__init__()
+        self.first = integer("first", first, minimum=1)
+
+    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
+        """Return the LPτ points number ``first``, ``first`` + 1, …, shape (n_points, n_dim)."""
+        return lp_tau(n_points, n_dim, first=self.first)
+
+
+class QMCSampling(_BoxSampling):
+    """Points of an engine of ``scipy.stats.qmc``, for any number of variables.
+
+    Args:
+        engine: ``"sobol"``, ``"halton"``, ``"latin_hypercube"`` (or ``"lhs"``) or
+            ``"poisson_disk"``.
+        scramble: Randomise the sequence by the algorithm's seed. ``False`` gives the plain
+            sequence, whose numbering is SciPy's and not that of LPτ. Poisson-disk points are
+            always random.
+
+    Raises:
+        ArgumentValueError: The engine is unknown; in use: it cannot give so many points.
+
+    Example:
+        >>> QMCSampling("halton", scramble=False).unit_points(3, 2).round(3)
+        array([[0.   , 0.   ],
+               [0.5  , 0.333],
+               [0.25 , 0.667]])
+    """
+
+    def __init__(self, engine: str = "sobol", *, scramble: bool = True) -> None:
+        super().__init__()
+        self.engine = known_name("engine", engine, _ENGINES)
+        self.scramble = boolean("scramble", scramble)
+
+    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
+        """Return the first points of the engine, seeded by ``random_state``."""
+        import inspect
+
+        from scipy.stats import qmc  # takes most of a second to import
+
+        engine_class = getattr(qmc, _ENGINES[self.engine])
+        known = inspect.signature(engine_class).parameters
+        options = {"scramble": self.scramble} if "scramble" in known else {}
+        options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
+        engine = engine_class(n_dim, **options)
+        if self.engine == "sobol":  # a full power of two draws the same points without a warning
+            points = engine.random_base2(max(n_points - 1, 0).bit_length())[:n_points]
+        else:
+            points = engine.random(n_points)
+        if len(points) < n_points:
+            raise broken_rule(
+                "n_samples",
+                f"at most {len(points)}, all that the engine {self.engine!r} can place",
+                Received(str(n_points)),
+                "use another engine",
+            )
+        return np.asarray(points)

@@ -1,0 +1,262 @@
+"""PSI as a pymoo algorithm: its results and pymoo's contracts."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from pymoo.core.callback import Callback
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, PsiError, SphereChute, VectorizedSphereChute, lp_tau
+
+CHUTE = VectorizedSphereChute(0.4, model="rolling")
+
+
+class Unbounded(Problem):
+    def __init__(self, xl=None, xu=None, n_var=2):
+        super().__init__(n_var=n_var, n_obj=2, xl=xl, xu=xu)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = x[:, :2]
+
+
+def check_pareto_set(result, problem):
+    """All returned are feasible and mutually non-dominated; no feasible test dominates one."""
+    table = result.algorithm.table
+    ok = table.feasible & np.isfinite(table.F).all(axis=1)
+    assert result.opt.get("feas").all()
+    for f in result.F:
+        worse_nowhere, better_somewhere = (
+            (table.F[ok] <= f).all(axis=1),
+            (table.F[ok] < f).any(axis=1),
+        )
+        assert not (worse_nowhere & better_somewhere).any()
+    rows = result.opt.get("test_point") - table.numbers[0]
+    np.testing.assert_array_equal(table.X[rows], result.X)
+    np.testing.assert_array_equal(table.F[rows], result.F)
+    # and every feasible test that nothing dominates is returned
+    front = [
+        not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
+        for f in table.F[ok]
+    ]
+    assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
+
+
+@pytest.mark.parametrize("name", ["zdt1", "dtlz2", "bnh", "osy", "tnk", "welded_beam", "truss2d"])
+@pytest.mark.parametrize("block_size", [None, 7])
+def test_pareto_set_of_pymoos_problems(name, block_size):
+    problem = get_problem(name)
+    n = 200
+    with np.errstate(all="ignore"):  # the first point lies in a corner where truss2d divides by 0
+        result = minimize(problem, PSI(n, block_size=block_size))
+    lower, upper = problem.bounds()
+    np.testing.assert_array_equal(
+        result.algorithm.table.X, lower + (upper - lower) * lp_tau(n, problem.n_var)
+    )
+    assert result.algorithm.evaluator.n_eval == n == len(result.pop)
+    if result.F is not None:
+        check_pareto_set(result, problem)
+    else:
+        assert not result.algorithm.table.feasible.any()
+
+
+def test_blocks_do_not_matter():
+    results = [minimize(CHUTE, PSI(300, block_size=b)) for b in (1, 64, 299, 300, 1000)]
+    for result in results[1:]:
+        assert result.opt.get("test_point").tolist() == results[0].opt.get("test_point").tolist()
+        np.testing.assert_array_equal(result.F, results[0].F)
+
+
+def test_two_runs_continue_each_other():
+    whole, first, second = (
+        minimize(CHUTE, algorithm).algorithm.table
+        for algorithm in (PSI(100), PSI(40), PSI(60, first=41))
+    )
+    joined = first.extended(second)
+    np.testing.assert_array_equal(joined.numbers, whole.numbers)
+    np.testing.assert_array_equal(joined.F, whole.F)
+
+
+def test_elementwise_and_vectorised_problems_agree():
+    slow = minimize(SphereChute(0.4, model="rolling"), PSI(50))
+    fast = minimize(CHUTE, PSI(50))
+    np.testing.assert_array_equal(slow.F, fast.F)
+
+
+def test_single_objective_returns_the_best():
+    result = minimize(get_problem("sphere", n_var=3), PSI(128))
+    assert result.F.shape == (1,)
+    assert result.F[0] == result.algorithm.table.F.min()
+
+
+def test_nothing_feasible_follows_pymoos_rule():
+    class Impossible(Unbounded):
+        def __init__(self):
+            Problem.__init__(self, n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], out["G"] = x, 1 + x[:, :1]
+
+    assert minimize(Impossible(), PSI(16)).F is None
+    least = minimize(Impossible(), PSI(16), return_least_infeasible=True)
+    assert least.G.tolist() == [[1.0]]
+    assert least.opt.get("test_point").tolist() == [1]
+
+
+def test_a_design_without_finite_objectives_is_not_pareto_optimal():
+    class Broken(Unbounded):
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = np.where(x[:, :1] < 0.3, np.nan, np.where(x[:, :1] < 0.5, -np.inf, x))
+
+    result = minimize(Broken(0, 1), PSI(64))
+    assert np.isfinite(result.F).all()
+    assert (result.X[:, 0] >= 0.5).all()
+
+
+def test_verbose_and_progress(capsys):
+    minimize(CHUTE, PSI(200, block_size=100), verbose=True, progress=True)
+    out = capsys.readouterr().out
+    assert "feasible" in out
+    assert "200" in out
+
+
+def test_callback_and_history():
+    class Counter(Callback):
+        def __init__(self):
+            super().__init__()
+            self.seen = []
+
+        def update(self, algorithm):
+            self.seen.append((algorithm.n_gen, algorithm.n_tested, len(algorithm.opt)))
+
+    result = minimize(CHUTE, PSI(100, block_size=30), callback=Counter(), save_history=True)
+    seen = result.algorithm.callback.seen
+    assert [tested for _, tested, _ in seen] == [30, 60, 90, 100]
+    assert [n for n, _, _ in seen] == [1, 2, 3, 4]
+    assert [len(entry.pop) for entry in result.history] == [30, 60, 90, 100]
+    assert [len(entry.opt) for entry in result.history] == [size for _, _, size in seen]
+
+
+@pytest.mark.parametrize(
+    ("termination", "tested"),
+    [(("n_gen", 2), 60), (("n_eval", 50), 60), (("time", 1e-9), 30), (None, 100)],
+)
+def test_terminations_stop_it_early(termination, tested):
+    result = minimize(CHUTE, PSI(100, block_size=30), termination)
+    assert len(result.algorithm.table) == tested
+    check_pareto_set(result, CHUTE)
+    own = PSI(100, block_size=30, termination=termination)
+    assert len(minimize(CHUTE, own).algorithm.table) == tested
+
+
+def test_ask_and_tell_with_evaluation_outside():
+    problem = get_problem("bnh")
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(problem)
+    sizes = []
+    while algorithm.has_next():
+        block = algorithm.ask()
+        again = algorithm.ask()
+        assert again.get("test_point").tolist() == block.get("test_point").tolist()
+        F, G = problem.evaluate(block.get("X"))
+        block.set("F", F, "G", G)
+        algorithm.tell(infills=block)
+        sizes.append(len(block))
+    assert sizes == [40, 40, 20]
+    assert algorithm.ask() is None
+    result, direct = algorithm.result(), minimize(problem, PSI(100))
+    np.testing.assert_array_equal(result.F, direct.F)
+
+
+def test_telling_something_else_is_refused():
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(CHUTE)
+    first = algorithm.ask()
+    with pytest.raises(
+        PsiError,
+        match=r"F of infills must be 4 values for each design, got an array of shape \(40, 0\)",
+    ):
+        algorithm.tell(infills=first)
+    CHUTE_F, CHUTE_G = CHUTE.evaluate(first.get("X"))
+    first.set("F", CHUTE_F, "G", CHUTE_G)
+    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 1"):
+        algorithm.tell(infills=first[::-1])
+    algorithm.tell(infills=first)
+    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 41"):
+        algorithm.tell(infills=first)
+
+
+def test_copies_go_their_own_way():
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(CHUTE)
+    algorithm.next()
+    for copied in (copy.deepcopy(algorithm), pickle.loads(pickle.dumps(algorithm))):
+        copied.next()
+        assert (algorithm.n_tested, copied.n_tested) == (40, 80)
+        np.testing.assert_array_equal(copied.run().F, minimize(CHUTE, PSI(100)).F)
+
+
+def test_runs_do_not_share_state():
+    algorithm = PSI(50)
+    first = minimize(CHUTE, algorithm)
+    second = minimize(CHUTE, algorithm)
+    assert algorithm.n_tested == 0
+    np.testing.assert_array_equal(first.F, second.F)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: PSI(0), ValueError, "n_points must be an integer >= 1, got 0"),
+        (lambda: PSI(10.0), TypeError, "n_points must be an integer >= 1, got 10.0"),
+        (lambda: PSI(10, first=0), ValueError, "first must be an integer >= 1, got 0"),
+        (lambda: PSI(10, block_size=0), ValueError, "block_size must be an integer >= 1, got 0"),
+        (
+            lambda: PSI(10, blocksize=5),
+            TypeError,
+            "PSI got an unknown keyword argument 'blocksize'",
+        ),
+        (
+            lambda: minimize(CHUTE, PSI(10), sed=1),
+            TypeError,
+            "unknown keyword argument 'sed'; did you mean 'seed'",
+        ),
+        (lambda: minimize(SphereChute, PSI(10)), TypeError, "pass an instance, not the class"),
+        (
+            lambda: minimize(Unbounded(), PSI(10)),
+            ValueError,
+            "xl of Unbounded must be finite .* got None",
+        ),
+        (
+            lambda: minimize(Unbounded(0, np.inf), PSI(10)),
+            ValueError,
+            "xu of Unbounded must be finite",
+        ),
+        (
+            lambda: minimize(Unbounded(1, 0), PSI(10)),
+            ValueError,
+            "xl of Unbounded must be at most xu, got 1.0 > 0.0",
+        ),
+        (
+            lambda: minimize(Unbounded(0, 1, 52), PSI(10)),
+            ValueError,
+            "at most 51 for LPτ, got 52; use QMCSampling",
+        ),
+    ],
+)
+def test_bad_arguments(make, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert isinstance(caught.value, PsiError)
+
+
+def test_discrete_variables_are_refused_clearly():
+    class Whole(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=9, vtype=int)
+
+    with pytest.raises(TypeError, match="Whole must have continuous variables, got <class 'int'>"):
+        minimize(Whole(), PSI(10))

@@ -1,0 +1,73 @@
+"""Sampling operators inside pymoo's algorithms."""
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from scipy.stats import qmc
+
+from pymoo_psi import LPTauSampling, PsiError, QMCSampling, lp_tau
+
+PROBLEM = get_problem("zdt1", n_var=4)
+
+
+def test_lp_tau_points_start_an_algorithm():
+    for algorithm in (
+        NSGA2(pop_size=30, sampling=LPTauSampling(first=2)),
+        DE(pop_size=30, sampling=LPTauSampling(first=2)),
+    ):
+        problem = PROBLEM if isinstance(algorithm, NSGA2) else get_problem("rastrigin", n_var=4)
+        result = minimize(problem, algorithm, ("n_gen", 1), save_history=True, seed=1)
+        started = result.history[0].pop.get("X")
+        lower, upper = problem.bounds()
+        expected = lower + (upper - lower) * lp_tau(30, 4, first=2)
+        np.testing.assert_array_equal(np.sort(started, axis=0), np.sort(expected, axis=0))
+
+
+@pytest.mark.parametrize("engine", ["sobol", "halton", "latin_hypercube", "lhs", "poisson_disk"])
+def test_engines_fill_the_box_repeatably(engine):
+    problem = get_problem("bnh")
+    draw = [
+        QMCSampling(engine).do(problem, 20, random_state=np.random.default_rng(seed)).get("X")
+        for seed in (1, 1, 2)
+    ]
+    np.testing.assert_array_equal(draw[0], draw[1])
+    assert not np.array_equal(draw[0], draw[2])
+    assert draw[0].shape == (20, 2)
+    assert (draw[0] >= problem.xl).all()
+    assert (draw[0] <= problem.xu).all()
+
+
+def test_plain_engines_are_scipys():
+    np.testing.assert_array_equal(
+        QMCSampling("sobol", scramble=False).unit_points(16, 60),
+        qmc.Sobol(60, scramble=False).random_base2(4),
+    )
+    np.testing.assert_array_equal(
+        QMCSampling("halton", scramble=False).unit_points(13, 60),
+        qmc.Halton(60, scramble=False).random(13),
+    )
+
+
+def test_any_number_of_sobol_points_without_a_warning():
+    assert QMCSampling("sobol").unit_points(13, 3).shape == (13, 3)
+    assert QMCSampling("sobol").unit_points(0, 3).shape == (0, 3)
+
+
+def test_bad_arguments():
+    with pytest.raises(
+        ValueError, match="engine must be one of .* got 'soboll'; did you mean 'sobol'"
+    ):
+        QMCSampling("soboll")
+    with pytest.raises(TypeError, match="scramble must be True or False, got 'yes'"):
+        QMCSampling(scramble="yes")
+    with pytest.raises(ValueError, match="first must be an integer >= 1, got 0"):
+        LPTauSampling(first=0)
+    with pytest.raises(
+        ValueError, match="n_dim must be at most 51 for LPτ, got 60; use QMCSampling"
+    ):
+        LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
+    with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
+        QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)
