@@ -1,0 +1,5 @@
+"""The command ``pymoo-psi``."""
+
+from pymoo_psi.cli.app import main, run
+
+__all__ = ["main", "run"]

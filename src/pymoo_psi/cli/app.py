@@ -1,0 +1,115 @@
+"""The commands and their options; each one's work is in a module of its own.
+
+Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
+says what), 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pymoo_psi.errors import PsiError
+
+__all__ = ["app", "main", "run"]
+
+app = typer.Typer(
+    name="pymoo-psi",
+    help="Parameter Space Investigation and decision-making on Pareto sets, for pymoo.",
+    rich_markup_mode=None,
+)
+
+# The base of all usage errors of the click that typer carries or depends on.
+_ClickException: Any = typer.BadParameter.__mro__[2]
+
+
+class AlgorithmName(str, Enum):
+    """The algorithms of ``solve``."""
+
+    psi = "psi"
+    nsga3 = "nsga3"
+
+
+class ModelName(str, Enum):
+    """The models of the chute."""
+
+    full = "full"
+    rolling = "rolling"
+
+
+Jobs = Annotated[int, typer.Option(metavar="N", help="Processes to work in; -1: one per core.")]
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables as CSV.")] = Path(
+        "reproduction"
+    ),
+    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
+    jobs: Jobs = 1,
+) -> int:
+    """Compute the paper's tables under both models, beside the printed values."""
+    from pymoo_psi.cli.reproduce import run_reproduce
+
+    return run_reproduce(out, points, jobs)
+
+
+@app.command()
+def solve(
+    problem: Annotated[
+        str,
+        typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute."),
+    ],
+    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
+    points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
+    jobs: Jobs = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
+    ] = None,
+    mu: Annotated[float | None, typer.Option(help="chute: friction coefficient [0.2].")] = None,
+    c: Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")] = None,
+    r: Annotated[float | None, typer.Option(help="chute: radius [0.1].")] = None,
+    model: Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")] = None,
+) -> int:
+    """Find the Pareto set of a problem and rank it by efficiency."""
+    from pymoo_psi.cli.problem import load_problem
+    from pymoo_psi.cli.solve import run_solve
+
+    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
+    options = {name: value for name, value in given.items() if value is not None}
+    return run_solve(load_problem(problem, options, jobs), algorithm.value, points, seed, out)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, and never a traceback for a user's mistake.
+
+    Args:
+        arguments: The words after ``pymoo-psi``; those of the process by default.
+    """
+    try:
+        words = list(sys.argv[1:] if arguments is None else arguments)
+        code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
+    except PsiError as error:
+        message = str(error)
+    except _ClickException as error:
+        message = error.format_message()
+    except OSError as error:
+        message = f"{error.filename or 'file'}: {error.strerror or error}"
+    except (KeyboardInterrupt, typer.Abort):
+        print("pymoo-psi: interrupted", file=sys.stderr)
+        return 130
+    else:
+        return code if isinstance(code, int) else 0
+    print(f"pymoo-psi: error: {' '.join(message.split())}", file=sys.stderr)
+    return 2
+
+
+def run() -> None:
+    """Entry point of the console script."""
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""From the word PROBLEM on the command line to a pymoo problem."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from pymoo.core.problem import Problem
+
+from pymoo_psi.arguments import broken_rule, job_count
+from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.problems import SphereChute, VectorizedSphereChute
+
+__all__ = ["load_problem"]
+
+_FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
+
+
+def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Problem:
+    """Return the problem that a word names.
+
+    Args:
+        name: ``chute``, a name known to ``pymoo.problems.get_problem``, or ``module:attribute``
+            where the attribute is a problem, or a class or function that gives one without
+            arguments. The working directory is searched for the module first.
+        chute_options: Options of the chute; an error for any other problem.
+        jobs: Processes for problems that evaluate one design at a time.
+
+    Raises:
+        PsiError: There is no such problem, or it cannot be made.
+    """
+    jobs = job_count("--jobs", jobs)
+    if name == "chute":
+        if jobs == 1:
+            return VectorizedSphereChute(**chute_options)
+        return with_jobs(SphereChute(**chute_options), jobs)
+    if chute_options:
+        option = next(iter(chute_options))
+        raise broken_rule("PROBLEM", f"'chute' where --{option} is given", name)
+    return with_jobs(_from_module(name) if ":" in name else _from_pymoo(name), jobs)
+
+
+def with_jobs(problem: Problem, jobs: int) -> Problem:
+    """Let a problem that evaluates one design at a time do so in several processes."""
+    if jobs != 1 and problem.elementwise:
+        from pymoo.parallelization.joblib import JoblibParallelization
+
+        problem.elementwise_runner = JoblibParallelization(n_jobs=jobs)
+    return problem
+
+
+def _from_pymoo(name: str) -> Problem:
+    from pymoo.problems import get_problem
+
+    try:
+        return get_problem(name)
+    except Exception as error:  # pymoo raises bare exceptions of many kinds here
+        raise broken_rule("PROBLEM", _FORMS, name, f"pymoo says: {error}") from error
+
+
+def _from_module(name: str) -> Problem:
+    module_name, _, attribute = name.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")
+    try:
+        value: Any = importlib.import_module(module_name)
+        for part in attribute.split("."):
+            value = getattr(value, part)
+        problem = value if isinstance(value, Problem) else value()
+    except PsiError:
+        raise
+    except Exception as error:  # whatever the user's module does
+        reason = f"{type(error).__name__}: {error}"
+        raise broken_rule(
+            "PROBLEM", "a module:attribute that gives a problem", name, reason
+        ) from error
+    if not isinstance(problem, Problem):
+        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}")
+    return problem

@@ -1,0 +1,164 @@
+"""The paper's results computed anew, and compared with what it prints.
+
+For each friction coefficient the LPτ points of the box are tested, the Pareto set is ranked by
+efficiency with plain Euclidean distances, and the tables are read off: Table 6.1 lists the
+Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimum's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from pymoo.optimize import minimize
+
+from pymoo_psi.algorithms import PSI
+from pymoo_psi.arguments import integer, job_count
+from pymoo_psi.chute import MODELS
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.problems import VectorizedSphereChute
+from pymoo_psi.studies.published import published_table
+
+__all__ = ["PAPER_MU", "PAPER_POINTS", "Case", "Reproduction", "reproduce", "solve_case"]
+
+PAPER_MU = (0.2, 0.4, 0.6)
+PAPER_POINTS = 4096
+
+_CRITERIA = [f"f{j}" for j in range(1, 5)]
+_PRINTED = [f"paper_f{j}" for j in range(1, 5)]
+_COLUMNS = ["model", "mu", "test_point", *_CRITERIA, *_PRINTED]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One friction coefficient under one model.
+
+    Attributes:
+        model: ``"full"`` or ``"rolling"``.
+        mu: Friction coefficient.
+        test_point: ``(n,)`` numbers of the Pareto-optimal test points.
+        X: ``(n, 2)`` their designs.
+        F: ``(n, 4)`` their criteria.
+        ranking: Their ranks of efficiency.
+    """
+
+    model: str
+    mu: float
+    test_point: NDArray[np.int64]
+    X: NDArray[np.float64]
+    F: NDArray[np.float64]
+    ranking: EfficiencyRanking
+
+    def cheaper(self, rank: int) -> NDArray[np.intp]:
+        """Return the rows of this rank whose f4 is below the Salukvadze optimum's."""
+        members = self.ranking.subset(rank)
+        limit = self.F[self.ranking.salukvadze, 3].min()
+        cheaper: NDArray[np.intp] = members[self.F[members, 3] < limit]
+        return cheaper
+
+    def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
+        """Return designs as rows of the paper's tables, ordered by test point."""
+        chosen = indices[np.argsort(self.test_point[indices])]
+        frame = pd.DataFrame(self.F[chosen], columns=_CRITERIA)
+        frame.insert(0, "test_point", self.test_point[chosen])
+        frame.insert(0, "mu", self.mu)
+        frame.insert(0, "model", self.model)
+        return frame
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """All cases of the paper, computed with ``n_points`` test points each."""
+
+    n_points: int
+    cases: tuple[Case, ...]
+
+    def table_6_1(self) -> pd.DataFrame:
+        """Return the Salukvadze optima, with the printed one of the same μ beside each.
+
+        Returns:
+            Columns ``model, mu, test_point, f1 … f4, paper_f1 … paper_f4``.
+        """
+        computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
+        printed = published_table("6.1").drop(columns="test_point")
+        return computed.merge(printed, on="mu", how="left")[_COLUMNS]
+
+    def table_6_2(self) -> pd.DataFrame:
+        """Return the designs of rank 5 with f4 below the optimum's, likewise.
+
+        A printed row stands beside the same test point of the same μ; elsewhere the columns
+        ``paper_f1`` … ``paper_f4`` are empty.
+        """
+        computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
+        return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
+
+    def findings(self, model: str = "rolling") -> dict[str, bool]:
+        """Compare what was computed under one model with what the paper prints.
+
+        Returns:
+            Each statement with whether it holds.
+        """
+        tables = {"6.1": self.table_6_1(), "6.2": self.table_6_2()}
+        ours = pd.concat([table[table["model"] == model] for table in tables.values()])
+        theirs = pd.concat([published_table(number) for number in tables])
+        same = sorted(zip(ours["mu"], ours["test_point"], strict=True)) == sorted(
+            zip(theirs["mu"], theirs["test_point"], strict=True)
+        )
+        difference = ours[_CRITERIA].round(4).to_numpy() - ours[_PRINTED].to_numpy()
+        f1 = ours["f1"] - ours["paper_f1"]
+        last = next(case for case in self.cases if case.model == model and case.mu == PAPER_MU[-1])
+        return {
+            "the same seven designs": same,
+            "f2, f3, f4 equal at four decimals": same
+            and bool((abs(difference[:, 1:]) < 1e-9).all()),
+            "f1 within 6e-4 of print": same and bool((abs(f1) <= 6e-4).all()),
+            "M5 empty for mu = 0.6": len(last.ranking.subset(5)) == 0,
+            "no rank-4 design with smaller f4 for mu = 0.6": len(last.cheaper(4)) == 0,
+        }
+
+
+def solve_case(mu: float, model: str, n_points: int) -> Case:
+    """Investigate the chute for one μ under one model and rank its Pareto set."""
+    result = minimize(VectorizedSphereChute(mu, model=model), PSI(n_points))
+    ranking = rank_of_efficiency(result.F, normalize=False)
+    return Case(model, mu, result.opt.get("test_point"), result.X, result.F, ranking)
+
+
+def reproduce(
+    n_points: int = PAPER_POINTS,
+    *,
+    n_jobs: int = 1,
+    on_case: Callable[[Case], object] = lambda case: None,
+) -> Reproduction:
+    """Solve every case of the paper under both models.
+
+    Args:
+        n_points: Test points per case; the paper has 4096.
+        n_jobs: Processes to work in, -1 for one per core.
+        on_case: Called with each case as soon as it is ready, to show progress.
+
+    Raises:
+        ArgumentValueError: A count is out of range.
+        ArgumentTypeError: A count is not an integer.
+
+    Example:
+        >>> reproduce(64).table_6_1()[["model", "mu", "test_point"]].head(3)
+             model   mu  test_point
+        0  rolling  0.2          18
+        1  rolling  0.4          35
+        2  rolling  0.6          35
+    """
+    from joblib import Parallel, delayed
+
+    n_points = integer("n_points", n_points, minimum=1)
+    n_jobs = job_count("n_jobs", n_jobs)
+    wanted = [(mu, model) for model in sorted(MODELS, reverse=True) for mu in PAPER_MU]
+    work = Parallel(n_jobs=n_jobs, return_as="generator")
+    cases = []
+    for case in work(delayed(solve_case)(mu, model, n_points) for mu, model in wanted):
+        on_case(case)
+        cases.append(case)
+    return Reproduction(n_points, tuple(cases))
