@@ -1,6 +1,7 @@
-"""Algorithms: Parameter Space Investigation, and NSGA-III as the alternative."""
+"""Algorithms: Parameter Space Investigation, and NSGA-III as the alternative, refinement."""
 
 from pymoo_psi.algorithms.nsga3 import nsga3
 from pymoo_psi.algorithms.psi import PSI
+from pymoo_psi.algorithms.refine import Refinement, refine
 
-__all__ = ["PSI", "nsga3"]
+__all__ = ["PSI", "Refinement", "nsga3", "refine"]

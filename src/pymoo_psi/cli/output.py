@@ -12,13 +12,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-__all__ = ["console", "print_frame", "progress_bar", "write_csv"]
+__all__ = ["print_frame", "progress_bar", "say", "write_csv"]
 
 
-def console() -> Console:
-    """Return a console on standard output that does not cut tables when it is no terminal."""
-    plain = Console(highlight=False)
-    return plain if plain.is_terminal else Console(highlight=False, width=120)
+def say(line: str) -> None:
+    """Print one line of text, whatever the width of the terminal."""
+    print(line, flush=True)
 
 
 def progress_bar() -> Progress:
@@ -35,15 +34,38 @@ def progress_bar() -> Progress:
     )
 
 
-def print_frame(frame: pd.DataFrame, title: str, *, decimals: int = 4) -> None:
-    """Print a frame as a table: numbers right-aligned, missing values blank."""
-    table = Table(title=title, title_justify="left", title_style="bold")
+def print_frame(
+    frame: pd.DataFrame, title: str, *, decimals: int = 4, spare: Sequence[str] = ()
+) -> None:
+    """Print a frame as a table: numbers right-aligned, missing values blank.
+
+    Args:
+        frame: What to print.
+        title: The line above it.
+        decimals: Decimals of fractions.
+        spare: Columns to leave out, saying so, where the terminal is too narrow for all.
+    """
+    terminal = Console(highlight=False)
+    console = terminal if terminal.is_terminal else Console(highlight=False, width=200)
+    table = _table(frame, decimals)
+    unlimited = console.options.update(max_width=10_000)
+    left_out = spare and console.measure(table, options=unlimited).maximum > console.width
+    if left_out:
+        table = _table(frame.drop(columns=list(spare)), decimals)
+    say(title)
+    console.print(table)
+    if left_out:
+        say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
+
+
+def _table(frame: pd.DataFrame, decimals: int) -> Table:
+    table = Table()
     for name in frame.columns:
         number = pd.api.types.is_numeric_dtype(frame[name])
         table.add_column(str(name), justify="right" if number else "left", no_wrap=True)
     for row in frame.itertuples(index=False):
         table.add_row(*_cells(row, decimals))
-    console().print(table)
+    return table
 
 
 def _cells(row: Sequence[object], decimals: int) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi.cli.output import console, print_frame, progress_bar, write_csv
+from pymoo_psi.cli.output import print_frame, progress_bar, say, write_csv
 from pymoo_psi.studies.paper import PAPER_POINTS, Case, Reproduction, reproduce
 
 __all__ = ["run_reproduce"]
@@ -28,7 +28,6 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
 
     print_frame(_for_print(table_6_1), "Table 6.1: Salukvadze optimal solutions")
     print_frame(_for_print(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
-    say = console().print
     say("The published tables follow from the rolling model (rolling from the start, Eq. 2.20).")
     say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
     say(f"Tables written to {out}")
@@ -38,7 +37,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
 
 def _for_print(table: pd.DataFrame) -> pd.DataFrame:
     shorter = {name: name.replace("paper_", "paper ") for name in table.columns}
-    return table.rename(columns=shorter)
+    return table.rename(columns=shorter).assign(mu=table["mu"].map(str))
 
 
 def _closing_line(result: Reproduction) -> str:

@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi.algorithms import PSI, nsga3
-from pymoo_psi.cli.output import console, print_frame, progress_bar, write_csv
+from pymoo_psi.cli.output import print_frame, progress_bar, say, write_csv
 from pymoo_psi.pareto import rank_of_efficiency
 
 __all__ = ["run_solve"]
@@ -30,13 +30,16 @@ def run_solve(problem: Problem, algorithm: str, points: int, seed: int, out: Pat
             result = minimize(problem, PSI(points), callback=advance)
         else:
             result = nsga3(problem, n_evaluations=points, seed=seed, callback=advance)
-    say = console().print
     if result.F is None:
         say(f"{problem.name()}: none of {points} designs is feasible")
         return 1
     frame = ranked_designs(result)
     count = f"{len(frame)} Pareto-optimal feasible designs of {points} evaluated"
-    print_frame(frame.head(_SHOWN), f"{problem.name()} by {algorithm}: {count}, best ranks first")
+    title = f"{problem.name()} by {algorithm}: {count}, best ranks first"
+    variables = list(
+        frame.columns[: frame.columns.get_loc("f1")].drop("test_point", errors="ignore")
+    )
+    print_frame(frame.head(_SHOWN), title, spare=variables)
     if out is not None:
         write_csv(frame, out)
         say(f"All {len(frame)} written to {out}")

@@ -48,8 +48,7 @@ class EfficiencyRanking:
         criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, of the dominated rows too.
         rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
         pareto: ``(n,)`` which rows are Pareto optimal.
-        ideal: ``(m,)`` the point U.
-        nadir: ``(m,)`` the point N.
+        frame: The points U and N and the scale in which the criteria are measured.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
             up to rounding. They are the rows of rank 6, and there is usually one. Only if several
             rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
@@ -59,9 +58,18 @@ class EfficiencyRanking:
     criteria: Array
     rank: NDArray[np.int64]
     pareto: NDArray[np.bool_]
-    ideal: Array
-    nadir: Array
+    frame: UtopianFrame
     salukvadze: NDArray[np.intp]
+
+    @property
+    def ideal(self) -> Array:
+        """``(m,)`` the point U."""
+        return self.frame.ideal
+
+    @property
+    def nadir(self) -> Array:
+        """``(m,)`` the point N."""
+        return self.frame.nadir
 
     def subset(self, rank: int) -> NDArray[np.intp]:
         """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first."""
@@ -155,7 +163,7 @@ def rank_of_efficiency(
         + 1 * nondominated_pair(mu1, mu2)
     )
     salukvadze = np.flatnonzero(pareto)[mu1 == 0]
-    return EfficiencyRanking(criteria, rank, pareto, U, N, salukvadze)
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze)
 
 
 def _given_point(name: str, value: ArrayLike, m: int) -> Array:
