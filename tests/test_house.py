@@ -16,7 +16,7 @@ LAYERS = [
     ("ground", {"errors", "arguments"}),
     ("mathematics", {"sequences", "chute", "pareto"}),
     ("method", {"investigation"}),
-    ("pymoo", {"host", "problems", "sampling", "algorithms", "selectors"}),
+    ("pymoo", {"host", "design_space", "problems", "sampling", "algorithms", "selectors"}),
     ("studies", {"studies"}),
     ("faces", {"figures", "cli"}),
 ]

@@ -77,3 +77,13 @@ def test_processes_change_nothing():
 def test_bad_arguments(options, message):
     with pytest.raises(PsiError, match=message):
         reproduce(**options)
+
+
+def test_continuous_optima_are_nearer_than_the_best_test_points(rolling):
+    table = rolling.continuous_optima()
+    assert (table["distance"] < table["best_point_distance"]).all()
+    for case, row in zip(rolling.cases, table.itertuples(), strict=True):
+        f = np.array([row.f1, row.f2, row.f3, row.f4])
+        np.testing.assert_allclose(np.linalg.norm(f - case.ranking.ideal), row.distance)
+        m = motion(row.f3, row.f4, ChuteParameters(mu=row.mu), model="rolling")
+        np.testing.assert_allclose(criteria(m), f)

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from pymoo.core.callback import Callback
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, PsiError, SphereChute, VectorizedSphereChute, lp_tau
+from pymoo_psi import PSI, PsiError, QMCSampling, SphereChute, VectorizedSphereChute, lp_tau
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -228,17 +229,17 @@ def test_runs_do_not_share_state():
         (
             lambda: minimize(Unbounded(), PSI(10)),
             ValueError,
-            "xl of Unbounded must be finite .* got None",
+            "bounds of x1 of Unbounded must be finite, got None and None",
         ),
         (
             lambda: minimize(Unbounded(0, np.inf), PSI(10)),
             ValueError,
-            "xu of Unbounded must be finite",
+            "bounds of x1 of Unbounded must be finite, got 0.0 and inf; test points",
         ),
         (
             lambda: minimize(Unbounded(1, 0), PSI(10)),
             ValueError,
-            "xl of Unbounded must be at most xu, got 1.0 > 0.0",
+            "bounds of x1 of Unbounded must be in rising order, got 1.0 and 0.0",
         ),
         (
             lambda: minimize(Unbounded(0, 1, 52), PSI(10)),
@@ -253,10 +254,104 @@ def test_bad_arguments(make, kind, message):
     assert isinstance(caught.value, PsiError)
 
 
-def test_discrete_variables_are_refused_clearly():
-    class Whole(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=9, vtype=int)
+class Mixed(ElementwiseProblem):
+    """One variable of each of pymoo's types."""
 
-    with pytest.raises(TypeError, match="Whole must have continuous variables, got <class 'int'>"):
-        minimize(Whole(), PSI(10))
+    def __init__(self):
+        variables = {
+            "length": Real(bounds=(1.0, 2.0)),
+            "count": Integer(bounds=(3, 7)),
+            "hollow": Binary(),
+            "metal": Choice(options=["steel", "brass", "tin"]),
+        }
+        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        price = {"steel": 1.0, "brass": 2.5, "tin": 1.5}[x["metal"]]
+        mass = x["length"] * x["count"] * (0.5 if x["hollow"] else 1.0)
+        out["F"] = [
+            mass * price,
+            1.0 / mass + 0.1 * x["count"] + (0.3 if x["metal"] == "tin" else 0),
+        ]
+        out["G"] = [x["count"] - 6]
+
+
+def test_mixed_variables():
+    result = minimize(Mixed(), PSI(240))
+    table = result.algorithm.table
+    assert set(table.X[:, 3]) == {"steel", "brass", "tin"}
+    assert set(table.X[:, 1]) == {3, 4, 5, 6, 7}
+    assert set(table.X[:, 2]) == {True, False}
+    assert 1 <= min(table.X[:, 0]) < max(table.X[:, 0]) < 2
+    assert [x["metal"] for x in result.X] == table.X[result.opt.get("test_point") - 1, 3].tolist()
+    ok = table.feasible
+    assert ok.tolist() == (table.X[:, 1] <= 6).tolist()
+    for f in result.F:
+        assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
+
+
+class Whole(Problem):
+    def __init__(self, vtype, **bounds):
+        super().__init__(n_var=2, n_obj=2, vtype=vtype, **bounds)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = np.column_stack([x[:, 0], 9 - x[:, 0] + x[:, 1]])
+
+
+def test_integer_and_binary_vectors():
+    """Every value comes equally often; a bound between integers counts as the one inside."""
+    table = minimize(Whole(int, xl=[-2, 0.5], xu=[1, 4]), PSI(64)).algorithm.table
+    assert table.X.dtype == np.int64
+    values, counts = np.unique(table.X[:, 0], return_counts=True)
+    assert values.tolist() == [-2, -1, 0, 1]
+    assert counts.tolist() == [16] * 4
+    assert np.unique(table.X[:, 1]).tolist() == [1, 2, 3, 4]
+    assert minimize(Whole(bool), PSI(64)).algorithm.table.X.dtype == bool
+
+
+def test_other_variables_are_refused():
+    with pytest.raises(
+        TypeError, match="vtype of Whole must be float, int or bool, got <class 'str'>"
+    ):
+        minimize(Whole(str, xl=0, xu=1), PSI(10))
+    problem = Mixed()
+    problem.vars["metal"] = Choice(options=[])
+    with pytest.raises(
+        TypeError, match="variable 'metal' of Mixed must be Real, Integer, Binary or"
+    ):
+        minimize(problem, PSI(10))
+
+
+def test_more_variables_than_lp_tau_has():
+    problem = get_problem("zdt1", n_var=60)
+    result = minimize(
+        problem, PSI(100, sampling=QMCSampling("sobol", scramble=False), block_size=30)
+    )
+    np.testing.assert_array_equal(
+        result.algorithm.table.X, QMCSampling("sobol", scramble=False).unit_points(100, 60)
+    )
+    check_pareto_set(result, problem)
+
+
+@pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
+def test_randomised_points_follow_the_seed(engine):
+    runs = [minimize(CHUTE, PSI(50, sampling=QMCSampling(engine)), seed=s).F for s in (1, 1, 2)]
+    np.testing.assert_array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_a_randomised_sequence_can_be_continued():
+    sobol = QMCSampling("sobol")
+    whole, first, second = (
+        minimize(CHUTE, algorithm, seed=4).algorithm.table
+        for algorithm in (
+            PSI(100, sampling=sobol),
+            PSI(40, sampling=sobol),
+            PSI(60, first=41, sampling=sobol),
+        )
+    )
+    np.testing.assert_array_equal(first.extended(second).X, whole.X)
+    with pytest.raises(PsiError, match="first must be 1 for the engine 'lhs', got 41; use 'sobol'"):
+        minimize(CHUTE, PSI(60, first=41, sampling=QMCSampling("lhs")))
+    with pytest.raises(TypeError, match="sampling must be LPTauSampling"):
+        PSI(10, sampling="lhs")

@@ -1,4 +1,4 @@
-"""What the package needs to know of pymoo, its host: keyword arguments and box bounds."""
+"""What the package checks before it hands anything to pymoo, its host."""
 
 from __future__ import annotations
 
@@ -7,16 +7,11 @@ import inspect
 from collections.abc import Collection, Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.errors import ArgumentTypeError
 
-__all__ = ["box_bounds", "require_known_keywords", "require_problem"]
-
-Array = NDArray[np.float64]
+__all__ = ["require_known_keywords", "require_problem"]
 
 
 def require_known_keywords(
@@ -51,40 +46,3 @@ def require_problem(problem: object) -> None:
     if not isinstance(problem, Problem):
         hint = "; pass an instance, not the class" if isinstance(problem, type) else ""
         raise ArgumentTypeError(f"problem must be a pymoo Problem, got {problem!r:.80}{hint}")
-
-
-def box_bounds(problem: Any) -> tuple[Array, Array]:
-    """Return the bounds of the box of a pymoo problem.
-
-    Returns:
-        Lower and upper bounds, ``(n_var,)`` each.
-
-    Raises:
-        ArgumentTypeError: The variables are not all continuous.
-        ArgumentValueError: A bound is missing, infinite or the wrong way round.
-    """
-    if getattr(problem, "vars", None) is not None or problem.vtype not in (None, float):
-        raise ArgumentTypeError(
-            f"{problem.name()} must have continuous variables, got "
-            f"{'mixed variables' if problem.vtype is None else problem.vtype!r}"
-        )
-    bounds = []
-    for name, value in (("xl", problem.xl), ("xu", problem.xu)):
-        bound = np.full(problem.n_var, np.nan) if value is None else np.asarray(value, dtype=float)
-        if not np.isfinite(bound).all():
-            raise broken_rule(
-                f"{name} of {problem.name()}",
-                "finite for every variable",
-                value,
-                "test points are laid out in a box",
-            )
-        bounds.append(bound)
-    lower, upper = bounds
-    if (lower > upper).any():
-        j = int(np.flatnonzero(lower > upper)[0])
-        raise broken_rule(
-            f"xl of {problem.name()}",
-            "at most xu",
-            Received(f"{lower[j]} > {upper[j]} for variable {j + 1}"),
-        )
-    return lower, upper

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
 from pymoo_psi.arguments import Received, boolean, broken_rule, integer, known_name
-from pymoo_psi.host import box_bounds
+from pymoo_psi.design_space import design_space
 from pymoo_psi.sequences import lp_tau
 
-__all__ = ["LPTauSampling", "QMCSampling"]
+__all__ = ["LPTauSampling", "QMCSampling", "UniformSampling"]
 
 Array = NDArray[np.float64]
 
@@ -25,21 +25,24 @@ _ENGINES = {
 }
 
 
-class _BoxSampling(Sampling):
-    """Sampling by points of the unit cube, stretched to the bounds of the problem."""
+class UniformSampling(Sampling):
+    """Sampling by points of the unit cube, laid out in the design space of the problem."""
 
     def _do(
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
-    ) -> Array:
-        lower, upper = box_bounds(problem)
-        return lower + (upper - lower) * self.unit_points(n_samples, problem.n_var, random_state)
+    ) -> Any:
+        space = design_space(problem)
+        points = self.unit_points(n_samples, len(space.variables), random_state=random_state)
+        return space.designs(space.matrix(points))
 
-    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
-        """Return ``(n_points, n_dim)`` points of [0, 1)."""
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return ``(n_points, n_dim)`` points of [0, 1), from number ``first`` on."""
         raise NotImplementedError
 
 
-class LPTauSampling(_BoxSampling):
+class LPTauSampling(UniformSampling):
     """The test points of Parameter Space Investigation: LPτ in natural order.
 
     The points do not depend on a seed: the same call gives the same points.
@@ -60,12 +63,14 @@ class LPTauSampling(_BoxSampling):
         super().__init__()
         self.first = integer("first", first, minimum=1)
 
-    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
-        """Return the LPτ points number ``first``, ``first`` + 1, …, shape (n_points, n_dim)."""
-        return lp_tau(n_points, n_dim, first=self.first)
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return consecutive LPτ points; ``first`` counts from the operator's own first."""
+        return lp_tau(n_points, n_dim, first=self.first + first - 1)
 
 
-class QMCSampling(_BoxSampling):
+class QMCSampling(UniformSampling):
     """Points of an engine of ``scipy.stats.qmc``, for any number of variables.
 
     Args:
@@ -90,8 +95,21 @@ class QMCSampling(_BoxSampling):
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
 
-    def unit_points(self, n_points: int, n_dim: int, random_state: Any = None) -> Array:
-        """Return the first points of the engine, seeded by ``random_state``."""
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return points of the engine from number ``first`` on, seeded by ``random_state``.
+
+        Only the sequences of Sobol' and Halton can be continued; the points of the other engines
+        depend on how many there are, so that ``first`` must be 1.
+        """
+        if first > 1 and self.engine not in ("sobol", "halton"):
+            raise broken_rule(
+                "first", f"1 for the engine {self.engine!r}", first, "use 'sobol' or 'halton'"
+            )
+        return self._drawn(first - 1 + n_points, n_dim, random_state)[first - 1 :]
+
+    def _drawn(self, n_points: int, n_dim: int, random_state: Any) -> Array:
         import inspect
 
         from scipy.stats import qmc  # takes most of a second to import

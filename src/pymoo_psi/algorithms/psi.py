@@ -18,10 +18,12 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo.util.optimum import filter_optimum
 
 from pymoo_psi.arguments import Received, broken_rule, integer
-from pymoo_psi.host import box_bounds, require_known_keywords, require_problem
+from pymoo_psi.design_space import design_space
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.host import require_known_keywords, require_problem
 from pymoo_psi.investigation import TestTable
 from pymoo_psi.pareto import nondominated
-from pymoo_psi.sequences import lp_tau
+from pymoo_psi.sampling import LPTauSampling, UniformSampling
 
 __all__ = ["PSI"]
 
@@ -29,10 +31,10 @@ __all__ = ["PSI"]
 class PSI(Algorithm):
     """Test the points of the LPτ sequence and return the feasible Pareto-optimal ones.
 
-    ``minimize(problem, PSI(4096))`` works on any pymoo problem with a box of continuous
-    variables; it ends by itself when the points are used up, or earlier if a termination says so.
-    In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible designs,
-    ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
+    ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds, its variables
+    real, integer, binary or choices; it ends by itself when the points are used up, or earlier if
+    a termination says so. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
+    designs, ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
     ``res.algorithm.table`` the table of all tests.
 
     Asking and telling works as for every pymoo algorithm; ``ask()`` returns the same block until
@@ -42,15 +44,18 @@ class PSI(Algorithm):
         n_points: How many points to test.
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
+        sampling: Where the points come from: ``LPTauSampling()`` by default;
+            :class:`~pymoo_psi.QMCSampling` for more than 51 variables or for randomised points,
+            which then follow the ``seed`` of the run.
         block_size: Points per iteration, after each of which display, callback and termination
             are called. By default the run has 32 iterations, of at least 64 points.
         **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
-            finite box, or more than 51 variables.
+            finite bounds, or more than 51 variables.
         ArgumentTypeError: A count is not an integer, a keyword is unknown; at the start of a run:
-            the problem is no pymoo problem or has variables that are not continuous.
+            the problem is no pymoo problem or has variables of another type.
 
     Example:
         >>> from pymoo.optimize import minimize
@@ -66,9 +71,15 @@ class PSI(Algorithm):
         *,
         first: int = 1,
         block_size: int | None = None,
+        sampling: UniformSampling | None = None,
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
+        self.sampling = LPTauSampling() if sampling is None else sampling
+        if not isinstance(self.sampling, UniformSampling):
+            raise ArgumentTypeError(
+                f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
+            )
         kwargs.setdefault("output", PSIOutput())
         super().__init__(**kwargs)
         self.n_points = integer("n_points", n_points, minimum=1)
@@ -89,14 +100,21 @@ class PSI(Algorithm):
         require_problem(problem)
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
-        box_bounds(problem)
-        lp_tau(0, problem.n_var)  # more variables than LPτ has dimensions: say so before the run
         given = termination_from_tuple(kwargs.get("termination", self.termination))
         kwargs["termination"] = (
             PointsTested() if given is None else TerminateIfAny(PointsTested(), given)
         )
         super().setup(problem, **kwargs)
         return self
+
+    def _setup(self, problem: Any, **kwargs: Any) -> None:
+        self.space = design_space(problem)
+        self._points = self.sampling.unit_points(
+            self.n_points,
+            len(self.space.variables),
+            first=self.first,
+            random_state=self.random_state,
+        )
 
     def _initialize_infill(self) -> Population:
         return self._next_block()
@@ -110,10 +128,8 @@ class PSI(Algorithm):
         if count == 0:
             return None
         first = self.first + self.n_tested
-        lower, upper = box_bounds(self.problem)
-        block = Population.new(
-            "X", lower + (upper - lower) * lp_tau(count, self.problem.n_var, first=first)
-        )
+        points = self._points[self.n_tested : self.n_tested + count]
+        block = Population.new("X", self.space.designs(self.space.matrix(points)))
         block.set("test_point", np.arange(first, first + count))
         return block
 
@@ -156,7 +172,8 @@ class PSI(Algorithm):
                     Received(f"an array of shape {values.shape}"),
                     "evaluate the population before it is told",
                 )
-        return TestTable(numbers, X, F, infills.get("G"), infills.get("H"), feasible)
+        designs = self.space.to_matrix(X)
+        return TestTable(numbers, designs, F, infills.get("G"), infills.get("H"), feasible)
 
     def _set_optimum(self) -> None:
         if len(self._pareto) == 0:

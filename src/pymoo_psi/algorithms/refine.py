@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.arguments import Received, broken_rule, finite_array
+from pymoo_psi.design_space import design_space
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.host import box_bounds, require_problem
+from pymoo_psi.host import require_problem
 from pymoo_psi.pareto import EfficiencyRanking
 
 __all__ = ["Refinement", "refine"]
@@ -80,7 +81,8 @@ def refine(
     require_problem(problem)
     if not isinstance(ranking, EfficiencyRanking):
         raise ArgumentTypeError(f"ranking must be an EfficiencyRanking, got {ranking!r:.80}")
-    lower, upper = box_bounds(problem)
+    space = design_space(problem, continuous=True)
+    lower, upper = space.lower, space.upper
     start = finite_array("x0", x0)
     if start.shape != lower.shape:
         raise broken_rule("x0", f"of shape {lower.shape}", Received(f"shape {start.shape}"))
