@@ -1,6 +1,7 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
 import copy
+import importlib
 import pickle
 
 import numpy as np
@@ -11,7 +12,15 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, PsiError, QMCSampling, SphereChute, VectorizedSphereChute, lp_tau
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    QMCSampling,
+    SphereChute,
+    VectorizedSphereChute,
+    investigate,
+    lp_tau,
+)
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -27,7 +36,7 @@ class Unbounded(Problem):
 def check_pareto_set(result, problem):
     """All returned are feasible and mutually non-dominated; no feasible test dominates one."""
     table = result.algorithm.table
-    ok = table.feasible & np.isfinite(table.F).all(axis=1)
+    ok = table.feasible()
     assert result.opt.get("feas").all()
     for f in result.F:
         worse_nowhere, better_somewhere = (
@@ -61,7 +70,7 @@ def test_pareto_set_of_pymoos_problems(name, block_size):
     if result.F is not None:
         check_pareto_set(result, problem)
     else:
-        assert not result.algorithm.table.feasible.any()
+        assert not result.algorithm.table.feasible().any()
 
 
 def test_blocks_do_not_matter():
@@ -76,9 +85,9 @@ def test_two_runs_continue_each_other():
         minimize(CHUTE, algorithm).algorithm.table
         for algorithm in (PSI(100), PSI(40), PSI(60, first=41))
     )
-    joined = first.extended(second)
-    np.testing.assert_array_equal(joined.numbers, whole.numbers)
-    np.testing.assert_array_equal(joined.F, whole.F)
+    assert first.merge(second).equals(whole)
+    assert second.merge(first).equals(whole)
+    assert not first.equals(whole)
 
 
 def test_elementwise_and_vectorised_problems_agree():
@@ -208,9 +217,77 @@ def test_runs_do_not_share_state():
     np.testing.assert_array_equal(first.F, second.F)
 
 
+def test_limits_on_criteria():
+    limits = {"f1": 2.2, 3: 1.0}
+    result = minimize(CHUTE, PSI(500, limits=limits, block_size=90))
+    table = result.algorithm.table
+    assert table.feasible().all()  # no constraint is broken; limits are not constraints
+    kept = (table.F[:, 0] <= 2.2) & (table.F[:, 3] <= 1.0)
+    expected = [
+        number
+        for number, f in zip(table.numbers[kept], table.F[kept], strict=True)
+        if not ((table.F[kept] <= f).all(axis=1) & (table.F[kept] < f).any(axis=1)).any()
+    ]
+    assert result.opt.get("test_point").tolist() == expected
+    assert table.numbers[table.pareto(limits)].tolist() == expected
+    assert minimize(CHUTE, PSI(100, limits={"f1": 0.5})).F is None
+
+
+@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
+@pytest.mark.parametrize("block_size", [7, 64, 1000])
+@pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])
+def test_investigate_is_psi_without_objects(keep, block_size, name):
+    problem = get_problem(name)
+    whole = minimize(problem, PSI(300, first=3)).algorithm.table
+    mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
+    table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
+    assert table.equals(whole.rows(mask))
+
+
+def test_investigate_shows_progress_and_closes_the_bar(monkeypatch):
+    seen = []
+
+    class Bar:
+        set = seen.append
+
+        def close(self):
+            seen.append("closed")
+
+    module = importlib.import_module("pymoo_psi.algorithms.investigate")
+    monkeypatch.setattr(module, "ProgressBar", Bar)
+    investigate(CHUTE, 200, block_size=80, progress=True)
+    assert seen == [0.4, 0.8, 1.0, "closed"]
+
+
+def test_investigate_mixed_variables_and_limits():
+    whole = minimize(Mixed(), PSI(200)).algorithm.table
+    assert investigate(Mixed(), 200, block_size=64).equals(whole)
+    limited = investigate(Mixed(), 200, limits={"f1": 9.0}, keep="pareto", block_size=64)
+    assert limited.equals(whole.rows(whole.pareto({"f1": 9.0})))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
+        ({"keep": "best"}, "keep must be one of 'all', 'feasible', 'pareto', got 'best'"),
+        ({"progress": 1}, "progress must be True or False, got 1"),
+        ({"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
+        (
+            {"limits": {"f9": 1.0}, "keep": "pareto"},
+            "criterion must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'",
+        ),
+    ],
+)
+def test_bad_investigations(options, message):
+    with pytest.raises(PsiError, match=message):
+        investigate(CHUTE, **{"n_points": 8, **options})
+
+
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
+        (lambda: minimize(CHUTE, PSI(8, limits={"f9": 1})), ValueError, "criterion must be one of"),
         (lambda: PSI(0), ValueError, "n_points must be an integer >= 1, got 0"),
         (lambda: PSI(10.0), TypeError, "n_points must be an integer >= 1, got 10.0"),
         (lambda: PSI(10, first=0), ValueError, "first must be an integer >= 1, got 0"),
@@ -284,7 +361,7 @@ def test_mixed_variables():
     assert set(table.X[:, 2]) == {True, False}
     assert 1 <= min(table.X[:, 0]) < max(table.X[:, 0]) < 2
     assert [x["metal"] for x in result.X] == table.X[result.opt.get("test_point") - 1, 3].tolist()
-    ok = table.feasible
+    ok = table.feasible()
     assert ok.tolist() == (table.X[:, 1] <= 6).tolist()
     for f in result.F:
         assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
@@ -350,7 +427,7 @@ def test_a_randomised_sequence_can_be_continued():
             PSI(60, first=41, sampling=sobol),
         )
     )
-    np.testing.assert_array_equal(first.extended(second).X, whole.X)
+    assert first.merge(second).equals(whole)
     with pytest.raises(PsiError, match="first must be 1 for the engine 'lhs', got 41; use 'sobol'"):
         minimize(CHUTE, PSI(60, first=41, sampling=QMCSampling("lhs")))
     with pytest.raises(TypeError, match="sampling must be LPTauSampling"):

@@ -5,7 +5,7 @@ Problems
 Sampling
     :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
 Algorithms
-    :class:`PSI` with its :class:`TestTable`; :func:`nsga3`; :func:`refine`.
+    :class:`PSI`, :func:`investigate` and their :class:`TestTable`; :func:`nsga3`; :func:`refine`.
 Decision-making
     :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`;
     :class:`SalukvadzeOptimum`, :class:`EfficientSubset`.
@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pymoo_psi import chute
-    from pymoo_psi.algorithms import PSI, nsga3, refine
+    from pymoo_psi.algorithms import PSI, investigate, nsga3, refine
     from pymoo_psi.errors import PsiError
     from pymoo_psi.investigation import TestTable
     from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
@@ -44,6 +44,7 @@ _HOME = {
     # Algorithms
     "PSI": "algorithms",
     "TestTable": "investigation",
+    "investigate": "algorithms",
     "nsga3": "algorithms",
     "refine": "algorithms",
     # Decision-making

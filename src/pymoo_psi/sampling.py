@@ -10,9 +10,10 @@ from pymoo.core.sampling import Sampling
 
 from pymoo_psi.arguments import Received, boolean, broken_rule, integer, known_name
 from pymoo_psi.design_space import design_space
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.sequences import lp_tau
 
-__all__ = ["LPTauSampling", "QMCSampling", "UniformSampling"]
+__all__ = ["LPTauSampling", "QMCSampling", "UniformSampling", "require_uniform"]
 
 Array = NDArray[np.float64]
 
@@ -40,6 +41,15 @@ class UniformSampling(Sampling):
     ) -> Array:
         """Return ``(n_points, n_dim)`` points of [0, 1), from number ``first`` on."""
         raise NotImplementedError
+
+
+def require_uniform(sampling: object) -> UniformSampling:
+    """Return ``sampling``; it must be one of the operators of this module."""
+    if not isinstance(sampling, UniformSampling):
+        raise ArgumentTypeError(
+            f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
+        )
+    return sampling
 
 
 class LPTauSampling(UniformSampling):

@@ -18,12 +18,13 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo.util.optimum import filter_optimum
 
 from pymoo_psi.arguments import Received, broken_rule, integer
-from pymoo_psi.design_space import design_space
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.design_space import design_space, problem_layout
 from pymoo_psi.host import require_known_keywords, require_problem
 from pymoo_psi.investigation import TestTable
+from pymoo_psi.investigation.layout import Limits
+from pymoo_psi.investigation.limits import limit_vector
 from pymoo_psi.pareto import nondominated
-from pymoo_psi.sampling import LPTauSampling, UniformSampling
+from pymoo_psi.sampling import LPTauSampling, UniformSampling, require_uniform
 
 __all__ = ["PSI"]
 
@@ -47,6 +48,9 @@ class PSI(Algorithm):
         sampling: Where the points come from: ``LPTauSampling()`` by default;
             :class:`~pymoo_psi.QMCSampling` for more than 51 variables or for randomised points,
             which then follow the ``seed`` of the run.
+        limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
+            design that exceeds one counts as infeasible in the result; the table keeps it as it
+            is, so that other limits can be tried on the table afterwards.
         block_size: Points per iteration, after each of which display, callback and termination
             are called. By default the run has 32 iterations, of at least 64 points.
         **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
@@ -72,14 +76,12 @@ class PSI(Algorithm):
         first: int = 1,
         block_size: int | None = None,
         sampling: UniformSampling | None = None,
+        limits: Limits | None = None,
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
-        self.sampling = LPTauSampling() if sampling is None else sampling
-        if not isinstance(self.sampling, UniformSampling):
-            raise ArgumentTypeError(
-                f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
-            )
+        self.limits = limits
+        self.sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
         kwargs.setdefault("output", PSIOutput())
         super().__init__(**kwargs)
         self.n_points = integer("n_points", n_points, minimum=1)
@@ -109,6 +111,8 @@ class PSI(Algorithm):
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         self.space = design_space(problem)
+        self.table = TestTable.empty(problem_layout(problem, self.space))
+        self._limits = limit_vector(self.limits, self.table.layout)
         self._points = self.sampling.unit_points(
             self.n_points,
             len(self.space.variables),
@@ -141,15 +145,20 @@ class PSI(Algorithm):
         if infills is None:
             return False
         block = self._told(infills)
-        rows = np.concatenate([self._pareto, self.n_tested + np.flatnonzero(block.eligible)])
+        rows = np.concatenate(
+            [self._pareto, self.n_tested + np.flatnonzero(block.eligible(self.limits))]
+        )
         self.table = self.table.extended(block)
         self._pareto = rows[nondominated(self.table.F[rows])]
+        if self.limits:
+            excess = sum(np.maximum(block.F[:, j] - most, 0) for j, most in self._limits.items())
+            infills.set("CV", infills.get("CV") + np.reshape(excess, (-1, 1)))
         self.pop = Population.merge(self.pop, infills)
         return True
 
     def _told(self, infills: Population) -> TestTable:
         """Return a told block as a table; it must continue where the last one ended."""
-        numbers, X, F, feasible = infills.get("test_point", "X", "F", "feas")
+        numbers, X, F = infills.get("test_point", "X", "F")
         first = self.first + self.n_tested
         if numbers.tolist() != list(range(first, first + len(numbers))):
             raise broken_rule(
@@ -172,8 +181,8 @@ class PSI(Algorithm):
                     Received(f"an array of shape {values.shape}"),
                     "evaluate the population before it is told",
                 )
-        designs = self.space.to_matrix(X)
-        return TestTable(numbers, designs, F, infills.get("G"), infills.get("H"), feasible)
+        designs, layout = self.space.to_matrix(X), self.table.layout
+        return TestTable.of(numbers, designs, F, infills.get("G"), infills.get("H"), layout=layout)
 
     def _set_optimum(self) -> None:
         if len(self._pareto) == 0:
@@ -193,7 +202,7 @@ class PointsTested(Termination):
 
 
 def _n_feasible(algorithm: Any) -> int:
-    return int(algorithm.table.feasible.sum())
+    return int(algorithm.table.feasible().sum())
 
 
 def _n_pareto(algorithm: Any) -> int:

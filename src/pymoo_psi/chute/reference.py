@@ -27,6 +27,7 @@ from pymoo_psi.chute.state import Motion, broadcast
 __all__ = ["integrate"]
 
 _STILL = 1e-13  # slip speed that counts as none
+_NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STILL
 
 
 def integrate(
@@ -104,7 +105,13 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> dict[str, Any
     slips_out = stalls = False
     if still(0.0, y) > 0:
         solution = solve_ivp(
-            field, (0.0, 1e9), y, "DOP853", events=(at_exit, stalled, still), rtol=rtol, atol=atol
+            field,
+            (0.0, 1e9),
+            y,
+            "DOP853",
+            events=(at_exit, stalled, still),
+            rtol=rtol,
+            atol=np.array([atol, atol, atol, _NOISE, _NOISE, atol]),
         )
         y = solution.y[:, -1]
         ends = [len(times) > 0 for times in solution.t_events or ()]

@@ -1,14 +1,43 @@
-"""The table of tests: every tested point with its number, design and criteria."""
+"""The table of tests: every tested point, and what an investigator asks of them.
+
+The order of work is that of Parameter Space Investigation (Sobol' and Statnikov, Choosing Optimal
+Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995): test the points,
+look at the ordered test tables, set limits on the criteria, take the Pareto set of the designs
+that are feasible then, and refine the box for the next investigation.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi.arguments import broken_rule
+from pymoo_psi.investigation.box import box_of_feasible_set, section_points
+from pymoo_psi.investigation.csv_file import read_csv, write_csv
+from pymoo_psi.investigation.designs import column_kinds, design_row
+from pymoo_psi.investigation.frames import table_frame
+from pymoo_psi.investigation.layout import Key, Limits
+from pymoo_psi.investigation.limits import (
+    broken_names,
+    constraint_as_criterion,
+    cost_of_constraints,
+    limit_vector,
+    within_limits,
+)
+from pymoo_psi.investigation.merging import difference_of_tables, merged
+from pymoo_psi.investigation.parquet_file import read_parquet, write_parquet
+from pymoo_psi.investigation.prototype import comparison_with_prototype, make_prototype
+from pymoo_psi.investigation.records import STATUSES, Records
+from pymoo_psi.investigation.statistics import (
+    Dependence,
+    Histogram,
+    dependence_on_variable,
+    histogram_of_variable,
+)
 from pymoo_psi.pareto import nondominated
 
 if TYPE_CHECKING:
@@ -17,79 +46,320 @@ if TYPE_CHECKING:
 __all__ = ["TestTable"]
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class TestTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class TestTable(Records):
     """Every tested point of an investigation, in the order of testing.
 
+    Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
+    :meth:`read_csv`. A table never changes; its arrays are read-only.
+
+    Wherever ``limits`` are asked for, they are limits f_j <= f_j** on criteria, by name or index
+    from 0: ``{"f1": 2.5, "f3": 0.1}``. They judge the tests anew and need no evaluation.
+
     Attributes:
-        numbers: ``(n,)`` numbers of the test points, from 1.
-        X: ``(n, n_var)`` designs.
-        F: ``(n, m)`` criteria, all minimised.
-        G: ``(n, n_constr)`` inequality constraints, satisfied where <= 0.
-        H: ``(n, n_eq)`` equality constraints.
-        feasible: ``(n,)`` which designs satisfy all constraints.
+        layout: Names of variables, criteria and constraints, bounds of the box, the tolerance of
+            equality constraints.
+        numbers: ``(n,)`` numbers of the test points, from 1, each once.
+        X: ``(n, n_var)`` designs: float64; int64 or bool if all variables are integers or all
+            booleans; object if they differ, or are choices.
+        F: ``(n, m)`` criteria, all minimised; NaN or infinite where a design failed.
+        G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
+        H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
+        status: ``(n,)`` "ok", "infeasible" (breaks a constraint) or "failed" (was not computed).
+        reasons: Why designs failed, for the numbers of their test points.
+        prototype: An existing design to compare with, if there is one.
+
+    Example:
+        >>> table = TestTable.of(
+        ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]],
+        ...     G=[[-1.0], [0.0], [0.5]])
+        >>> table
+        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variables, 2 criteria, 1 constraints)
+        >>> table.feasible({"f1": 1.5}).tolist()
+        [True, False, False]
     """
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
-    numbers: NDArray[np.int64]
-    X: Array
-    F: Array
-    G: Array
-    H: Array
-    feasible: NDArray[np.bool_]
+    def __repr__(self) -> str:
+        """Return the size of the table."""
+        counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
+        constraints = len(self.layout.constraints)
+        sizes = (
+            f"{self.X.shape[1]} variables, {self.F.shape[1]} criteria, {constraints} constraints"
+        )
+        return f"TestTable({len(self)} tests: {counts}; {sizes})"
 
-    def __len__(self) -> int:
-        """Return the number of tested points."""
-        return len(self.numbers)
+    # Sets of designs
 
-    @classmethod
-    def empty(cls) -> TestTable:
-        """Return a table without any test, which takes the widths of the first block it gets."""
-        none = np.zeros((0, 0))
-        return cls(np.zeros(0, dtype=np.int64), none, none, none, none, np.zeros(0, dtype=bool))
+    def feasible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are "ok" and keep the limits.
 
-    def extended(self, block: TestTable) -> TestTable:
-        """Return this table with the tests of another behind its own."""
-        if len(self) == 0:
-            return block
-        pairs = ((getattr(self, f.name), getattr(block, f.name)) for f in fields(self))
-        return TestTable(*(np.concatenate(pair) for pair in pairs))
+        Raises:
+            ArgumentValueError: A criterion is not known, or a limit is NaN.
+            ArgumentTypeError: The limits are no mapping to numbers.
+        """
+        ok: Mask = self.status == "ok"
+        return ok & within_limits(self.F, limit_vector(limits, self.layout))
 
-    @property
-    def eligible(self) -> NDArray[np.bool_]:
-        """``(n,)`` which designs are feasible and have finite criteria."""
-        eligible: NDArray[np.bool_] = self.feasible & np.isfinite(self.F).all(axis=1)
-        return eligible
-
-    @property
-    def pareto(self) -> NDArray[np.bool_]:
-        """``(n,)`` which designs are Pareto optimal among the feasible ones."""
-        mask = self.eligible
-        mask[mask] = nondominated(self.F[mask])
+    def eligible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are feasible and have finite criteria, so that they compete."""
+        mask = self.feasible(limits)
+        mask &= np.isfinite(self.F).all(axis=1)
         return mask
+
+    def pareto(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are Pareto optimal among the eligible ones."""
+        mask = self.eligible(limits)
+        if self.F.shape[1] > 0:  # without criteria no design is better than another
+            mask[mask] = nondominated(self.F[mask])
+        return mask
+
+    def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
+        """Return the ordered test table of a criterion: the feasible designs, the best first.
+
+        It is a table again, for the next question, a frame or a file. Equal designs stay in the
+        order of testing; those whose criterion is NaN come last.
+        """
+        values = self.F[:, self.layout.objective(criterion)]
+        rows = np.flatnonzero(self.feasible(limits))
+        return self.rows(rows[np.argsort(values[rows], kind="stable")])
+
+    # Constraints and limits
+
+    def broken(self, limits: Limits | None = None) -> dict[int, tuple[str, ...]]:
+        """Return the names of the constraints, and limits, that designs break.
+
+        Returns:
+            The names for the number of every design that breaks any; failed designs are left out.
+
+        Example:
+            >>> TestTable.of([7], [[0.0]], [[1.0]], G=[[2.0, -2.0]]).broken({"f1": 0.5})
+            {7: ('g1', 'f1')}
+        """
+        return broken_names(self, limits)
+
+    def constraint_costs(self, limits: Limits | None = None) -> pd.DataFrame:
+        """Return what each constraint and limit costs, and what relaxing it would buy.
+
+        Returns:
+            One row per constraint and then per limit. Columns: ``limit``, what its value must not
+            exceed; ``rejects``, how many designs break it; ``alone``, how many it alone rejects;
+            and for each criterion the best value among the feasible designs (``f1_feasible``) and
+            among those it alone rejects (``f1_alone``); NaN where there are none.
+        """
+        return cost_of_constraints(self, limits)
+
+    def with_constraint_as_criterion(self, constraint: Key) -> TestTable:
+        """Return the table with a constraint looked at as a criterion more, the last one.
+
+        The criterion has the constraint's name and the value g, or |h|. The constraint is gone, so
+        that designs which it alone rejected become feasible; a limit of 0 (or the tolerance) on
+        the new criterion restores it, and any other relaxes or tightens it.
+
+        Raises:
+            ArgumentValueError: There is no such constraint.
+        """
+        return constraint_as_criterion(self, constraint)
+
+    # Variables
+
+    def histogram(
+        self, variable: Key, *, bins: int = 10, limits: Limits | None = None
+    ) -> Histogram:
+        """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
+
+        Args:
+            variable: Name or index of the variable.
+            bins: Equal bins of the box of a real variable; others have one bin for each value.
+            limits: Limits on criteria.
+        """
+        return histogram_of_variable(self, variable, bins=bins, limits=limits)
+
+    def dependence(
+        self, criterion: Key, variable: Key, *, limits: Limits | None = None
+    ) -> Dependence:
+        """Return the projection of all designs onto a variable and a criterion, as data to draw."""
+        return dependence_on_variable(self, criterion, variable, limits=limits)
+
+    def section_points(
+        self,
+        design: int | ArrayLike,
+        variable: Key,
+        n: int,
+        lower: float | None = None,
+        upper: float | None = None,
+    ) -> NDArray[Any]:
+        """Return the designs of a one-at-a-time section, for the problem to evaluate.
+
+        Args:
+            design: Number of the test point the section goes through, or ``(n_var,)`` a design.
+            variable: Name or index of the variable that runs, a real one or an integer.
+            n: Number of designs.
+            lower: Where the variable starts; at the lower bound of the box unless given.
+            upper: Where it ends; at the upper bound unless given.
+
+        Returns:
+            ``(n, n_var)`` designs; see :func:`pymoo_psi.investigation.section_points`.
+
+        Raises:
+            ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
+                choice or a boolean.
+        """
+        j = self.layout.variable(variable)
+        start = float(self.layout.lower[j]) if lower is None else lower
+        end = float(self.layout.upper[j]) if upper is None else upper
+        if isinstance(design, (int, np.integer)):
+            rows = np.flatnonzero(self.numbers == design)
+            if len(rows) == 0:
+                raise broken_rule("design", "a tested point's number, or a design", int(design))
+            return section_points(self.X[rows[0]], j, n, start, end)
+        kinds = column_kinds(self.X) if len(self) else ()
+        row = design_row("design", design, self.layout.variables, kinds)
+        return section_points(row, j, n, start, end)
+
+    def refined_bounds(
+        self, limits: Limits | None = None, *, margin: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return the box of the feasible set, for the next investigation.
+
+        Args:
+            limits: Limits on criteria.
+            margin: Widen the box on each side by this share of its width, but not beyond the
+                bounds of this table. Integers are rounded outwards.
+
+        Returns:
+            Lower and upper bounds, ``(n_var,)`` each; NaN for choices and booleans.
+
+        Raises:
+            ArgumentValueError: No design is feasible, or the margin is below 0.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.0], [0.5], [0.7]], [[3.0], [1.0], [2.0]])
+            >>> table.refined_bounds({"f1": 2.0}, margin=0.5)
+            (array([0.4]), array([0.8]))
+        """
+        return box_of_feasible_set(self, limits=limits, margin=margin)
+
+    # A prototype
+
+    def with_prototype(
+        self,
+        x: ArrayLike,
+        f: ArrayLike,
+        g: ArrayLike | None = None,
+        h: ArrayLike | None = None,
+        *,
+        name: str = "prototype",
+    ) -> TestTable:
+        """Return the table with an existing design carried along.
+
+        Args:
+            x: ``(n_var,)`` its variables; they may lie outside the box.
+            f: ``(m,)`` its criteria, finite.
+            g: ``(n_ieq,)`` its inequality constraints; not known unless given.
+            h: ``(n_eq,)`` its equality constraints; not known unless given.
+            name: What it is called.
+
+        Raises:
+            ArgumentValueError: A value is missing, or a criterion is not finite.
+            ArgumentTypeError: A value is not a number, the name is not text.
+        """
+        return self._with(prototype=make_prototype(self, name, x, f, g, h))
+
+    def compare_with_prototype(self, limits: Limits | None = None) -> pd.DataFrame:
+        """Return what the Pareto-optimal designs gain on the prototype, the best first.
+
+        Returns:
+            Index ``test_point``; columns: the criteria; ``gain_f1`` …, the prototype's value less
+            the design's, above 0 where the design is better; ``better_in``, in how many criteria
+            it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
+
+        Raises:
+            ArgumentValueError: The table has no prototype.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
+            >>> table.with_prototype([0.3], [3.0, 3.0]).compare_with_prototype().iloc[:, 2:5]
+                        gain_f1  gain_f2  better_in
+            test_point
+            2               1.0      1.0          2
+            1               2.0     -1.0          1
+        """
+        return comparison_with_prototype(self, self.pareto(limits))
+
+    # Tables of several runs
+
+    def merge(self, other: TestTable) -> TestTable:
+        """Return the tests of this and another run of the same problem, by number of test point.
+
+        ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
+        tables counts once.
+
+        Raises:
+            ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
+                have other results for the same test point.
+            ArgumentTypeError: ``other`` is no table.
+        """
+        return merged(self, other)
+
+    def equals(self, other: TestTable) -> bool:
+        """Say whether another table is the same in everything; NaN is equal to NaN."""
+        return not difference_of_tables(self, other)
+
+    # Frames and files
 
     def to_frame(self) -> pd.DataFrame:
         """Return the table with one row per test point.
 
         Returns:
-            Index ``test_point``; columns x1…, f1…, g1…, h1…, ``feasible``, ``pareto``.
+            Index ``test_point``; a column for each variable, criterion and constraint under its
+            name; ``status``; ``broken``, the names of the constraints a design breaks;
+            ``reason``, why it failed; ``pareto``.
         """
-        import pandas as pd
-
-        blocks = {"x": self.X, "f": self.F, "g": self.G, "h": self.H}
-        columns = {
-            f"{letter}{j + 1}": block[:, j]
-            for letter, block in blocks.items()
-            for j in range(block.shape[1])
-        }
-        return pd.DataFrame(
-            {**columns, "feasible": self.feasible, "pareto": self.pareto},
-            index=pd.Index(self.numbers, name="test_point"),
-        )
+        return table_frame(self)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the numbers read back are the same to the last bit."""
-        self.to_frame().to_csv(path)
+        """Write the table; :meth:`read_csv` reads it back without a change.
+
+        The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
+        a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
+        them by ``pd.read_csv(path, comment="#", index_col="test_point")``. An interrupted
+        writing leaves the old file as it was.
+        """
+        write_csv(self, path)
+
+    @staticmethod
+    def read_csv(path: str | PathLike[str]) -> TestTable:
+        """Read a table that :meth:`to_csv` wrote.
+
+        Rows may stand in any order, and further columns are not read; ``broken`` and ``pareto``
+        follow from the others.
+
+        Raises:
+            ArgumentValueError: The file is not such a table, or is damaged.
+            OSError: The file cannot be opened.
+        """
+        return read_csv(path)
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
+
+        Raises:
+            PsiError: pyarrow is not installed.
+        """
+        write_parquet(self, path)
+
+    @staticmethod
+    def read_parquet(path: str | PathLike[str]) -> TestTable:
+        """Read a table that :meth:`to_parquet` wrote.
+
+        Raises:
+            PsiError: pyarrow is not installed.
+            ArgumentValueError: The file is not such a table, or is damaged.
+            OSError: The file cannot be opened.
+        """
+        return read_parquet(path)

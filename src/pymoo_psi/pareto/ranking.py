@@ -144,8 +144,19 @@ def rank_of_efficiency(
         ([0, 6, 0, 0], [1])
     """
     F = objective_matrix("F", F)
+    return ranking_of(F, nondominated(F), normalize=normalize, ideal=ideal, nadir=nadir)
+
+
+def ranking_of(
+    F: Array,
+    pareto: NDArray[np.bool_],
+    *,
+    normalize: bool,
+    ideal: ArrayLike | None = None,
+    nadir: ArrayLike | None = None,
+) -> EfficiencyRanking:
+    """Rank the rows of a checked matrix whose Pareto-optimal rows, one or more, are known."""
     normalize = boolean("normalize", normalize)
-    pareto = nondominated(F)
     front = F[pareto]
     U = front.min(axis=0) if ideal is None else _given_point("ideal", ideal, F.shape[1])
     N = front.max(axis=0) if nadir is None else _given_point("nadir", nadir, F.shape[1])

@@ -1,0 +1,58 @@
+"""The paper's figures 2 to 8: for each a function for its data and one that draws them on axes.
+
+The data are arrays in frozen dataclasses, to be looked at or tested as numbers. The drawing
+functions take ``ax``, or make axes of their own, and return the axes; they show nothing, write
+nothing, and leave matplotlib's settings alone. This is the only place that imports matplotlib.
+
+Figure 2, the criteria over the design box
+    :class:`CriterionSurfaces`: :func:`criterion_surfaces`, :func:`draw_surface`.
+Figures 3 to 6, the ranked Pareto set in four spaces
+    :class:`RankedPoints`: :func:`geometric_points`, :func:`design_points`,
+    :func:`objective_points`, :func:`draw_points`.
+Figure 7, the transportation of the sphere
+    :class:`MotionPanel`: :func:`motion_panels`, :func:`draw_motion_panel`.
+Figure 8, the optimum as a function of the initial speed
+    :class:`SalukvadzeFunctions`: :func:`salukvadze_functions`, :func:`draw_salukvadze_functions`.
+Whole pages
+    :func:`paper_figures`, :func:`save_figures`.
+"""
+
+from pymoo_psi.figures.points import (
+    RankedPoints,
+    design_points,
+    draw_points,
+    geometric_points,
+    objective_points,
+)
+from pymoo_psi.figures.save import paper_figures, save_figures
+from pymoo_psi.figures.sensitivity import (
+    SalukvadzeFunctions,
+    draw_salukvadze_functions,
+    salukvadze_functions,
+)
+from pymoo_psi.figures.surfaces import CriterionSurfaces, criterion_surfaces, draw_surface
+from pymoo_psi.figures.transport import MotionPanel, draw_motion_panel, motion_panels
+
+__all__ = [  # noqa: RUF022 - in the order of the figures
+    # Figure 2
+    "CriterionSurfaces",
+    "criterion_surfaces",
+    "draw_surface",
+    # Figures 3 to 6
+    "RankedPoints",
+    "geometric_points",
+    "design_points",
+    "objective_points",
+    "draw_points",
+    # Figure 7
+    "MotionPanel",
+    "motion_panels",
+    "draw_motion_panel",
+    # Figure 8
+    "SalukvadzeFunctions",
+    "salukvadze_functions",
+    "draw_salukvadze_functions",
+    # Whole pages
+    "paper_figures",
+    "save_figures",
+]

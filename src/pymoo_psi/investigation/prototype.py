@@ -1,0 +1,110 @@
+"""The prototype: an existing design, carried along to see what the investigation gains on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi.arguments import Received, broken_rule, finite_array, real_array
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.investigation.designs import column_kinds, design_row
+from pymoo_psi.investigation.layout import Layout, is_writable
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pymoo_psi.investigation.table import TestTable
+
+__all__ = ["Prototype", "comparison_with_prototype", "make_prototype"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prototype:
+    """An existing design.
+
+    Attributes:
+        name: What it is called.
+        x: ``(n_var,)`` its variables; they may lie outside the box.
+        f: ``(m,)`` its criteria, finite.
+        g: ``(n_ieq,)`` its inequality constraints; NaN where not known.
+        h: ``(n_eq,)`` its equality constraints; NaN where not known.
+    """
+
+    name: str
+    x: NDArray[Any]
+    f: Array
+    g: Array
+    h: Array
+
+    def checked(self, layout: Layout) -> Prototype:
+        """Return the prototype with read-only arrays that fit the layout."""
+        if not isinstance(self.name, str) or not is_writable(self.name):
+            raise ArgumentTypeError(
+                f"the prototype's name must be Unicode text, got {self.name!r:.80}"
+            )
+        arrays: dict[str, NDArray[Any]] = {
+            "x": design_row("x of the prototype", self.x, layout.variables),
+            "f": finite_array("f of the prototype", self.f).copy(),
+            "g": real_array("g of the prototype", self.g).copy(),
+            "h": real_array("h of the prototype", self.h).copy(),
+        }
+        groups = {"f": layout.objectives, "g": layout.inequalities, "h": layout.equalities}
+        for letter, names in groups.items():
+            if arrays[letter].shape != (len(names),):
+                rule = f"of shape {(len(names),)}"
+                found = Received(f"shape {arrays[letter].shape}")
+                raise broken_rule(f"{letter} of the prototype", rule, found)
+        for array in arrays.values():
+            array.setflags(write=False)
+        return Prototype(self.name, **arrays)
+
+    def same_as(self, other: Prototype) -> bool:
+        """Say whether another prototype has the same name and values."""
+        return self.name == other.name and all(
+            [repr(v) for v in getattr(self, letter).tolist()]
+            == [repr(v) for v in getattr(other, letter).tolist()]
+            for letter in "xfgh"
+        )
+
+
+def make_prototype(
+    table: TestTable, name: str, x: Any, f: ArrayLike, g: ArrayLike | None, h: ArrayLike | None
+) -> Prototype:
+    """Return the prototype; constraints that are not given are not known."""
+    layout, kinds = table.layout, column_kinds(table.X) if len(table) else ()
+    unknown_g, unknown_h = (
+        np.full(len(n), np.nan) for n in (layout.inequalities, layout.equalities)
+    )
+    values = (
+        real_array("f of the prototype", f),
+        unknown_g if g is None else real_array("g of the prototype", g),
+        unknown_h if h is None else real_array("h of the prototype", h),
+    )
+    x = design_row("x of the prototype", x, layout.variables, kinds)
+    return Prototype(name, x, *values).checked(layout)
+
+
+def comparison_with_prototype(table: TestTable, pareto: NDArray[np.bool_]) -> pd.DataFrame:
+    """Return what the Pareto-optimal designs gain on the prototype, the best first."""
+    import pandas as pd
+
+    if table.prototype is None:
+        raise broken_rule(
+            "the table", "one with a prototype", Received("none"), "give it by with_prototype(x, f)"
+        )
+    names, F = table.layout.objectives, table.F[pareto]
+    gain = table.prototype.f - F
+    better = (gain > 0).sum(axis=1)
+    dominates = (gain >= 0).all(axis=1) & (better > 0)
+    frame = pd.DataFrame(
+        F, columns=list(names), index=pd.Index(table.numbers[pareto], name="test_point")
+    )
+    frame[[f"gain_{name}" for name in names]] = gain
+    frame["better_in"], frame["dominates"] = better, dominates
+    frame["better_in_all"] = better == len(names)
+    return frame.iloc[np.lexsort((frame.index.to_numpy(), -better, ~dominates))]
