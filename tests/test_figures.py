@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pymoo_psi import PsiError, lp_tau, rank_of_efficiency
-from pymoo_psi.chute import ChuteParameters, criteria, motion
+from pymoo_psi.chute import ChuteParameters, criteria, motion, trajectory
 from pymoo_psi.figures import (
     criterion_surfaces,
     design_points,
@@ -309,7 +309,7 @@ def test_names_of_functions_are_checked(names, message):
 
 
 def test_pages_keep_every_text_inside_and_name_the_model(case):
-    for number, figure in paper_figures(Reproduction(512, (case,)), fallen, model="rolling"):
+    for number, figure in paper_figures(Reproduction(512, (case,)), model="rolling"):
         renderer = render(figure)
         page = figure.bbox
         assert round(figure.get_figwidth() * 25.4) == 180
@@ -328,37 +328,31 @@ def test_pages_keep_every_text_inside_and_name_the_model(case):
 
 
 def test_the_page_of_the_motion_tells_the_design(case):
-    asked = []
-
-    def trajectory(*arguments):
-        asked.append(arguments)
-        return fallen(*arguments)
-
-    figures = dict(paper_figures(Reproduction(512, (case,)), trajectory, model="rolling"))
-    (u1, v_p, parameters), best = asked[0], case.ranking.salukvadze[0]
-    assert [u1, v_p] == case.X[best].tolist()
-    assert parameters.mu == 0.4
+    figures = dict(paper_figures(Reproduction(512, (case,)), model="rolling"))
+    best = case.ranking.salukvadze[0]
+    way = trajectory(*case.X[best], ChuteParameters(mu=0.4))
     assert "motion under the full model" in figures[7].get_suptitle()
     facts = figures[7].axes[-1].texts[0].get_text()
     assert f"test point {case.test_point[best]}" in facts
-    assert "25.0% of the way" in facts
+    assert f"{way.slip_end:.1%} of the way" in facts
 
 
 def test_files_are_written_for_one_model(case, tmp_path):
     (tmp_path / "figure_2.png").write_text("old")
-    paths = save_figures(Reproduction(64, (case,)), tmp_path, fallen, model="rolling", dpi=50)
+    paths = save_figures(Reproduction(64, (case,)), tmp_path, model="rolling", dpi=50)
     assert [path.name for path in paths] == [f"figure_{number}.png" for number in range(2, 9)]
     assert sorted(paths) == sorted(tmp_path.iterdir())
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
 
 
-def test_no_file_is_written_if_a_figure_cannot_be_made(case, tmp_path):
-    def failing(u1, v_p, parameters):
+def test_no_file_is_written_if_a_figure_cannot_be_made(case, tmp_path, monkeypatch):
+    def failing(*arguments):
         raise RuntimeError("no motion")
 
+    monkeypatch.setattr("pymoo_psi.figures.save.trajectory", failing)
     (tmp_path / "figure_2.png").write_text("old")
     with pytest.raises(RuntimeError, match="no motion"):
-        save_figures(Reproduction(64, (case,)), tmp_path, failing, model="rolling", dpi=50)
+        save_figures(Reproduction(64, (case,)), tmp_path, model="rolling", dpi=50)
     assert [path.name for path in tmp_path.iterdir()] == ["figure_2.png"]
     assert (tmp_path / "figure_2.png").read_text() == "old"
 
@@ -369,13 +363,13 @@ def test_no_file_is_written_if_a_figure_cannot_be_made(case, tmp_path):
 ])  # fmt: skip
 def test_a_missing_case_is_named(case, tmp_path, model, message):
     with pytest.raises(PsiError, match=message):
-        save_figures(Reproduction(64, (case,)), tmp_path, fallen, model=model)
+        save_figures(Reproduction(64, (case,)), tmp_path, model=model)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_settings_and_windows_of_matplotlib_are_left_alone(case):
     before = dict(matplotlib.rcParams)
-    for _ in paper_figures(Reproduction(16, (case,)), fallen, model="rolling"):
+    for _ in paper_figures(Reproduction(16, (case,)), model="rolling"):
         assert dict(matplotlib.rcParams) == before
     render(draw_points(design_points(case)).figure)
     assert dict(matplotlib.rcParams) == before

@@ -4,7 +4,8 @@ Everything is dimensionless: lengths in units of the horizontal distance L, spee
 sqrt(L g), times in units of sqrt(L / g).
 
 Parameters: :class:`ChuteParameters`.
-Motion: :class:`Motion`, :func:`motion` (solved), :func:`integrate` (by SciPy, as reference).
+Motion: :class:`Motion`, :func:`motion` (solved), :func:`integrate` (by SciPy, as reference);
+:class:`Trajectory`, :func:`trajectory` (along the way).
 Criteria f1 to f4: :func:`criteria`.
 """
 
@@ -12,12 +13,15 @@ from pymoo_psi.chute.motion import MODELS, criteria, motion
 from pymoo_psi.chute.parameters import ChuteParameters
 from pymoo_psi.chute.reference import integrate
 from pymoo_psi.chute.state import Motion
+from pymoo_psi.chute.trajectory import Trajectory, trajectory
 
 __all__ = [
     "MODELS",
     "ChuteParameters",
     "Motion",
+    "Trajectory",
     "criteria",
     "integrate",
     "motion",
+    "trajectory",
 ]

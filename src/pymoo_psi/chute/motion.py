@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -9,16 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.arguments import known_name
+from pymoo_psi.chute.exact import slip_then_roll
+from pymoo_psi.chute.one_design import solve_one
 from pymoo_psi.chute.parameters import ChuteParameters
-from pymoo_psi.chute.reference import integrate_all
 from pymoo_psi.chute.rolling import roll
 from pymoo_psi.chute.state import Motion, broadcast
 
-__all__ = ["MODELS", "criteria", "motion"]
+__all__ = ["MODELS", "criteria", "criteria_of_one", "motion"]
 
 Array = NDArray[np.float64]
 
-_SOLVERS: dict[str, Callable[..., dict[str, Any]]] = {"full": integrate_all, "rolling": roll}
+_SOLVERS: dict[str, Callable[..., dict[str, Any]]] = {"full": slip_then_roll, "rolling": roll}
 
 MODELS = tuple(_SOLVERS)
 """``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""
@@ -77,3 +79,18 @@ def criteria(motion: Motion) -> Array:
     balance = np.abs(motion.plane_work - motion.dissipation)
     f2 = np.where(motion.reached < 1, np.inf, balance)
     return np.stack([motion.time, f2, motion.u1, motion.v_p], axis=-1)
+
+
+def criteria_of_one(
+    u1: float, v_p: float, parameters: ChuteParameters, model: str
+) -> tuple[tuple[float, float, float, float], float]:
+    """Return the four criteria of one design and the η it reaches, sparing the arrays.
+
+    The values are those of :func:`criteria` to rounding; u1, v_P and the parameters are numbers.
+    """
+    if model != "full" or not (u1 >= 0 and math.isfinite(u1) and math.isfinite(v_p)):
+        solved = motion(u1, v_p, parameters, model=model)
+        f1, f2, f3, f4 = criteria(solved).tolist()
+        return (f1, f2, f3, f4), float(solved.reached)
+    time, *_, work, lost, reached = solve_one(u1, v_p, *parameters.columns)
+    return (time, abs(work - lost) if reached == 1 else math.inf, u1, v_p), reached

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pymoo_psi.arguments import Received, broken_rule, finite_array
 
@@ -60,7 +60,7 @@ class ChuteParameters:
         object.__setattr__(self, "omega0", kept)
 
     @property
-    def columns(self) -> tuple[ArrayLike, ...]:
+    def columns(self) -> tuple[Any, ...]:
         """The six entries in the order μ, c, r, ω_X0, ω_Y0, ω_Z0."""
         return (self.mu, self.c, self.r, *self.omega0)
 

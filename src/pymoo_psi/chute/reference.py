@@ -55,20 +55,14 @@ def integrate(
         ArgumentTypeError: As for :func:`motion`.
     """
     columns = broadcast(u1, v_p, parameters)
-    return Motion(u1=columns[0], v_p=columns[1], **integrate_all(*columns, rtol=rtol, atol=atol))
-
-
-def integrate_all(
-    *columns: NDArray[np.float64], rtol: float = 1e-10, atol: float = 1e-12
-) -> dict[str, Any]:
-    """Return the fields of :class:`Motion` for columns of one shape."""
     shape = columns[0].shape
     rows = np.stack([column.ravel() for column in columns], axis=-1).tolist()
     solved = [_one_design(row, rtol, atol) for row in rows]
-    return {
+    fields = {
         name: np.array([one[name] for one in solved]).reshape(shape + inner)
         for name, inner in _SHAPES.items()
     }
+    return Motion(u1=columns[0], v_p=columns[1], **fields)
 
 
 _SHAPES = {

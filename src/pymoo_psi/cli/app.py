@@ -47,9 +47,9 @@ Jobs = Annotated[int, typer.Option(metavar="N", help="Processes to work in; -1: 
 
 @app.command()
 def reproduce(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables as CSV.")] = Path(
-        "reproduction"
-    ),
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for tables (CSV) and figures (PNG).")
+    ] = Path("reproduction"),
     points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
     jobs: Jobs = 1,
 ) -> int:

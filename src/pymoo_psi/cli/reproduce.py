@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi.cli.output import print_frame, progress_bar, say, write_csv
+from pymoo_psi.figures import save_figures
 from pymoo_psi.studies.paper import PAPER_POINTS, Case, Reproduction, reproduce
 
 __all__ = ["run_reproduce"]
@@ -14,14 +15,19 @@ __all__ = ["run_reproduce"]
 
 def run_reproduce(out: Path, points: int, jobs: int) -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
-    out.mkdir(parents=True, exist_ok=True)
+    rolling = out / "rolling"
+    rolling.mkdir(parents=True, exist_ok=True)
     with progress_bar() as bar:
-        task = bar.add_task("Cases (friction coefficient, model)", total=6)
+        task = bar.add_task("Cases (friction coefficient, model)", total=8)
 
         def advance(case: Case) -> None:
             bar.update(task, advance=1, description=f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(points, n_jobs=jobs, on_case=advance)
+        for model, folder in (("full", out), ("rolling", rolling)):
+            bar.update(task, description=f"figures, {model} model")
+            save_figures(result, folder, model=model)
+            bar.update(task, advance=1)
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     write_csv(table_6_1, out / "table_6_1.csv")
     write_csv(table_6_2, out / "table_6_2.csv")
@@ -33,7 +39,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     say("'continuous': the best test point polished inside the box, against the same U and N.")
     say("The published tables follow from the rolling model (rolling from the start, Eq. 2.20).")
     say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
-    say(f"Tables written to {out}")
+    say(f"Tables and figures of the full model written to {out}, of the rolling model to {rolling}")
     say(_closing_line(result))
     return 0 if points != PAPER_POINTS or all(result.findings().values()) else 1
 

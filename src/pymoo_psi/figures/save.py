@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,28 +12,25 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pymoo_psi.arguments import Received, broken_rule, integer, known_name
-from pymoo_psi.chute import MODELS, ChuteParameters
+from pymoo_psi.chute import MODELS, ChuteParameters, trajectory
 from pymoo_psi.figures.pages import functions_page, motion_page, points_page, surfaces_page
 from pymoo_psi.figures.points import design_points, geometric_points, objective_points
 from pymoo_psi.figures.sensitivity import salukvadze_functions
 from pymoo_psi.figures.style import model_name
 from pymoo_psi.figures.surfaces import criterion_surfaces
-from pymoo_psi.figures.transport import TrajectoryLike, motion_panels
+from pymoo_psi.figures.transport import motion_panels
 
 if TYPE_CHECKING:
     from pymoo_psi.studies.paper import Case, Reproduction
 
-__all__ = ["Mover", "paper_figures", "save_figures"]
-
-Mover = Callable[[float, float, ChuteParameters], TrajectoryLike]
-"""Gives the trajectory of a design (u1, v_P), such as :func:`pymoo_psi.chute.trajectory`."""
+__all__ = ["paper_figures", "save_figures"]
 
 _SURFACES_MU = (0.2, 0.6)
 _MU = 0.4  # the paper's for Figures 7 and 8; it names none for Figures 3 to 6
 
 
 def paper_figures(
-    reproduction: Reproduction, trajectory: Mover, *, model: str = "full"
+    reproduction: Reproduction, *, model: str = "full"
 ) -> Iterator[tuple[int, Figure]]:
     """Make the paper's figures one by one.
 
@@ -42,7 +39,6 @@ def paper_figures(
 
     Args:
         reproduction: The ranked cases; Figure 8 takes as many test points as they do.
-        trajectory: Moves the sphere under the full model.
         model: ``"full"`` or ``"rolling"``.
 
     Yields:
@@ -69,14 +65,13 @@ def paper_figures(
                 f"Pareto-optimal points by objectives $f_1, f_2, f_{last}$",
             ),
         )
-    yield 7, _motion_figure(case, trajectory)
+    yield 7, _motion_figure(case)
     yield 8, functions_page(salukvadze_functions(_MU, model=model, n_points=reproduction.n_points))
 
 
 def save_figures(
     reproduction: Reproduction,
     directory: str | os.PathLike[str],
-    trajectory: Mover,
     *,
     model: str = "full",
     dpi: int = 200,
@@ -86,7 +81,6 @@ def save_figures(
     Args:
         reproduction: As for :func:`paper_figures`.
         directory: An existing folder; files of these names in it are replaced.
-        trajectory: As for :func:`paper_figures`.
         model: ``"full"`` or ``"rolling"``.
         dpi: Dots per inch; a page is 180 mm wide.
 
@@ -101,7 +95,7 @@ def save_figures(
     target = Path(directory)
     with tempfile.TemporaryDirectory(dir=target, prefix=".figures.") as folder:
         ready = []
-        for number, figure in paper_figures(reproduction, trajectory, model=model):
+        for number, figure in paper_figures(reproduction, model=model):
             ready.append(Path(folder, f"figure_{number}.png"))
             figure.savefig(ready[-1], dpi=dpi)
         for path in ready:
@@ -118,7 +112,7 @@ def _case(reproduction: Reproduction, model: str) -> Case:
     raise broken_rule("reproduction", f"one with the case {model} {_MU:g}", received)
 
 
-def _motion_figure(case: Case, trajectory: Mover) -> Figure:
+def _motion_figure(case: Case) -> Figure:
     best = case.ranking.salukvadze[0]
     u1, v_p = case.X[best].tolist()
     parameters = ChuteParameters(mu=case.mu)

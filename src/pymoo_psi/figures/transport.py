@@ -9,42 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from pymoo_psi.chute import Trajectory
 from pymoo_psi.figures.style import ABOVE, CURVES, axis_label, legend_above, on_axes
 
-__all__ = ["MotionPanel", "TrajectoryLike", "draw_motion_panel", "motion_panels"]
+__all__ = ["MotionPanel", "draw_motion_panel", "motion_panels"]
 
 Array = NDArray[np.float64]
-
-
-class TrajectoryLike(Protocol):
-    """What is drawn of a trajectory; the transition point is in its n points twice."""
-
-    @property
-    def eta(self) -> Array: ...  # noqa: D102
-    @property
-    def time(self) -> Array: ...  # noqa: D102
-    @property
-    def speed(self) -> Array: ...  # noqa: D102
-    @property
-    def spin(self) -> Array: ...  # noqa: D102
-    @property
-    def slip_velocity(self) -> Array: ...  # noqa: D102
-    @property
-    def friction(self) -> Array: ...  # noqa: D102
-    @property
-    def normal(self) -> Array: ...  # noqa: D102
-    @property
-    def slipping(self) -> NDArray[np.bool_]: ...  # noqa: D102
-    @property
-    def slip_end(self) -> float: ...  # noqa: D102
-    @property
-    def slip_time(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +49,7 @@ class MotionPanel:
     slip_time: float
 
 
-def motion_panels(trajectory: TrajectoryLike) -> tuple[MotionPanel, ...]:
+def motion_panels(trajectory: Trajectory) -> tuple[MotionPanel, ...]:
     """Arrange a trajectory in the five panels of Figure 7.
 
     Args:

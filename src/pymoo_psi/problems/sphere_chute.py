@@ -10,6 +10,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi.arguments import Received, broken_rule, finite_array, known_name, positive_number
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
+from pymoo_psi.chute.motion import criteria_of_one
 from pymoo_psi.host import require_known_keywords
 
 __all__ = ["SphereChute", "VectorizedSphereChute"]
@@ -28,7 +29,7 @@ _OURS = (
 
 
 class _ChuteProblem(Problem):
-    """What both classes share: parameters, box and evaluation, which takes (2,) or (n, 2)."""
+    """What both classes share: parameters and box."""
 
     def __init__(
         self,
@@ -62,11 +63,6 @@ class _ChuteProblem(Problem):
             both = f"lower={xl.tolist()}, upper={xu.tolist()}"
             raise broken_rule("lower", "at most upper in each variable", Received(both))
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
-
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        solved = motion(x[..., 0], x[..., 1], self.parameters, model=self.model)
-        out["F"] = criteria(solved)
-        out["G"] = (1.0 - solved.reached)[..., None]
 
 
 class SphereChute(_ChuteProblem, ElementwiseProblem):
@@ -102,6 +98,11 @@ class SphereChute(_ChuteProblem, ElementwiseProblem):
         array([2.0459, 0.0476, 0.2635, 0.1072])
     """
 
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        u1, v_p = x.tolist()
+        out["F"], reached = criteria_of_one(u1, v_p, self.parameters, self.model)
+        out["G"] = [1.0 - reached]
+
 
 class VectorizedSphereChute(_ChuteProblem):
     """:class:`SphereChute` for many designs at once: the same arguments and the same values.
@@ -113,6 +114,11 @@ class VectorizedSphereChute(_ChuteProblem):
         >>> F.shape, G.max()
         ((2, 4), np.float64(0.0))
     """
+
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        solved = motion(x[:, 0], x[:, 1], self.parameters, model=self.model)
+        out["F"] = criteria(solved)
+        out["G"] = 1.0 - solved.reached[:, None]
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Any:

@@ -1,0 +1,116 @@
+"""The exact motion against ``solve_ivp``: first the answers, then the speed, in one run.
+
+    python -m benchmarks.motion
+
+The rival integrates the slip phase of every design in time with DOP853 at rtol 1e-10 and two
+terminal events, the exit and the end of slip, and then rolls by the closed form: what one would
+write with SciPy. Both take designs of the default box for μ = 0.2, 0.4 and 0.6; rival and solver
+are timed in turn, on one core, so that a change of the machine's speed meets both.
+"""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from benchmarks.machine import describe_machine, seconds
+from pymoo_psi import SphereChute, VectorizedSphereChute, lp_tau
+from pymoo_psi.chute import ChuteParameters, criteria, motion
+
+BATCH = 65_536
+SAMPLE = 150  # designs that the rival integrates for each μ
+C = 0.3193
+
+
+def rival(u1: float, v_p: float, mu: float) -> tuple[float, float]:
+    """Return f1 and f2 of one design by SciPy."""
+    length = math.hypot(1, u1)
+    a, b = u1 / length, mu / length
+
+    def field(t, y):
+        _, v, v_x, v_y, _ = y
+        rho = math.hypot(v_x, v_y)
+        cosine, sine = v_x / rho, v_y / rho
+        return v, a - b * cosine, a - 3.5 * b * cosine, -2.5 * b * sine, b * rho
+
+    def exit_reached(t, y):
+        return y[0] - length
+
+    def slip_ended(t, y):
+        return math.hypot(y[2], y[3]) - 1e-9
+
+    exit_reached.terminal = slip_ended.terminal = True
+    solution = solve_ivp(
+        field,
+        (0, 50),
+        (0, C, C, -v_p, 0),
+        "DOP853",
+        rtol=1e-10,
+        atol=1e-12,
+        events=(exit_reached, slip_ended),
+    )
+    x, v, _, v_y, lost = solution.y[:, -1]
+    t = solution.t[-1]
+    if len(solution.t_events[1]):
+        end = math.sqrt(v * v + 2 * a / 1.4 * (length - x))
+        t, v_y = t + 2 * (length - x) / (end + v), 0.0
+    return t, abs(0.4 * v_p * (v_y + v_p) - lost)
+
+
+def designs(n: int, mu: float) -> np.ndarray:
+    """Return the first LPτ points of the default box."""
+    return np.array([0, 0.1]) + lp_tau(n, 2) * [3.5 * mu, 5.9]
+
+
+def compare_speed(mu: float) -> float:
+    """Print one μ and return how many times faster a design is."""
+    p, X, sample = ChuteParameters(mu=mu), designs(BATCH, mu), designs(SAMPLE + 1, mu)[1:]
+    ours = criteria(motion(*sample.T, p))
+    theirs = np.array([rival(*x, mu) for x in sample.tolist()])
+    worst_f1 = np.abs(ours[:, 0] / theirs[:, 0] - 1).max()
+    worst_f2 = np.abs(ours[:, 1] - theirs[:, 1]).max()
+    assert max(worst_f1, worst_f2) < 1e-7, "the rivals do not solve the same problem"
+    ratios = []
+    for _ in range(3):
+        slow = seconds(lambda: [rival(*x, mu) for x in sample.tolist()]) / SAMPLE
+        fast = seconds(lambda: motion(*X.T, p)) / BATCH
+        ratios.append(slow / fast)
+    print(
+        f"mu = {mu}: answers agree to {worst_f1:.0e} (f1, relative) and {worst_f2:.0e} (f2); "
+        f"solve_ivp {slow * 1e3:.2f} ms, motion {fast * 1e6:.2f} µs a design; "
+        f"ratio {np.median(ratios):.0f}"
+    )
+    return float(np.median(ratios))
+
+
+def main() -> None:
+    """Print every figure."""
+    print(describe_machine())
+    ratios = [compare_speed(mu) for mu in (0.2, 0.4, 0.6)]
+    print(f"geometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.0f}")
+    for n, repeat in ((4096, 20), (1_000_000, 1)):
+        problem, X = VectorizedSphereChute(0.4), designs(n, 0.4)
+        print(
+            f"VectorizedSphereChute, {n} designs: {seconds(lambda: problem.evaluate(X), repeat) * 1e3:.1f} ms"
+        )
+    single, X = SphereChute(0.4), designs(2000, 0.4)
+    each = seconds(lambda: [single.evaluate(x) for x in X], 3) / len(X)
+    print(f"SphereChute, one design at a time: {each * 1e6:.0f} µs a design")
+    X = designs(1_000_000, 0.4)
+    u1, v_p = np.ascontiguousarray(X.T)
+    p = ChuteParameters(mu=0.4)
+    tracemalloc.start()
+    solved = motion(u1, v_p, p)
+    kept, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert np.isfinite(solved.time).all()
+    print(
+        f"10^6 designs: {kept / 1e6:.0f} MB of results, peak {(peak - kept) / 1e6:.0f} MB beyond them"
+    )
+
+
+if __name__ == "__main__":
+    main()
