@@ -194,6 +194,15 @@ class TestAnyDesign:
         ledger = u1 * m.reached + m.plane_work - m.dissipation
         np.testing.assert_allclose(change, ledger, rtol=0, atol=1e-12)
 
+    @settings(max_examples=50, deadline=None)
+    @given(design())
+    def test_against_the_integrator(self, row):
+        m, other = solve(*row), integrate(*row)
+        for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
+            np.testing.assert_allclose(
+                getattr(m, name), getattr(other, name), rtol=1e-10, atol=1e-9, err_msg=name
+            )
+
     @settings(max_examples=60, deadline=None)
     @given(st.lists(design(), min_size=5, max_size=12))
     def test_batch_is_its_rows(self, rows):
