@@ -1,0 +1,211 @@
+"""The tested designs in a plane: a criterion against a variable, or against another criterion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from pymoo_psi.arguments import boolean, broken_rule
+from pymoo_psi.figures.groups import (
+    BEYOND,
+    FEASIBLE,
+    GROUPS,
+    INFEASIBLE,
+    PARETO,
+    draw_limit,
+    group_look,
+    legend_below,
+    literal,
+    name_places,
+    prototype_look,
+    view,
+)
+from pymoo_psi.figures.style import on_axes
+from pymoo_psi.investigation import Dependence, TestTable
+from pymoo_psi.investigation.designs import column_kinds, values_in_order
+from pymoo_psi.investigation.layout import Key, Limits
+from pymoo_psi.investigation.limits import limit_vector
+
+__all__ = ["DesignPlane", "criteria_plane", "dependence_plane", "draw_plane", "variable_plane"]
+
+Array = NDArray[np.float64]
+
+_HUGE = 1e300  # beyond it the length of an axis may overflow
+_SPREAD = 0.6  # of the distance between two values
+_GOLDEN = 0.6180339887498949
+
+
+@dataclass(frozen=True, eq=False)
+class DesignPlane:
+    """The tested designs in the plane of a variable or criterion and a criterion.
+
+    Attributes:
+        names: What is on the horizontal and on the vertical axis.
+        abscissa: What is on the horizontal axis: a "criterion", a "real" or "integer" variable,
+            or an "option", which is a choice or a boolean.
+        options: The values of an "option", in order; empty for numbers.
+        box: Lower and upper bound of the variable; NaN where there is none.
+        numbers: ``(n,)`` numbers of the test points.
+        values: ``(n, 2)`` the designs, an "option" by its index in ``options``.
+        group: ``(n,)`` "infeasible", "beyond the limits", "feasible, dominated" or
+            "Pareto optimal".
+        limits: Limits on the two quantities; infinity where there is none.
+        prototype: ``(k, 2)`` the prototype, k = 0 or 1.
+        prototype_name: What it is called.
+        not_drawn: How many tested designs are not among the n: failed ones, and those that
+            :meth:`nearby` left out.
+    """
+
+    names: tuple[str, str]
+    abscissa: Literal["criterion", "real", "integer", "option"]
+    options: tuple[Any, ...]
+    box: tuple[float, float]
+    numbers: NDArray[np.int64]
+    values: Array
+    group: NDArray[np.str_]
+    limits: tuple[float, float]
+    prototype: Array
+    prototype_name: str
+    not_drawn: int
+
+    def groups(self) -> dict[str, NDArray[np.intp]]:
+        """Return the indices of the designs of each group; feasible ones also if there is none."""
+        groups = {name: np.flatnonzero(self.group == name) for name in GROUPS}
+        kept = (FEASIBLE, PARETO)
+        return {name: members for name, members in groups.items() if len(members) or name in kept}
+
+    def nearby(self, margin: float = 1.0) -> DesignPlane:
+        """Return the designs whose criteria are near those of the feasible and of the prototype.
+
+        A criterion in which these do not differ leaves no design out.
+
+        Args:
+            margin: How far beyond their range on each side, as a share of it; 0 or more.
+
+        Raises:
+            ArgumentValueError: The margin is below 0.
+        """
+        if not margin >= 0:
+            raise broken_rule("margin", "0 or more", margin)
+        core = np.vstack([self.values[np.isin(self.group, (FEASIBLE, PARETO))], self.prototype])
+        inside = np.ones(len(self.values), dtype=bool)
+        for k in (0, 1) if self.abscissa == "criterion" else (1,):
+            low, high = core[:, k].min(initial=np.inf), core[:, k].max(initial=-np.inf)
+            if high > low:
+                wider = margin * (high - low)
+                inside &= (self.values[:, k] >= low - wider) & (self.values[:, k] <= high + wider)
+        return self._rows(inside)
+
+    def spread(self) -> Array:
+        """``(n, 2)`` where the designs are drawn: those with the same single value side by side.
+
+        Where follows from the number of the test point, so that a picture can be repeated.
+        """
+        places = self.values.copy()
+        if self.is_spread:
+            places[:, 0] += _SPREAD * (self.numbers * _GOLDEN % 1 - 0.5)
+        return places
+
+    @property
+    def is_spread(self) -> bool:
+        """Whether the variable takes single values, with room between them."""
+        x = self.values[:, 0]
+        return self.abscissa == "option" or (
+            self.abscissa == "integer" and len(x) > 0 and float(np.ptp(x)) <= 30
+        )
+
+    def _rows(self, mask: NDArray[np.bool_]) -> DesignPlane:
+        left_out = int(np.sum(~mask))
+        return replace(
+            self,
+            numbers=self.numbers[mask],
+            values=self.values[mask],
+            group=self.group[mask],
+            not_drawn=self.not_drawn + left_out,
+        )
+
+
+def dependence_plane(dependence: Dependence) -> DesignPlane:
+    """Return a dependence of a test table as points to draw.
+
+    It knows neither box nor prototype, and counts what breaks a limit among the infeasible;
+    :func:`variable_plane` takes all that from the table.
+
+    Args:
+        dependence: From :meth:`TestTable.dependence`.
+    """
+    group = np.where(dependence.feasible, FEASIBLE, INFEASIBLE)
+    group[dependence.pareto] = PARETO
+    return _dependence_plane(dependence, group, dependence.x[:0])
+
+
+def variable_plane(
+    table: TestTable, criterion: Key, variable: Key, *, limits: Limits | None = None
+) -> DesignPlane:
+    """Return the projection of the designs onto a variable and a criterion.
+
+    Args:
+        table: A test table.
+        criterion: Name or index of the criterion, which will be the ordinate.
+        variable: Name or index of the variable, the abscissa.
+        limits: Limits on criteria.
+
+    Raises:
+        ArgumentValueError: There is no such criterion or variable, or a limit is not one.
+
+    Example:
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
+        >>> variable_plane(table, "f1", "x1", limits={"f1": 1.5}).group.tolist()
+        ['beyond the limits', 'Pareto optimal']
+    """
+    layout = table.layout
+    i, j = layout.objective(criterion), layout.variable(variable)
+    dependence = table.dependence(i, j, limits=limits)
+    here = table.prototype
+    prototype = dependence.x[:0] if here is None else here.x[j : j + 1]
+    plane = _dependence_plane(dependence, _groups(table, limits), prototype)
+    return replace(
+        plane._rows(table.status[_drawable(dependence.f[:, None])] != "failed"),
+        box=(float(layout.lower[j]), float(layout.upper[j])),
+        prototype=plane.prototype if here is None else [[plane.prototype[0, 0], here.f[i]]],
+        prototype_name="" if here is None else here.name,
+    )
+
+
+def criteria_plane(
+    table: TestTable, first: Key, second: Key, *, limits: Limits | None = None
+) -> DesignPlane:
+    """Return the designs in the plane of two criteria.
+
+    Args:
+        table: A test table.
+        first: Name or index of the criterion on the horizontal axis.
+        second: Name or index of the one on the vertical axis.
+        limits: Limits on criteria.
+
+    Raises:
+        ArgumentValueError: There is no such criterion, or a limit is not one.
+    """
+    layout = table.layout
+    columns = [layout.objective(first), layout.objective(second)]
+    bounds = limit_vector(limits, layout)
+    values, prototype = table.F[:, columns], table.prototype
+    drawn = _drawable(values) & (table.status != "failed")
+    return DesignPlane(
+        names=(layout.objectives[columns[0]], layout.objectives[columns[1]]),
+        abscissa="criterion",
+        options=(),
+        box=(np.nan, np.nan),
+        numbers=table.numbers[drawn],
+        values=values[drawn],
+        group=_groups(table, limits)[drawn],
+        limits=(bounds.get(columns[0], np.inf), bounds.get(columns[1], np.inf)),
+        prototype=np.zeros((0, 2)) if prototype is None else prototype.f[None, columns],
+        prototype_name="" if prototype is None else prototype.name,
+        not_drawn=int(np.sum(~drawn)),
+    )

@@ -1,0 +1,72 @@
+"""PSI inside pymoo pipelines: as a start for other algorithms, and its result in pymoo's tools."""
+
+import warnings
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.indicators.hv import Hypervolume
+from pymoo.indicators.igd import IGD
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.visualization.scatter import Scatter
+
+from pymoo_psi import (
+    PSI,
+    LPTauSampling,
+    SalukvadzeOptimum,
+    nsga3,
+    rank_of_efficiency,
+)
+
+PROBLEM = get_problem("bnh")
+
+
+@pytest.fixture(scope="module")
+def tested():
+    return minimize(PROBLEM, PSI(200))
+
+
+def test_lp_tau_starts_nsga3():
+    directions = np.array([[0, 1.0], [0.5, 0.5], [1.0, 0]])
+    algorithm = NSGA3(directions, pop_size=20, sampling=LPTauSampling())
+    assert len(minimize(PROBLEM, algorithm, ("n_gen", 10), seed=1).F)
+
+
+@pytest.mark.parametrize("make", [NSGA2, None])
+def test_the_best_designs_start_another_algorithm(tested, make):
+    """They come evaluated, so that the new run spends its budget on new designs only."""
+    ranking = rank_of_efficiency(tested.F)
+    best = tested.opt[np.argsort(ranking.criteria[:, 0])[:20]]
+    if make is None:
+        result = nsga3(PROBLEM, n_evaluations=300, seed=1, sampling=best)
+        assert result.algorithm.evaluator.n_eval == 300
+    else:
+        result = minimize(PROBLEM, make(pop_size=20, sampling=best), ("n_gen", 15), seed=1)
+    reference = np.array([140.0, 50.0])
+    assert Hypervolume(ref_point=reference)(result.F) > Hypervolume(ref_point=reference)(best.get("F"))
+
+
+def test_the_result_serves_pymoos_tools(tested):
+    front = PROBLEM.pareto_front()
+    assert IGD(front).do(tested.F) < 5
+    plot = Scatter().add(tested.F)
+    plot.do()
+    plot.fig.clear()
+    assert np.isfinite(tested.exec_time)
+    assert tested.problem is PROBLEM
+    assert len(tested.pop) == 200
+
+
+def test_selectors_and_pymoos_decision_makers_take_turns(tested):
+    with warnings.catch_warnings():  # the import pulls a module that SciPy has deprecated
+        warnings.simplefilter("ignore")
+        from pymoo.mcdm.pseudo_weights import PseudoWeights
+    low, high = tested.F.min(axis=0), tested.F.max(axis=0)
+    normalised = (tested.F - low) / (high - low)
+    for selector in (SalukvadzeOptimum(), PseudoWeights(np.array([0.5, 0.5]))):
+        chosen = normalised[selector.do(normalised)].reshape(-1, 2)
+        assert len(chosen) >= 1
+        assert (chosen < 1).all()
+
