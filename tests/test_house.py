@@ -16,7 +16,13 @@ LAYERS = [
     ("ground", {"errors", "arguments"}),
     ("mathematics", {"sequences", "chute", "pareto"}),
     ("method", {"investigation"}),
-    ("pymoo", {"host", "design_space", "problems", "sampling", "algorithms", "selectors"}),
+    (
+        "pymoo",
+        {
+            *("host", "design_space", "problems", "sampling", "algorithms", "selectors"),
+            *("runners", "guard", "failures"),
+        },
+    ),
     ("studies", {"studies"}),
     ("faces", {"figures", "cli"}),
 ]

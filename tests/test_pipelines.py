@@ -45,7 +45,9 @@ def test_the_best_designs_start_another_algorithm(tested, make):
     else:
         result = minimize(PROBLEM, make(pop_size=20, sampling=best), ("n_gen", 15), seed=1)
     reference = np.array([140.0, 50.0])
-    assert Hypervolume(ref_point=reference)(result.F) > Hypervolume(ref_point=reference)(best.get("F"))
+    assert Hypervolume(ref_point=reference)(result.F) > Hypervolume(ref_point=reference)(
+        best.get("F")
+    )
 
 
 def test_the_result_serves_pymoos_tools(tested):
@@ -69,4 +71,3 @@ def test_selectors_and_pymoos_decision_makers_take_turns(tested):
         chosen = normalised[selector.do(normalised)].reshape(-1, 2)
         assert len(chosen) >= 1
         assert (chosen < 1).all()
-

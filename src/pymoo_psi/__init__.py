@@ -9,6 +9,8 @@ Algorithms
 Decision-making
     :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`;
     :class:`SalukvadzeOptimum`, :class:`EfficientSubset`.
+Running
+    :class:`JoblibRunner`, :class:`FailureTolerant`.
 Errors
     :class:`PsiError`.
 
@@ -24,9 +26,11 @@ if TYPE_CHECKING:
     from pymoo_psi import chute
     from pymoo_psi.algorithms import PSI, investigate, nsga3, refine
     from pymoo_psi.errors import PsiError
+    from pymoo_psi.failures import FailureTolerant
     from pymoo_psi.investigation import TestTable
     from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
     from pymoo_psi.problems import SphereChute, VectorizedSphereChute
+    from pymoo_psi.runners import JoblibRunner
     from pymoo_psi.sampling import LPTauSampling, QMCSampling
     from pymoo_psi.selectors import EfficientSubset, SalukvadzeOptimum
     from pymoo_psi.sequences import lp_tau
@@ -52,6 +56,9 @@ _HOME = {
     "EfficientSubset": "selectors",
     "SalukvadzeOptimum": "selectors",
     "rank_of_efficiency": "pareto",
+    # Running
+    "FailureTolerant": "failures",
+    "JoblibRunner": "runners",
     # Errors
     "PsiError": "errors",
 }

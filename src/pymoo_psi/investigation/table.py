@@ -345,6 +345,19 @@ class TestTable(Records):
         """
         return read_csv(path)
 
+    @staticmethod
+    def read_study(path: str | PathLike[str]) -> TestTable:
+        """Read the tests of a study file, by number; the file is not changed.
+
+        Raises:
+            StudyCorruptError: The file is damaged, or no study.
+            StudyVersionError: A later version of the package wrote it.
+            StudyAccessError: It does not exist or cannot be read.
+        """
+        from pymoo_psi.investigation.study import read_study  # which needs this module
+
+        return read_study(path)
+
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
 

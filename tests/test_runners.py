@@ -1,0 +1,543 @@
+"""The runners: what is sent when, in which order it comes back, and what is never lost."""
+
+import copy
+import gc
+import itertools
+import math
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+import warnings
+
+import joblib
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Integer, Real
+from pymoo.optimize import minimize
+from pymoo.util.ref_dirs import get_reference_directions
+
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError, WorkerError
+from pymoo_psi.runners.chunks import LONGEST_CHUNK, Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.runners.in_process import evaluate_while
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process groups")
+
+
+def model(**kwargs):
+    """Two objectives and the process; at some designs it misbehaves. Local, so sent by value."""
+
+    class Model(ElementwiseProblem):
+        def __init__(self, **kwargs):
+            super().__init__(n_var=2, n_obj=2, xl=0.0, xu=100.0, **kwargs)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] == 3:
+                raise ValueError("the mesh is torn")
+            if x[0] == 5:
+                time.sleep(600)
+            if x[0] == 7:
+                os._exit(3)
+            if x[0] == 11:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if x[0] == 13:
+                sys.exit("no licence")
+            out["F"] = [x[0] / 3 + x[1], (x[0] - 50) ** 2 / 7]
+            out["pid"] = os.getpid()
+
+    return Model(**kwargs)
+
+
+def designs(*first, n=40):
+    """``n`` harmless designs, with the given ones among them."""
+    X = np.column_stack([np.arange(20.0, 20.0 + n), np.linspace(0, 1, n)])
+    X[4 : 4 + 6 * len(first) : 6, 0] = first
+    return X
+
+
+def pids(problem, X):
+    return set(problem.evaluate(X, return_as_dictionary=True)["pid"].astype(int).tolist())
+
+
+def gone(pid):
+    for _ in range(100):
+        try:
+            with open(f"/proc/{pid}/stat") as stat:
+                if stat.read().rpartition(")")[2].split()[0] == "Z":
+                    return True
+        except OSError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+# What is sent, on numbers
+
+
+@given(
+    n=st.integers(1, 5000),
+    workers=st.integers(1, 64),
+    cost=st.one_of(st.just(math.nan), st.floats(1e-9, 1e4)),
+)
+def test_chunks_use_up_the_designs_and_stay_in_their_bounds(n, workers, cost):
+    sizes, left = [], n
+    while left:
+        sizes.append(chunk_size(left, workers, cost))
+        assert 1 <= sizes[-1] <= left
+        left -= sizes[-1]
+    assert sum(sizes) == n
+    assert all(a >= b for a, b in itertools.pairwise(sizes)), "chunks never grow towards the end"
+    if not math.isnan(cost):
+        assert all(size == 1 or (size - 0.5) * cost <= LONGEST_CHUNK for size in sizes)
+
+
+@pytest.mark.parametrize(
+    ("n", "workers", "cost", "size"),
+    [
+        (1000, 2, 0.01, 10),  # a chunk lasts 0.1 s
+        (1000, 2, 1e-4, 250),  # all workers have work
+        (20, 2, 0.01, 5),  # the end is shared
+        (20, 2, 1e-4, 20),  # but not in crumbs
+        (1000, 2, 60.0, 1),
+        (1000, 2, math.nan, 1),  # unknown: one at a time
+    ],
+)
+def test_chunk_sizes(n, workers, cost, size):
+    assert chunk_size(n, workers, cost) == size
+
+
+def test_the_cost_is_the_median_and_one_slow_import_does_not_count():
+    cost = Cost()
+    assert math.isnan(cost.seconds)
+    assert not cost.known
+    for designs_, seconds in [(1, 0.9), (1, 0.001), (100, 0.1)]:
+        assert not cost.known
+        cost.add(designs_, seconds)
+    assert cost.known
+    assert cost.seconds == 0.001
+    for _ in range(3):  # the model has become slow
+        cost.add(1, 0.5)
+    assert cost.seconds == 0.5
+
+
+def test_a_first_design_of_minutes_is_believed():
+    cost = Cost()
+    cost.add(1, 60.0)
+    assert cost.known
+
+
+def test_the_overhead_is_the_least_of_the_last():
+    overhead = Overhead()
+    overhead.add(elapsed=1.5, busy=2.0, workers=2)
+    assert overhead.seconds == 0.01
+    for _ in range(5):
+        overhead.add(elapsed=1.5, busy=2.0, workers=2)
+    assert overhead.seconds == 0.5
+
+
+def test_cheap_designs_are_not_worth_sending():
+    assert not worth_sending(100, 1e-5, 2, 0.01)
+    assert worth_sending(100, 1e-2, 2, 0.01)
+    assert not worth_sending(100, 1e-2, 2, 0.3), "when sending takes longer than all of it"
+    assert not worth_sending(10**9, 60.0, 1, 0.0), "when there is one worker"
+
+
+class Clock:
+    """Time that passes only when a design is evaluated."""
+
+    def __init__(self, seconds):
+        self.now, self.seconds, self.looks = 0.0, seconds, 0
+
+    def __call__(self):
+        self.looks += 1
+        return self.now
+
+    def evaluate(self, design):
+        self.now += self.seconds
+        return {"F": design}
+
+
+def test_a_cheap_model_is_evaluated_here_with_few_looks_at_the_clock():
+    clock, cost = Clock(1e-6), Cost()
+    done = evaluate_while(clock.evaluate, list(range(5000)), cost, lambda left: False, clock)
+    assert [values["F"] for values in done] == list(range(5000))
+    assert cost.seconds == pytest.approx(1e-6)
+    assert clock.looks < 30
+
+
+def test_a_dear_model_is_left_after_three_designs():
+    clock, cost = Clock(0.01), Cost()
+    asked = []
+
+    def enough(left):
+        asked.append(left)
+        return cost.known and worth_sending(left, cost.seconds, 2, 0.01)
+
+    assert len(evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock)) == 3
+    assert asked == [100, 99, 98, 97]
+    assert evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock) == []
+
+
+def test_a_model_that_becomes_dear_is_noticed_within_a_call():
+    clock, cost = Clock(1e-5), Cost()
+    evaluate_while(clock.evaluate, list(range(1000)), cost, lambda left: False, clock)
+    clock.seconds = 0.01
+
+    def enough(left):
+        return worth_sending(left, cost.seconds, 2, 0.01)
+
+    assert 0 < len(evaluate_while(clock.evaluate, list(range(500)), cost, enough, clock)) <= 300
+
+
+# The contract, for every way of running
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        {"n_jobs": 2},
+        {"n_jobs": 2, "in_process": False},
+        {"n_jobs": 2, "timeout": 100.0},
+        {"n_jobs": 1},
+    ],
+    ids=str,
+)
+def runner(request):
+    return JoblibRunner(**request.param)
+
+
+class TestContract:
+    def test_values_and_order_are_those_of_the_plain_loop(self, runner):
+        X = designs(n=101)
+        F = model(elementwise_runner=runner).evaluate(X)
+        np.testing.assert_array_equal(F, model().evaluate(X))
+
+    def test_one_design_and_none(self, runner):
+        problem = model(elementwise_runner=runner)
+        np.testing.assert_array_equal(
+            problem.evaluate(designs()[0]), model().evaluate(designs()[0])
+        )
+        assert runner(lambda x: {}, np.zeros((0, 2))) == []
+
+    def test_named_designs(self, runner):
+        class Mixed(ElementwiseProblem):
+            def _evaluate(self, X, out, *args, **kwargs):
+                out["F"] = X["a"] + X["b"] + {"s": 0.0, "l": 9.0}[X["c"]]
+
+        variables = {
+            "a": Real(bounds=(0, 1)),
+            "b": Integer(bounds=(0, 9)),
+            "c": Choice(options=["s", "l"]),
+        }
+        plain = Mixed(vars=variables, n_obj=1)
+        here = Mixed(vars=variables, n_obj=1, elementwise_runner=runner)
+        results = [
+            minimize(p, MixedVariableGA(pop_size=10), ("n_gen", 3), seed=1) for p in (plain, here)
+        ]
+        assert results[0].X == results[1].X
+
+    def test_an_exception_names_the_design_and_is_the_cause(self, runner):
+        text = r"design \[3\.0, 0\.1\d*\] cannot be evaluated: ValueError: the mesh is torn; FailureTolerant"
+        with pytest.raises(EvaluationError, match=text) as caught:
+            model(elementwise_runner=runner).evaluate(designs(3))
+        assert isinstance(caught.value.__cause__, ValueError)
+        np.testing.assert_array_equal(caught.value.design, designs(3)[4])
+        assert "_evaluate" in str(caught.value.trace) or caught.value.trace == ""
+
+    @pytest.mark.parametrize(
+        "algorithm",
+        [
+            NSGA2(pop_size=20),
+            NSGA3(get_reference_directions("das-dennis", 4, n_partitions=3)),
+            PSI(50, block_size=20),
+        ],
+        ids=["NSGA2", "NSGA3", "PSI"],
+    )
+    def test_a_run_is_the_same_as_with_the_plain_loop(self, runner, algorithm):
+        results = [
+            minimize(SphereChute(0.4, model="rolling", **options), algorithm, ("n_gen", 3), seed=1)
+            for options in ({}, {"elementwise_runner": runner})
+        ]
+        for name in "XFG":
+            np.testing.assert_array_equal(*(res.pop.get(name) for res in results))
+
+    def test_copies_and_pickles_have_the_settings_and_no_workers(self, runner):
+        problem = SphereChute(0.4, model="rolling", elementwise_runner=runner)
+        X = np.array([[0.2635, 0.1072]])
+        for other in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem))):
+            settings = {k: v for k, v in vars(runner).items() if not k.startswith("_")}
+            assert settings.items() <= vars(other.elementwise_runner).items()
+            assert other.elementwise_runner._pool is None
+        assert len(pickle.dumps(runner)) < 300
+        copied = copy.deepcopy(problem) if runner.timeout is None else problem
+        np.testing.assert_array_equal(copied.evaluate(X)[0], problem.evaluate(X)[0])
+
+
+def test_arguments():
+    with pytest.raises(ArgumentValueError, match="n_jobs must be 1 or more, or -1 .* got 0"):
+        JoblibRunner(0)
+    with pytest.raises(ArgumentValueError, match="timeout must be a positive number, got -1"):
+        JoblibRunner(timeout=-1)
+    with pytest.raises(ArgumentTypeError, match="retries must be an integer >= 0, got 1.5"):
+        JoblibRunner(retries=1.5)
+
+
+# Workers
+
+
+@pytest.mark.parametrize("options", [{"in_process": False}, {"timeout": 100.0}], ids=str)
+def test_workers_are_kept_between_generations(options):
+    problem = model(elementwise_runner=JoblibRunner(2, **options))
+    generations = [pids(problem, designs()) for _ in range(4)]
+    assert len(set().union(*generations)) <= 2
+    assert os.getpid() not in generations[0]
+
+
+def test_a_cheap_model_stays_in_this_process():
+    problem = model(elementwise_runner=JoblibRunner(2))
+    assert set().union(*(pids(problem, designs()) for _ in range(5))) == {os.getpid()}
+
+
+def test_the_number_of_jobs_and_the_backend_of_parallel_config():
+    seen = set()
+
+    def f(x):
+        time.sleep(0.002)
+        seen.add(threading.get_ident())
+        return {"F": x}
+
+    X = list(range(60))
+    for n_jobs, threads in [(1, 1), (3, 3)]:
+        seen.clear()
+        with joblib.parallel_config("threading", n_jobs=n_jobs):
+            assert [v["F"] for v in JoblibRunner(in_process=False)(f, X)] == X
+        assert len(seen) == threads
+
+
+def test_the_main_workers_may_be_lost_but_no_design_is():
+    """Without a time limit joblib's workers are used; one that dies takes nothing with it."""
+    problem = FailureTolerant(model(elementwise_runner=JoblibRunner(2, in_process=False)))
+    out = problem.evaluate(designs(3, 7), return_as_dictionary=True)
+    assert np.flatnonzero(out["failure"] != "").tolist() == [4, 10]
+    assert out["failure"][10] == "its worker process died (exit code 3, 2 times)"
+
+
+@posix
+def test_time_limits_and_dead_workers_leave_the_others_unharmed():
+    runner = JoblibRunner(2, timeout=1.0)
+    problem = FailureTolerant(model(elementwise_runner=runner))
+    X = designs(3, 5, 7, 11, 13)
+    for _ in range(2):  # again, with the workers that replaced the others
+        F, G = problem.evaluate(X)
+        failed = np.flatnonzero(np.isinf(F).all(axis=1))
+        assert failed.tolist() == [4, 10, 16, 22, 28]
+        np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
+        others = np.delete(np.arange(len(X)), failed)
+        np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
+    reasons = [failure.reason for failure in problem.failures]
+    assert reasons[:5] == reasons[5:]
+    assert reasons[:5] == [
+        "ValueError: the mesh is torn",
+        "timed out after 1 s",
+        "its worker process died (exit code 3, 2 times)",
+        "its worker process died (SIGKILL, 2 times)",
+        "SystemExit: no licence",
+    ]
+
+
+@posix
+def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
+    runner = JoblibRunner(2, timeout=100.0, retries=0)
+    with pytest.raises(EvaluationError, match=r"design \[7\.0, .*died \(exit code 3\);"):
+        model(elementwise_runner=runner).evaluate(designs(7))
+    assert runner._pool.pids == []
+    assert len(model(elementwise_runner=runner).evaluate(designs())) == 40, "and it runs again"
+
+
+def test_a_worker_that_dies_once_costs_nothing(tmp_path):
+    def once(x):
+        mark = tmp_path / "dead"
+        if x == 4 and not mark.exists():
+            mark.touch()
+            os._exit(1)
+        return {"F": x}
+
+    values = JoblibRunner(2, timeout=100.0)(once, list(range(12)))
+    assert [v["F"] for v in values] == list(range(12))
+
+
+@posix
+def test_a_worker_killed_while_it_waits_blames_no_design():
+    runner = JoblibRunner(2, timeout=100.0, retries=0)
+    problem = model(elementwise_runner=runner)
+    problem.evaluate(designs())
+    for pid in runner._pool.pids:
+        os.kill(pid, signal.SIGKILL)
+        assert gone(pid)
+    np.testing.assert_array_equal(problem.evaluate(designs()), model().evaluate(designs()))
+
+
+@posix
+def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
+    def with_solver(x):
+        if x == 1:
+            solver = subprocess.Popen(["sleep", "600"])
+            (tmp_path / "pid").write_text(str(solver.pid))
+            solver.wait()
+        return {"F": x}
+
+    with pytest.raises(EvaluationError, match="timed out after 1 s"):
+        JoblibRunner(2, timeout=1.0)(with_solver, [0, 1, 2])
+    assert gone(int((tmp_path / "pid").read_text()))
+
+
+@posix
+def test_workers_end_with_the_runner():
+    runner = JoblibRunner(2, timeout=100.0)
+    model(elementwise_runner=runner).evaluate(designs())
+    workers = runner._pool.pids
+    assert len(workers) == 2
+    del runner
+    gc.collect()
+    assert all(gone(pid) for pid in workers)
+
+
+@pytest.mark.parametrize("options", [{"timeout": 100.0}, {"in_process": False}], ids=str)
+def test_what_cannot_be_sent_is_said(options):
+    lock = threading.Lock()
+    with pytest.raises(WorkerError, match="cannot be sent to worker processes: .*'_thread.lock'"):
+        JoblibRunner(2, **options)(lambda x: {"F": lock.locked()}, [1, 2])
+
+
+def test_a_problem_that_a_worker_cannot_load_is_said():
+    class Absent:
+        def __reduce__(self):
+            return __import__, ("module_that_is_not_there",)
+
+    absent = Absent()
+    with pytest.raises(WorkerError, match="cannot load the problem: ModuleNotFoundError"):
+        JoblibRunner(2, timeout=100.0)(lambda x: {"F": absent}, [1, 2])
+
+
+# Whole programs
+
+PROGRAM = """
+import os, sys, time
+from pymoo.core.problem import ElementwiseProblem
+from pymoo_psi import JoblibRunner
+import numpy as np
+
+class Slow(ElementwiseProblem):  # in the main script, which has no guard
+    def __init__(self, **kwargs):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **kwargs)
+    def _evaluate(self, x, out, *args, **kwargs):
+        os.write(1, b"at %d\\n" % os.getpid())
+        time.sleep(SECONDS)
+        out["F"] = x[0]
+
+problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
+print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
+"""
+
+
+def program(seconds, options):
+    code = textwrap.dedent(PROGRAM).replace("SECONDS", str(seconds)).replace("OPTIONS", options)
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False", ""])
+def test_a_script_without_a_guard_runs_and_ends(options):
+    out, err = program(0.01, options).communicate(timeout=60)
+    assert out.splitlines()[-1] == "3.0", err
+    assert err == ""
+
+
+def test_a_script_that_ends_while_workers_start():
+    """Three designs are dear enough to start workers for the others, which are soon done here."""
+    out, err = program(0.03, "").communicate(timeout=60)
+    assert out.splitlines()[-1] == "3.0", err
+    assert err == ""
+
+
+@posix
+@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False"])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["SIGINT", "SIGKILL"])
+def test_an_interrupted_program_leaves_no_workers(options, how):
+    if how == signal.SIGKILL and "timeout" not in options:
+        pytest.skip("joblib's own workers see a parent that was killed at their next task")
+    process = program(600, options)
+    try:
+        workers = [int(process.stdout.readline().split()[1]) for _ in range(2)]
+        os.kill(process.pid, how)  # as Ctrl-C would, but to the parent alone
+        process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode != 0
+    assert all(gone(pid) for pid in workers)
+
+
+# A cluster
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the cluster, on its own behalf
+        with (
+            distributed.LocalCluster(
+                n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+            ) as local,
+            distributed.Client(local) as client,
+        ):
+            yield client
+
+
+class TestDask:
+    def test_a_run_uses_both_worker_processes_and_gives_the_same(self, cluster):
+        workers = set(cluster.run(os.getpid).values())
+        problem = model(elementwise_runner=JoblibRunner())
+        with joblib.parallel_config("dask"):
+            assert pids(problem, designs(n=200)) == workers
+            result = minimize(problem, NSGA2(pop_size=20), ("n_gen", 3), seed=1)
+        plain = minimize(model(), NSGA2(pop_size=20), ("n_gen", 3), seed=1)
+        np.testing.assert_array_equal(result.F, plain.F)
+
+    def test_an_exception_names_the_design(self, cluster):
+        with (
+            joblib.parallel_config("dask"),
+            pytest.raises(EvaluationError, match=r"design \[3\.0, .*the mesh is torn") as caught,
+        ):
+            model(elementwise_runner=JoblibRunner()).evaluate(designs(3))
+        assert isinstance(caught.value.__cause__, ValueError)
+
+    @posix
+    def test_time_limits_and_deaths_as_on_one_machine(self, cluster):
+        workers = set(cluster.run(os.getpid).values())
+        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=1.0)))
+        with joblib.parallel_config("dask"):
+            out = problem.evaluate(designs(5, 7), return_as_dictionary=True)
+        assert out["failure"][[4, 10]].tolist() == [
+            "timed out after 1 s",
+            "its worker process died (exit code 3, 2 times)",
+        ]
+        assert (out["failure"] != "").sum() == 2
+        assert set(cluster.run(os.getpid).values()) == workers, "the cluster noticed nothing"
