@@ -103,9 +103,25 @@ def test_solve_in_processes(capsys):
     assert alone.splitlines()[1:] == shared.splitlines()[1:]
 
 
+def test_solve_continues_a_study(capsys, tmp_path):
+    study = tmp_path / "chute.db"
+    assert run(capsys, "solve", "chute", "--points", 100, "--study", study)[0] == 0
+    code, printed, _ = run(capsys, "solve", "chute", "--points", 160, "--study", study)
+    assert code == 0
+    assert "160 tested, 100 of them from the study" in printed
+    code, _, err = run(capsys, "solve", "chute", "--mu", 0.4, "--points", 160, "--study", study)
+    assert code == 2
+    assert "belongs to another problem" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (
+            ["solve", "chute", "--study", "x.db", "--algorithm", "nsga3"],
+            "--study must be used with",
+        ),
+        (["solve", "chute", "--study", "pyproject.toml"], "pyproject.toml"),
         (["solve", "chute", "--mu", "-1"], "mu must be a positive number, got -1.0"),
         (["solve", "chute", "--mu", "x"], "Invalid value for '--mu'"),
         (["solve", "chute", "--model", "ful"], "Invalid value for '--model'"),

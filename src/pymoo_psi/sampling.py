@@ -105,6 +105,11 @@ class QMCSampling(UniformSampling):
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
 
+    @property
+    def randomised(self) -> bool:
+        """Whether the points depend on a seed."""
+        return self.scramble or self.engine not in ("sobol", "halton")
+
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:

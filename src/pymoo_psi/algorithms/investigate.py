@@ -6,13 +6,18 @@ points pass through the problem in large blocks, and only what is wanted is kept
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from pymoo.util.display.progress import ProgressBar
 
+from pymoo_psi.algorithms.evaluation import evaluate_guarded, failure_action
+from pymoo_psi.algorithms.memory import Memory, fingerprint
 from pymoo_psi.arguments import boolean, integer, known_name
 from pymoo_psi.design_space import DesignSpace, design_space, problem_layout
+from pymoo_psi.errors import EvaluationError
 from pymoo_psi.host import require_problem
 from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.layout import Limits
@@ -34,6 +39,10 @@ def investigate(
     keep: str = "all",
     block_size: int = 65_536,
     progress: bool = False,
+    study: str | PathLike[str] | None = None,
+    study_key: str | None = None,
+    retry: str | Collection[int] = (),
+    on_failure: str = "record",
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -51,6 +60,10 @@ def investigate(
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
         block_size: Points evaluated at a time.
         progress: Show a progress bar.
+        study: Name of a study file, as for :class:`PSI`.
+        study_key: As for :class:`PSI`.
+        retry: As for :class:`PSI`.
+        on_failure: As for :class:`PSI`; ``"raise"`` stops after the block of the failed design.
 
     Returns:
         The table of the tests kept, by number.
@@ -59,6 +72,8 @@ def investigate(
         ArgumentValueError: A count is out of range, ``keep`` or a limit is unknown, or the
             problem does not fit, as for :class:`PSI`.
         ArgumentTypeError: An argument has the wrong type.
+        StudyError: As for :class:`PSI`.
+        EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute
@@ -77,13 +92,26 @@ def investigate(
     points = sampling.unit_points(
         n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
     )
+    memory, on_failure = Memory.of(study, retry), failure_action("on_failure", on_failure)
+    if memory.study is not None:
+        memory.study.begin(layout, fingerprint(problem, space, sampling, seed, study_key))
     bar = ProgressBar() if boolean("progress", progress) else None
     kept: list[TestTable] = []
     try:
         for start in range(0, n_points, block_size):
             X = space.matrix(points[start : start + block_size])
             numbers = np.arange(first + start, first + start + len(X))
-            kept.append(_wanted(_tested(problem, space, layout, numbers, X), keep, limits))
+            with memory.writing():
+                stored = memory.recall(layout, int(numbers[0]), len(X))
+                new = ~np.isin(numbers, stored.numbers)
+                tested = TestTable.empty(layout)
+                if new.any():
+                    tested = _tested(problem, space, layout, numbers[new], X[new])
+                    memory.keep(tested)
+            if on_failure == "raise":
+                _require_success(tested)
+            block = stored.merge(tested) if len(stored) else tested
+            kept.append(_wanted(block, keep, limits))
             if keep == "pareto":
                 _sift(kept, limits)
             if bar is not None:
@@ -95,12 +123,14 @@ def investigate(
 
 
 def _tested(problem: Any, space: DesignSpace, layout: Layout, numbers: Any, X: Any) -> TestTable:
-    out = problem.evaluate(
-        _as_objects(space.designs(X)),
-        return_values_of=["F", "G", "H"],
-        return_as_dictionary=True,
-    )
-    return TestTable.of(numbers, X, out["F"], out["G"], out["H"], layout=layout)
+    F, G, H, failures = evaluate_guarded(problem, _as_objects(space.designs(X)))
+    reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
+    return TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
+
+
+def _require_success(tested: TestTable) -> None:
+    for number, reason in tested.reasons.items():
+        raise EvaluationError(tested.X[tested.numbers == number][0], reason)
 
 
 def _as_objects(designs: Any) -> Any:

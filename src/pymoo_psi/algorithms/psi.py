@@ -6,17 +6,20 @@ number. It learns nothing on the way, so a run is the same however it is cut int
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from os import PathLike
 from typing import Any
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
-from pymoo.core.termination import TerminateIfAny, Termination
-from pymoo.util.display.column import Column
-from pymoo.util.display.output import Output
+from pymoo.core.termination import TerminateIfAny
 from pymoo.util.misc import termination_from_tuple
 from pymoo.util.optimum import filter_optimum
 
+from pymoo_psi.algorithms.display import PointsTested, PSIOutput
+from pymoo_psi.algorithms.evaluation import GuardedEvaluator, failure_action
+from pymoo_psi.algorithms.memory import Memory, fingerprint
 from pymoo_psi.arguments import Received, broken_rule, integer
 from pymoo_psi.design_space import design_space, problem_layout
 from pymoo_psi.host import require_known_keywords, require_problem
@@ -51,6 +54,16 @@ class PSI(Algorithm):
         limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
             design that exceeds one counts as infeasible in the result; the table keeps it as it
             is, so that other limits can be tried on the table afterwards.
+        study: Name of a study file, in which every block is stored as soon as it is tested. The
+            same call continues a study that was interrupted, a larger ``n_points`` extends it,
+            and no stored design is evaluated again.
+        study_key: What else the study depends on, such as a version of the model; a study with
+            another key is refused.
+        retry: Numbers of test points that the study holds as failed and that are to be evaluated
+            once more; ``"failed"`` for all of them.
+        on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
+            shape, or is lost, as failed with its reason, and goes on; ``"raise"`` stops there,
+            with everything before it stored.
         block_size: Points per iteration, after each of which display, callback and termination
             are called. By default the run has 32 iterations, of at least 64 points.
         **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
@@ -60,6 +73,9 @@ class PSI(Algorithm):
             finite bounds, or more than 51 variables.
         ArgumentTypeError: A count is not an integer, a keyword is unknown; at the start of a run:
             the problem is no pymoo problem or has variables of another type.
+        StudyError: The study belongs to another problem, is damaged, is being written by another
+            process or cannot be written.
+        EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
 
     Example:
         >>> from pymoo.optimize import minimize
@@ -77,10 +93,17 @@ class PSI(Algorithm):
         block_size: int | None = None,
         sampling: UniformSampling | None = None,
         limits: Limits | None = None,
+        study: str | PathLike[str] | None = None,
+        study_key: str | None = None,
+        retry: str | Collection[int] = (),
+        on_failure: str = "record",
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
         self.limits = limits
+        self.study_key = study_key
+        self.memory = Memory.of(study, retry)
+        kwargs.setdefault("evaluator", GuardedEvaluator(failure_action("on_failure", on_failure)))
         self.sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
         kwargs.setdefault("output", PSIOutput())
         super().__init__(**kwargs)
@@ -113,12 +136,24 @@ class PSI(Algorithm):
         self.space = design_space(problem)
         self.table = TestTable.empty(problem_layout(problem, self.space))
         self._limits = limit_vector(self.limits, self.table.layout)
+        if self.memory.study is not None:
+            identity = fingerprint(problem, self.space, self.sampling, self.seed, self.study_key)
+            self.memory.study.begin(self.table.layout, identity)
         self._points = self.sampling.unit_points(
             self.n_points,
             len(self.space.variables),
             first=self.first,
             random_state=self.random_state,
         )
+
+    def next(self) -> None:
+        """Test the next block; another process cannot test it meanwhile for the same study."""
+        with self.memory.writing():
+            super().next()
+
+    def keep(self, evaluated: Population) -> None:
+        """Store evaluated designs of a block that is given up."""
+        self.memory.keep(self._tested(evaluated))
 
     def _initialize_infill(self) -> Population:
         return self._next_block()
@@ -135,7 +170,21 @@ class PSI(Algorithm):
         points = self._points[self.n_tested : self.n_tested + count]
         block = Population.new("X", self.space.designs(self.space.matrix(points)))
         block.set("test_point", np.arange(first, first + count))
+        self._remember(block, first, count)
         return block
+
+    def _remember(self, block: Population, first: int, count: int) -> None:
+        """Give the designs that a study holds their values; pymoo then evaluates the others."""
+        stored = self.memory.recall(self.table.layout, first, count)
+        if len(stored) == 0:
+            return
+        known = block[stored.numbers - first]
+        reasons = [stored.reasons.get(number, "") for number in stored.numbers.tolist()]
+        known.set("F", stored.F, "G", stored.G, "H", stored.H, "failure", reasons)
+        for individual in known:
+            individual.evaluated.update("FGH")
+            if individual.get("failure"):
+                individual.CV = np.array([np.inf])
 
     def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
         self.pop = Population.empty()
@@ -144,7 +193,9 @@ class PSI(Algorithm):
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
         if infills is None:
             return False
-        block = self._told(infills)
+        self._require_next(infills)
+        block = self._tested(infills)
+        self.memory.keep(block)
         rows = np.concatenate(
             [self._pareto, self.n_tested + np.flatnonzero(block.eligible(self.limits))]
         )
@@ -156,9 +207,9 @@ class PSI(Algorithm):
         self.pop = Population.merge(self.pop, infills)
         return True
 
-    def _told(self, infills: Population) -> TestTable:
-        """Return a told block as a table; it must continue where the last one ended."""
-        numbers, X, F = infills.get("test_point", "X", "F")
+    def _require_next(self, infills: Population) -> None:
+        """Refuse a block that does not continue where the last one ended."""
+        numbers = infills.get("test_point")
         first = self.first + self.n_tested
         if numbers.tolist() != list(range(first, first + len(numbers))):
             raise broken_rule(
@@ -167,22 +218,32 @@ class PSI(Algorithm):
                 Received(str(numbers.tolist())),
                 "tell the population that ask() returned",
             )
+
+    def _tested(self, evaluated: Population) -> TestTable:
+        """Return evaluated designs as a table."""
         sizes = {
             "F": self.problem.n_obj,
             "G": self.problem.n_ieq_constr,
             "H": self.problem.n_eq_constr,
         }
         for name, size in sizes.items():
-            values = infills.get(name)
-            if values.shape != (len(infills), size):
+            values = evaluated.get(name)
+            if values.shape != (len(evaluated), size):
                 raise broken_rule(
                     f"{name} of infills",
                     f"{size} values for each design",
                     Received(f"an array of shape {values.shape}"),
                     "evaluate the population before it is told",
                 )
-        designs, layout = self.space.to_matrix(X), self.table.layout
-        return TestTable.of(numbers, designs, F, infills.get("G"), infills.get("H"), layout=layout)
+        numbers, X, failures = evaluated.get("test_point", "X", "failure")
+        reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
+        return TestTable.of(
+            numbers,
+            self.space.to_matrix(X),
+            *evaluated.get("F", "G", "H"),
+            reasons=reasons,
+            layout=self.table.layout,
+        )
 
     def _set_optimum(self) -> None:
         if len(self._pareto) == 0:
@@ -191,30 +252,3 @@ class PSI(Algorithm):
             self.opt = self.pop[self._pareto[:1]]  # pymoo returns one design here
         else:
             self.opt = self.pop[self._pareto]
-
-
-class PointsTested(Termination):
-    """Terminate when every test point has been told; the progress is the share of them."""
-
-    def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / algorithm.n_points
-        return progress
-
-
-def _n_feasible(algorithm: Any) -> int:
-    return int(algorithm.table.feasible().sum())
-
-
-def _n_pareto(algorithm: Any) -> int:
-    return len(algorithm.opt)
-
-
-class PSIOutput(Output):
-    """The columns shown by ``verbose=True``: tested, feasible and Pareto-optimal designs."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.columns += [
-            Column("feasible", width=8, func=_n_feasible),
-            Column("n_nds", width=6, func=_n_pareto),
-        ]

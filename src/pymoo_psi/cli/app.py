@@ -42,7 +42,9 @@ class ModelName(str, Enum):
     rolling = "rolling"
 
 
-Jobs = Annotated[int, typer.Option(metavar="N", help="Processes to work in; -1: one per core.")]
+Jobs = Annotated[
+    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
+]
 
 
 @app.command()
@@ -69,6 +71,10 @@ def solve(
     points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
     jobs: Jobs = 1,
+    study: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.db", help="Store every tested design here (psi); continues."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
     ] = None,
@@ -83,7 +89,8 @@ def solve(
 
     given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
     options = {name: value for name, value in given.items() if value is not None}
-    return run_solve(load_problem(problem, options, jobs), algorithm.value, points, seed, out)
+    loaded = load_problem(problem, options, jobs)
+    return run_solve(loaded, algorithm.value, points, seed=seed, study=study, out=out)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
+from rich.text import Text
 
-__all__ = ["print_frame", "progress_bar", "say", "write_csv"]
+__all__ = ["print_frame", "progress_bar", "run_bar", "say", "write_csv"]
 
 
 def say(line: str) -> None:
@@ -20,7 +33,7 @@ def say(line: str) -> None:
     print(line, flush=True)
 
 
-def progress_bar() -> Progress:
+def progress_bar(*columns: ProgressColumn) -> Progress:
     """Return a progress bar on standard error, silent when that is no terminal."""
     error_console = Console(stderr=True)
     return Progress(
@@ -28,10 +41,44 @@ def progress_bar() -> Progress:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        *columns,
         console=error_console,
         disable=not error_console.is_terminal,
         transient=True,
     )
+
+
+class _Shown:
+    """Callbacks that show a run of an algorithm on a bar."""
+
+    def __init__(self, bar: Progress, task: TaskID) -> None:
+        self.bar, self.task = bar, task
+
+    def psi(self, algorithm: Any) -> None:
+        """Show tested, failed and feasible points."""
+        table = algorithm.table
+        failed, feasible = (table.status == "failed").sum(), table.feasible().sum()
+        note = f"{feasible} feasible, {failed} failed"
+        self.bar.update(self.task, completed=len(table), note=note)
+
+    def evaluations(self, algorithm: Any) -> None:
+        """Show the evaluations of any algorithm."""
+        self.bar.update(self.task, completed=algorithm.evaluator.n_eval)
+
+
+@contextmanager
+def run_bar(description: str, total: int) -> Iterator[_Shown]:
+    """Show a run while the body runs: points done, feasible and failed, rate and time left."""
+    bar = progress_bar(TextColumn("{task.fields[note]}"), _Rate(), TimeRemainingColumn())
+    with bar:
+        yield _Shown(bar, bar.add_task(description, total=total, note=""))
+
+
+class _Rate(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        if not task.speed:
+            return Text("")
+        return Text(f"{task.speed:.0f}/s" if task.speed >= 10 else f"{task.speed:.2g}/s")
 
 
 def print_frame(

@@ -11,7 +11,8 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi.arguments import broken_rule, job_count
 from pymoo_psi.errors import ArgumentTypeError, PsiError
-from pymoo_psi.problems import SphereChute, VectorizedSphereChute
+from pymoo_psi.problems import VectorizedSphereChute
+from pymoo_psi.runners import JoblibRunner
 
 __all__ = ["load_problem"]
 
@@ -26,16 +27,14 @@ def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Prob
             where the attribute is a problem, or a class or function that gives one without
             arguments. The working directory is searched for the module first.
         chute_options: Options of the chute; an error for any other problem.
-        jobs: Processes for problems that evaluate one design at a time.
+        jobs: Processes for problems that evaluate one design at a time; the chute does not.
 
     Raises:
         PsiError: There is no such problem, or it cannot be made.
     """
     jobs = job_count("--jobs", jobs)
     if name == "chute":
-        if jobs == 1:
-            return VectorizedSphereChute(**chute_options)
-        return with_jobs(SphereChute(**chute_options), jobs)
+        return VectorizedSphereChute(**chute_options)
     if chute_options:
         option = next(iter(chute_options))
         raise broken_rule("PROBLEM", f"'chute' where --{option} is given", name)
@@ -45,9 +44,7 @@ def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Prob
 def with_jobs(problem: Problem, jobs: int) -> Problem:
     """Let a problem that evaluates one design at a time do so in several processes."""
     if jobs != 1 and problem.elementwise:
-        from pymoo.parallelization.joblib import JoblibParallelization
-
-        problem.elementwise_runner = JoblibParallelization(n_jobs=jobs)
+        problem.elementwise_runner = JoblibRunner(n_jobs=jobs)
     return problem
 
 

@@ -10,7 +10,8 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi.algorithms import PSI, nsga3
-from pymoo_psi.cli.output import print_frame, progress_bar, say, write_csv
+from pymoo_psi.arguments import broken_rule
+from pymoo_psi.cli.output import print_frame, run_bar, say, write_csv
 from pymoo_psi.pareto import rank_of_efficiency
 
 __all__ = ["run_solve"]
@@ -18,42 +19,67 @@ __all__ = ["run_solve"]
 _SHOWN = 12
 
 
-def run_solve(problem: Problem, algorithm: str, points: int, seed: int, out: Path | None) -> int:
+def run_solve(
+    problem: Problem,
+    algorithm: str,
+    points: int,
+    *,
+    seed: int,
+    study: Path | None,
+    out: Path | None,
+) -> int:
     """Search, print the best-ranked designs, and write the Pareto set if a file is named."""
-    with progress_bar() as bar:
-        task = bar.add_task(f"{algorithm} on {problem.name()}", total=points)
-
-        def advance(algorithm: Any) -> None:
-            bar.update(task, completed=algorithm.evaluator.n_eval)
-
-        if algorithm == "psi":
-            result = minimize(problem, PSI(points), callback=advance)
-        else:
-            result = nsga3(problem, n_evaluations=points, seed=seed, callback=advance)
+    if study is not None and algorithm != "psi":
+        raise broken_rule("--study", "used with --algorithm psi", algorithm)
+    try:
+        with run_bar(f"{algorithm} on {problem.name()}", points) as show:
+            if algorithm == "psi":
+                result = minimize(problem, PSI(points, study=study), callback=show.psi)
+            else:
+                result = nsga3(problem, n_evaluations=points, seed=seed, callback=show.evaluations)
+    except KeyboardInterrupt:
+        if study is not None:
+            say(f"Every finished block is in {study}; the same command continues.")
+        raise
+    counts = _counts(result, points)
     if result.F is None:
-        say(f"{problem.name()}: none of {points} designs is feasible")
+        say(f"{problem.name()}: no feasible design, {counts}")
         return 1
     frame = ranked_designs(result)
-    count = f"{len(frame)} Pareto-optimal feasible designs of {points} evaluated"
-    title = f"{problem.name()} by {algorithm}: {count}, best ranks first"
+    title = f"{problem.name()} by {algorithm}: {len(frame)} Pareto-optimal designs, {counts}"
     variables = list(
         frame.columns[: frame.columns.get_loc("f1")].drop("test_point", errors="ignore")
     )
-    print_frame(frame.head(_SHOWN), title, spare=variables)
+    print_frame(frame.head(_SHOWN), f"{title}, best ranks first", spare=variables)
     if out is not None:
         write_csv(frame, out)
         say(f"All {len(frame)} written to {out}")
     return 0
 
 
+def _counts(result: Any, points: int) -> str:
+    table = getattr(result.algorithm, "table", None)
+    if table is None:
+        return f"{points} evaluated"
+    failed = int((table.status == "failed").sum())
+    new = result.algorithm.evaluator.n_eval
+    stored = f", {len(table) - new} of them from the study" if new < len(table) else ""
+    return f"{len(table)} tested{stored}" + (f", {failed} failed" if failed else "")
+
+
 def ranked_designs(result: Any) -> pd.DataFrame:
     """Return the Pareto set of a pymoo result, the best rank of efficiency first.
 
-    Columns: ``test_point`` for PSI, x1 …, f1 …, ``mu1``, ``mu2``, ``mu3``, ``rank``.
+    Columns: ``test_point`` for PSI, the variables, f1 …, ``mu1``, ``mu2``, ``mu3``, ``rank``.
     """
     X, F = result.opt.get("X", "F")
     ranked = rank_of_efficiency(F).to_frame(F).drop(columns="pareto")
-    designs = pd.DataFrame(X).rename(columns=lambda j: f"x{j + 1}" if isinstance(j, int) else j)
+    named = len(X) > 0 and isinstance(X[0], dict)
+    designs = pd.DataFrame(list(X)) if named else pd.DataFrame(X).rename(columns=_variable)
     if result.opt.has("test_point"):
         designs.insert(0, "test_point", result.opt.get("test_point"))
     return designs.join(ranked).loc[ranked.index]
+
+
+def _variable(j: int) -> str:
+    return f"x{j + 1}"

@@ -64,6 +64,11 @@ class _ChuteProblem(Problem):
             raise broken_rule("lower", "at most upper in each variable", Received(both))
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
+    def fingerprint(self) -> dict[str, Any]:
+        """Return what a study of this problem depends on besides bounds and sizes."""
+        names = ("mu", "c", "r", "omega_X0", "omega_Y0", "omega_Z0")
+        return {"model": self.model, **dict(zip(names, self.parameters.columns, strict=True))}
+
 
 class SphereChute(_ChuteProblem, ElementwiseProblem):
     """The sphere in the chute-conveyor: two variables, four objectives, one constraint.

@@ -1,0 +1,112 @@
+"""Evaluating designs some of which may fail."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.core.problem import LoopedElementwiseEvaluation
+
+from pymoo_psi.arguments import known_name
+from pymoo_psi.errors import EvaluationError
+from pymoo_psi.failures import FailureTolerant
+
+__all__ = ["Evaluated", "GuardedEvaluator", "evaluate_guarded", "failure_action"]
+
+Array = NDArray[np.float64]
+
+
+class Evaluated(NamedTuple):
+    """The values of n designs, and why those that failed did.
+
+    Attributes:
+        F: ``(n, m)`` objectives, infinite where a design failed.
+        G: ``(n, n_ieq)`` inequality constraints.
+        H: ``(n, n_eq)`` equality constraints.
+        reasons: n reasons, empty for a design that did not fail.
+    """
+
+    F: Array
+    G: Array
+    H: Array
+    reasons: list[str]
+
+
+def failure_action(name: str, value: object) -> str:
+    """Return ``value``: ``"record"`` or ``"raise"``."""
+    return known_name(name, value, ("record", "raise"))
+
+
+def evaluate_guarded(problem: Any, X: Any) -> Evaluated:
+    """Evaluate designs; one that raises, gives NaN or the wrong shape, or is lost, has failed.
+
+    Args:
+        problem: A pymoo problem.
+        X: n designs as the problem takes them.
+    """
+    if not problem.elementwise:
+        values = _sound_values(problem, X)
+        if values is not None:
+            return values
+    out = FailureTolerant(problem).evaluate(
+        X, return_values_of=["F", "G", "H", "failure"], return_as_dictionary=True
+    )
+    reasons = [str(reason) for reason in out["failure"]]
+    return Evaluated(out["F"], out["G"][:, :-1], out["H"], reasons)
+
+
+def _sound_values(problem: Any, X: Any) -> Evaluated | None:
+    """Evaluate a vectorised problem at once; ``None`` if a design may have failed."""
+    try:
+        out = problem.evaluate(X, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
+    except Exception:  # whose fault it is, the guarded evaluation will find
+        return None
+    infinite = ~np.isfinite(F).all(axis=1) & (G <= 0).all(axis=1)
+    if infinite.any() or any(np.isnan(values).any() for values in (F, G, H)):
+        return None
+    return Evaluated(F, G, H, [""] * len(F))
+
+
+class GuardedEvaluator(Evaluator):
+    """pymoo's evaluator, with designs that fail kept as failed.
+
+    An individual that failed has infinite objectives, an infinite constraint violation, and its
+    reason as ``individual.get("failure")``.
+
+    Args:
+        on_failure: ``"record"`` goes on; ``"raise"`` stops. A problem that evaluates one design
+            after the other stops at the first one; where a block is evaluated together or in
+            processes, it is finished first, so that nothing of it is lost.
+    """
+
+    def __init__(self, on_failure: str = "record") -> None:
+        super().__init__()
+        self.on_failure = failure_action("on_failure", on_failure)
+
+    def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
+        done = 0
+        for piece in self._pieces(problem, pop):
+            F, G, H, reasons = evaluate_guarded(problem, piece.get("X"))
+            piece.set("F", F, "G", G, "H", H, "failure", reasons)
+            piece.apply(lambda individual: individual.evaluated.update("FGH"))
+            done += len(piece)
+            failed = piece[np.array([bool(reason) for reason in reasons])]
+            for individual in failed:
+                individual.CV = np.array([np.inf])
+            if len(failed) and self.on_failure == "raise":
+                keep = getattr(kwargs.get("algorithm"), "keep", None)
+                if keep is not None:
+                    keep(pop[:done])
+                raise EvaluationError(failed[0].X, failed[0].get("failure"))
+
+    def _pieces(self, problem: Any, pop: Population) -> list[Population]:
+        one_by_one = problem.elementwise and isinstance(
+            problem.elementwise_runner, LoopedElementwiseEvaluation
+        )
+        if self.on_failure == "raise" and one_by_one:
+            return [pop[i : i + 1] for i in range(len(pop))]
+        return [pop]
