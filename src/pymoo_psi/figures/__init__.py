@@ -1,4 +1,4 @@
-"""The paper's figures 2 to 8: for each a function for its data and one that draws them on axes.
+"""Figures of the paper, 2 to 8, and of any test table: for each its data, and what draws them.
 
 The data are arrays in frozen dataclasses, to be looked at or tested as numbers. The drawing
 functions take ``ax``, or make axes of their own, and return the axes; they show nothing, write
@@ -15,8 +15,29 @@ Figure 8, the optimum as a function of the initial speed
     :class:`SalukvadzeFunctions`: :func:`salukvadze_functions`, :func:`draw_salukvadze_functions`.
 Whole pages
     :func:`paper_figures`, :func:`save_figures`.
+
+Of a :class:`~pymoo_psi.TestTable`, with limits on criteria:
+
+Where the designs lie over a variable
+    :class:`~pymoo_psi.investigation.Histogram`: :meth:`.TestTable.histogram`,
+    :func:`draw_histogram`.
+Criterion against variable, criterion against criterion
+    :class:`DesignPlane`: :func:`variable_plane`, :func:`criteria_plane`,
+    :func:`dependence_plane`, :func:`draw_plane`.
+One-at-a-time section of the criteria
+    :class:`Section`: :func:`section`, :func:`draw_section`.
+Whole pages
+    :func:`table_page`, :func:`criteria_page`, :func:`section_page`.
 """
 
+from pymoo_psi.figures.histograms import draw_histogram
+from pymoo_psi.figures.plane_axes import draw_plane
+from pymoo_psi.figures.planes import (
+    DesignPlane,
+    criteria_plane,
+    dependence_plane,
+    variable_plane,
+)
 from pymoo_psi.figures.points import (
     RankedPoints,
     design_points,
@@ -25,12 +46,14 @@ from pymoo_psi.figures.points import (
     objective_points,
 )
 from pymoo_psi.figures.save import paper_figures, save_figures
+from pymoo_psi.figures.sections import Section, draw_section, section
 from pymoo_psi.figures.sensitivity import (
     SalukvadzeFunctions,
     draw_salukvadze_functions,
     salukvadze_functions,
 )
 from pymoo_psi.figures.surfaces import CriterionSurfaces, criterion_surfaces, draw_surface
+from pymoo_psi.figures.table_pages import criteria_page, section_page, table_page
 from pymoo_psi.figures.transport import MotionPanel, draw_motion_panel, motion_panels
 
 __all__ = [  # noqa: RUF022 - in the order of the figures
@@ -55,4 +78,17 @@ __all__ = [  # noqa: RUF022 - in the order of the figures
     # Whole pages
     "paper_figures",
     "save_figures",
+    # Of a test table
+    "draw_histogram",
+    "DesignPlane",
+    "variable_plane",
+    "criteria_plane",
+    "dependence_plane",
+    "draw_plane",
+    "Section",
+    "section",
+    "draw_section",
+    "table_page",
+    "criteria_page",
+    "section_page",
 ]

@@ -13,15 +13,18 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from pymoo_psi.figures.style import GREY, MARKERS, Marker, enlarged_markers
 
 __all__ = [
+    "BEYOND",
     "FEASIBLE",
     "GROUPS",
-    "PARETO",
+    "INFEASIBLE",
     "LIMIT",
+    "PARETO",
     "PROTOTYPE",
     "draw_limit",
     "group_look",
@@ -35,18 +38,19 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+INFEASIBLE, BEYOND = "infeasible", "beyond the limits"
 FEASIBLE, PARETO = "feasible, dominated", "Pareto optimal"
 
 GROUPS: dict[str, Marker] = {
-    "infeasible": Marker(".", GREY, 3.2, level=2.0),
-    "beyond the limits": Marker("x", "0.45", 3.2, level=2.1),
+    INFEASIBLE: Marker(".", GREY, 6.0, level=2.0),
+    BEYOND: Marker("x", "0.5", 3.2, level=2.1),
     FEASIBLE: MARKERS[4],
     PARETO: MARKERS[5],
 }
 """Breaks a constraint; breaks a limit only; keeps all; keeps all and is not dominated."""
 
 PROTOTYPE = MARKERS[6]
-LIMIT: dict[str, Any] = {"color": "0.25", "linewidth": 1.0}
+LIMIT: dict[str, Any] = {"color": "0.25", "linewidth": 1.0, "zorder": 4.5}
 _SHADE: dict[str, Any] = {"facecolor": "0.93", "linewidth": 0, "zorder": 0}
 _LIMIT_STYLES = {"x": "-.", "y": "--"}
 
@@ -57,15 +61,15 @@ _RASTERIZED = 2000
 def group_look(group: str, count: int, *, scale: float = 1.0) -> dict[str, Any]:
     """Return how the line of a group of ``count`` designs looks, with its label."""
     marker = GROUPS[group]
-    shrink = scale * min(1.0, max(0.4, (_MANY / max(count, 1)) ** 0.25))
+    shrink = scale * min(1.0, max(0.2, (_MANY / max(count, 1)) ** 0.3))
     edged = group == PARETO
     return {
         "linestyle": "none",
         "marker": marker.shape,
-        "markersize": marker.size * (shrink if marker.shape != "." else max(shrink, 0.7 * scale)),
+        "markersize": marker.size * shrink,
         "markerfacecolor": marker.colour,
         "markeredgecolor": "black" if edged else marker.colour if marker.shape == "x" else "none",
-        "markeredgewidth": 0.5 * (shrink if edged else 1.0),
+        "markeredgewidth": 0.5 * shrink if edged else 0.5,
         "zorder": 3.0 + 1.0 / (1 + count),  # the rarer on top
         "label": f"{group} ({count})",
         "rasterized": count > _RASTERIZED,
@@ -80,7 +84,8 @@ def prototype_look(name: str, *, scale: float = 1.0) -> dict[str, Any]:
         "markersize": PROTOTYPE.size * scale,
         "markerfacecolor": PROTOTYPE.colour,
         "markeredgecolor": "black",
-        "markeredgewidth": 0.6,
+        "markeredgewidth": 0.7,
+        "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
         "zorder": PROTOTYPE.level,
         "label": prototype_label(name),
     }
@@ -92,14 +97,13 @@ def prototype_label(name: str) -> str:
 
 
 def literal(name: object, most: int = 40) -> str:
-    """Return a name on one line, as it is written: ``$`` and ``\\`` begin no formula.
+    """Return a name on one line, as it is written: a ``$`` in it begins no formula.
 
     Args:
         name: A name or a value.
         most: Characters; of a longer name the beginning is kept.
     """
-    text = " ".join(f"{name:.6g}" if isinstance(name, float) else str(name) for name in (name,))
-    text = " ".join(text.split())
+    text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
     text = text if len(text) <= most else f"{text[: most - 1]}…"
     return text.replace("$", r"\$")
 
@@ -129,7 +133,7 @@ def draw_limit(axes: Axes, letter: str, name: str, limit: float) -> None:
     before, stays or grows up to the limit.
     """
     low, high = getattr(axes, f"get_{letter}lim")()
-    reach, label = 0.5 * (high - low), rf"limit {literal(name)} ≤ {limit:g}"
+    reach, label = 0.5 * (high - low), f"limit {literal(name, 24)} ≤ {limit:g}"
     style = LIMIT | {"linestyle": _LIMIT_STYLES[letter]}
     if not low - reach <= limit <= high + reach:
         axes.plot([], [], label=f"{label}, outside the axes", **style)

@@ -6,32 +6,16 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pymoo_psi.arguments import boolean, broken_rule
-from pymoo_psi.figures.groups import (
-    BEYOND,
-    FEASIBLE,
-    GROUPS,
-    INFEASIBLE,
-    PARETO,
-    draw_limit,
-    group_look,
-    legend_below,
-    literal,
-    name_places,
-    prototype_look,
-    view,
-)
-from pymoo_psi.figures.style import on_axes
-from pymoo_psi.investigation import Dependence, TestTable
+from pymoo_psi.arguments import broken_rule
+from pymoo_psi.figures.groups import BEYOND, FEASIBLE, GROUPS, INFEASIBLE, PARETO
+from pymoo_psi.investigation import Dependence, Prototype, TestTable
 from pymoo_psi.investigation.designs import column_kinds, values_in_order
 from pymoo_psi.investigation.layout import Key, Limits
 from pymoo_psi.investigation.limits import limit_vector
 
-__all__ = ["DesignPlane", "criteria_plane", "dependence_plane", "draw_plane", "variable_plane"]
+__all__ = ["DesignPlane", "criteria_plane", "dependence_plane", "variable_plane"]
 
 Array = NDArray[np.float64]
 
@@ -99,7 +83,13 @@ class DesignPlane:
             if high > low:
                 wider = margin * (high - low)
                 inside &= (self.values[:, k] >= low - wider) & (self.values[:, k] <= high + wider)
-        return self._rows(inside)
+        return replace(
+            self,
+            numbers=self.numbers[inside],
+            values=self.values[inside],
+            group=self.group[inside],
+            not_drawn=self.not_drawn + int(np.sum(~inside)),
+        )
 
     def spread(self) -> Array:
         """``(n, 2)`` where the designs are drawn: those with the same single value side by side.
@@ -119,21 +109,11 @@ class DesignPlane:
             self.abscissa == "integer" and len(x) > 0 and float(np.ptp(x)) <= 30
         )
 
-    def _rows(self, mask: NDArray[np.bool_]) -> DesignPlane:
-        left_out = int(np.sum(~mask))
-        return replace(
-            self,
-            numbers=self.numbers[mask],
-            values=self.values[mask],
-            group=self.group[mask],
-            not_drawn=self.not_drawn + left_out,
-        )
-
 
 def dependence_plane(dependence: Dependence) -> DesignPlane:
     """Return a dependence of a test table as points to draw.
 
-    It knows neither box nor prototype, and counts what breaks a limit among the infeasible;
+    It knows neither box nor prototype, and what breaks a limit counts as infeasible;
     :func:`variable_plane` takes all that from the table.
 
     Args:
@@ -141,7 +121,7 @@ def dependence_plane(dependence: Dependence) -> DesignPlane:
     """
     group = np.where(dependence.feasible, FEASIBLE, INFEASIBLE)
     group[dependence.pareto] = PARETO
-    return _dependence_plane(dependence, group, dependence.x[:0])
+    return _over_variable(dependence, group, None, (np.nan, np.nan), ())
 
 
 def variable_plane(
@@ -151,12 +131,14 @@ def variable_plane(
 
     Args:
         table: A test table.
-        criterion: Name or index of the criterion, which will be the ordinate.
-        variable: Name or index of the variable, the abscissa.
+        criterion: Name or index of the criterion, on the vertical axis.
+        variable: Name or index of the variable, on the horizontal axis.
         limits: Limits on criteria.
 
     Raises:
-        ArgumentValueError: There is no such criterion or variable, or a limit is not one.
+        ArgumentValueError: The criterion, the variable or a limited criterion is not in the
+            table, or a limit is NaN.
+        ArgumentTypeError: The limits are no mapping to numbers.
 
     Example:
         >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
@@ -165,16 +147,11 @@ def variable_plane(
     """
     layout = table.layout
     i, j = layout.objective(criterion), layout.variable(variable)
+    box = float(layout.lower[j]), float(layout.upper[j])
     dependence = table.dependence(i, j, limits=limits)
     here = table.prototype
-    prototype = dependence.x[:0] if here is None else here.x[j : j + 1]
-    plane = _dependence_plane(dependence, _groups(table, limits), prototype)
-    return replace(
-        plane._rows(table.status[_drawable(dependence.f[:, None])] != "failed"),
-        box=(float(layout.lower[j]), float(layout.upper[j])),
-        prototype=plane.prototype if here is None else [[plane.prototype[0, 0], here.f[i]]],
-        prototype_name="" if here is None else here.name,
-    )
+    place = () if here is None else (here.x.tolist()[j], float(here.f[i]))
+    return _over_variable(dependence, _groups(table, limits), here, box, place)
 
 
 def criteria_plane(
@@ -189,23 +166,73 @@ def criteria_plane(
         limits: Limits on criteria.
 
     Raises:
-        ArgumentValueError: There is no such criterion, or a limit is not one.
+        ArgumentValueError: A criterion is not in the table, or a limit is NaN.
+        ArgumentTypeError: The limits are no mapping to numbers.
     """
-    layout = table.layout
+    layout, prototype = table.layout, table.prototype
     columns = [layout.objective(first), layout.objective(second)]
     bounds = limit_vector(limits, layout)
-    values, prototype = table.F[:, columns], table.prototype
-    drawn = _drawable(values) & (table.status != "failed")
+    group = _groups(table, limits)
+    drawn = _drawn(table.F[:, columns], group)
     return DesignPlane(
         names=(layout.objectives[columns[0]], layout.objectives[columns[1]]),
         abscissa="criterion",
         options=(),
         box=(np.nan, np.nan),
         numbers=table.numbers[drawn],
-        values=values[drawn],
-        group=_groups(table, limits)[drawn],
+        values=table.F[drawn][:, columns],
+        group=group[drawn],
         limits=(bounds.get(columns[0], np.inf), bounds.get(columns[1], np.inf)),
         prototype=np.zeros((0, 2)) if prototype is None else prototype.f[None, columns],
+        prototype_name="" if prototype is None else prototype.name,
+        not_drawn=int(np.sum(~drawn)),
+    )
+
+
+def _groups(table: TestTable, limits: Limits | None) -> NDArray[np.str_]:
+    """``(n,)`` the group of each design; empty for the failed."""
+    names = {"ok": BEYOND, "infeasible": INFEASIBLE, "failed": ""}
+    group = np.full(len(table), "", dtype=f"<U{max(map(len, GROUPS))}")
+    for status, name in names.items():
+        group[table.status == status] = name
+    group[table.feasible(limits)] = FEASIBLE
+    group[table.pareto(limits)] = PARETO
+    return group
+
+
+def _drawn(values: Array, group: NDArray[np.str_]) -> NDArray[np.bool_]:
+    mask: NDArray[np.bool_] = (np.abs(values) < _HUGE).all(axis=1) & (group != "")
+    return mask
+
+
+def _over_variable(
+    dependence: Dependence,
+    group: NDArray[np.str_],
+    prototype: Prototype | None,
+    box: tuple[float, float],
+    place: tuple[Any, ...],
+) -> DesignPlane:
+    column = np.array([*dependence.x.tolist(), *place[:1]], dtype=object)
+    kind = column_kinds(column[:, None])[0] if len(column) else "real"
+    options: tuple[Any, ...] = ()
+    if kind not in ("real", "integer"):
+        options = tuple(values_in_order(column))
+        seat = {(type(value), value): k for k, value in enumerate(options)}
+        column = np.array([seat[type(value), value] for value in column.tolist()])
+    x = column.astype(np.float64)
+    n = len(dependence.f)
+    values = np.column_stack([x[:n], dependence.f])
+    drawn = _drawn(values, group)
+    return DesignPlane(
+        names=(dependence.variable, dependence.criterion),
+        abscissa="option" if options else "integer" if kind == "integer" else "real",
+        options=options,
+        box=box,
+        numbers=dependence.numbers[drawn],
+        values=values[drawn],
+        group=group[drawn],
+        limits=(np.inf, dependence.limit),
+        prototype=np.column_stack([x[n:], place[1:]]) if place else np.zeros((0, 2)),
         prototype_name="" if prototype is None else prototype.name,
         not_drawn=int(np.sum(~drawn)),
     )
