@@ -55,7 +55,26 @@ def check_pareto_set(result, problem):
     assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
 
 
-@pytest.mark.parametrize("name", ["zdt1", "dtlz2", "bnh", "osy", "tnk", "welded_beam", "truss2d"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "zdt1",
+        "zdt2",
+        "zdt3",
+        "zdt6",
+        "dtlz2",
+        "dtlz5",
+        "dtlz7",
+        "bnh",
+        "osy",
+        "tnk",
+        "welded_beam",
+        "truss2d",
+        "mw1",
+        "mw7",
+        "mw14",
+    ],
+)
 @pytest.mark.parametrize("block_size", [None, 7])
 def test_pareto_set_of_pymoos_problems(name, block_size):
     problem = get_problem(name)
