@@ -24,13 +24,14 @@ LAYERS = [
         },
     ),
     ("studies", {"studies"}),
-    ("faces", {"figures", "cli"}),
+    ("faces", {"figures", "page", "cli"}),
 ]
 LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
 # Outside packages that belong to some layers only.
 ONLY = {
     "pymoo": {"pymoo", "studies", "faces"},
     "matplotlib": {"faces"},
+    "bokeh": {"faces"},
     "rich": {"faces"},
     "typer": {"faces"},
     "joblib": {"pymoo", "studies", "faces"},

@@ -93,6 +93,42 @@ def solve(
     return run_solve(loaded, algorithm.value, points, seed=seed, study=study, out=out)
 
 
+@app.command()
+def page(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A CSV of designs, or a test table.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
+        "page.html"
+    ),
+    objectives: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,C", help="Columns with criteria [f1,f2,… or all numeric ones]."),
+    ] = None,
+    variables: Annotated[
+        str | None, typer.Option(metavar="X,Y", help="Columns with design variables [x1,x2,…].")
+    ] = None,
+    maximize: Annotated[
+        str | None, typer.Option(metavar="B", help="Objectives of which more is better.")
+    ] = None,
+    units: Annotated[str | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")] = None,
+    prototype: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
+    ] = None,
+    normalize: Annotated[
+        bool, typer.Option(help="Rank with each objective in units of its range.")
+    ] = True,
+    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
+) -> int:
+    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
+    from pymoo_psi.cli.page import run_page
+
+    return run_page(
+        file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
+        prototype=prototype, normalize=normalize, title=title,
+    )  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code, and never a traceback for a user's mistake.
 
