@@ -20,7 +20,7 @@ LAYERS = [
         "pymoo",
         {
             *("host", "design_space", "problems", "sampling", "algorithms", "selectors"),
-            *("runners", "guard", "failures"),
+            *("mcdm", "agreement", "uncertainty", "runners", "guard", "failures"),
         },
     ),
     ("studies", {"studies"}),

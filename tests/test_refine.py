@@ -5,7 +5,15 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, PsiError, SphereChute, VectorizedSphereChute, rank_of_efficiency, refine
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    SphereChute,
+    VectorizedSphereChute,
+    lp_tau,
+    rank_of_efficiency,
+    refine,
+)
 
 
 class Parabolas(Problem):
@@ -80,3 +88,15 @@ def test_bad_start(arguments, message):
 def test_bad_ranking():
     with pytest.raises(TypeError, match="ranking must be an EfficiencyRanking, got None"):
         refine(SphereChute(), [0.1, 0.2], None)
+
+
+def test_a_ranking_with_a_maximised_objective():
+    """The objectives of the problem are turned as those of the ranking were."""
+    problem = VectorizedSphereChute(0.4, model="rolling")
+    X = problem.xl + (problem.xu - problem.xl) * lp_tau(64, 2, first=2)
+    F = problem.evaluate(X)[0]
+    ranking = rank_of_efficiency(F, maximize=[2])
+    best = ranking.salukvadze[0]
+    refined = refine(problem, X[best], ranking)
+    assert refined.start_distance == ranking.criteria[best, 0]
+    assert refined.distance <= refined.start_distance

@@ -8,7 +8,9 @@ Algorithms
     :class:`PSI`, :func:`investigate` and their :class:`TestTable`; :func:`nsga3`; :func:`refine`.
 Decision-making
     :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`;
-    :class:`SalukvadzeOptimum`, :class:`EfficientSubset`.
+    :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
+    :class:`McdmMethod`; :func:`compare_selectors` and its :class:`SelectorComparison`;
+    :func:`robustness` and its :class:`Robustness`.
 Running
     :class:`JoblibRunner`, :class:`FailureTolerant`.
 Errors
@@ -24,16 +26,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pymoo_psi import chute
+    from pymoo_psi.agreement import SelectorComparison, compare_selectors
     from pymoo_psi.algorithms import PSI, investigate, nsga3, refine
     from pymoo_psi.errors import PsiError
     from pymoo_psi.failures import FailureTolerant
     from pymoo_psi.investigation import TestTable
-    from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+    from pymoo_psi.mcdm import McdmMethod
+    from pymoo_psi.pareto import EfficiencyRanking, Robustness, rank_of_efficiency
     from pymoo_psi.problems import SphereChute, VectorizedSphereChute
     from pymoo_psi.runners import JoblibRunner
     from pymoo_psi.sampling import LPTauSampling, QMCSampling
-    from pymoo_psi.selectors import EfficientSubset, SalukvadzeOptimum
+    from pymoo_psi.selectors import CompromiseProgramming, EfficientSubset, SalukvadzeOptimum
     from pymoo_psi.sequences import lp_tau
+    from pymoo_psi.uncertainty import robustness
 
     __version__: str
 
@@ -52,10 +57,16 @@ _HOME = {
     "nsga3": "algorithms",
     "refine": "algorithms",
     # Decision-making
+    "CompromiseProgramming": "selectors",
     "EfficiencyRanking": "pareto",
     "EfficientSubset": "selectors",
+    "McdmMethod": "mcdm",
+    "Robustness": "pareto",
     "SalukvadzeOptimum": "selectors",
+    "SelectorComparison": "agreement",
+    "compare_selectors": "agreement",
     "rank_of_efficiency": "pareto",
+    "robustness": "uncertainty",
     # Running
     "FailureTolerant": "failures",
     "JoblibRunner": "runners",

@@ -126,7 +126,8 @@ def _distance(problem: Any, x: Array, ranking: EfficiencyRanking) -> float:
     feasible = (out["G"] <= 0).all() and (np.abs(out["H"]) <= 1e-4).all()  # pymoo's tolerance
     if not feasible or not np.isfinite(out["F"]).all():
         return float("inf")
-    return float(ranking.frame.distances(out["F"][None, :])[0, 0])
+    F = out["F"][None, :] * ranking.objectives.sign
+    return float(ranking.frame.distances(F)[0, 0])
 
 
 def _simplex(z: Array, size: float) -> Array:

@@ -129,6 +129,32 @@ def page(
     )  # fmt: skip
 
 
+@app.command()
+def rank(
+    file: Annotated[
+        Path, typer.Argument(help="CSV of a Pareto set; the first line names columns.")
+    ],
+    objectives: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A,B,…", help="Columns that are objectives; else all of numbers."),
+    ] = None,
+    maximize: Annotated[
+        list[str] | None, typer.Option(metavar="A,…", help="Objectives to be maximised.")
+    ] = None,
+    no_normalize: Annotated[
+        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
+    ] = None,
+    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+) -> int:
+    """Rank the designs of any Pareto set by efficiency."""
+    from pymoo_psi.cli.rank import run_rank
+
+    return run_rank(file, objectives or [], maximize or [], not no_normalize, out, top)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code, and never a traceback for a user's mistake.
 

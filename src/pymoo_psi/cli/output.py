@@ -92,8 +92,10 @@ def print_frame(
         decimals: Decimals of fractions.
         spare: Columns to leave out, saying so, where the terminal is too narrow for all.
     """
-    terminal = Console(highlight=False)
-    console = terminal if terminal.is_terminal else Console(highlight=False, width=200)
+    terminal = Console(highlight=False, markup=False)  # "mass [kg]" is text
+    console = (
+        terminal if terminal.is_terminal else Console(highlight=False, markup=False, width=200)
+    )
     table = _table(frame, decimals)
     unlimited = console.options.update(max_width=10_000)
     left_out = spare and console.measure(table, options=unlimited).maximum > console.width

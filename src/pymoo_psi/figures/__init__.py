@@ -13,6 +13,9 @@ Figure 7, the transportation of the sphere
     :class:`MotionPanel`: :func:`motion_panels`, :func:`draw_motion_panel`.
 Figure 8, the optimum as a function of the initial speed
     :class:`SalukvadzeFunctions`: :func:`salukvadze_functions`, :func:`draw_salukvadze_functions`.
+Designs under uncertainty
+    :class:`RobustDesigns`: :func:`robust_designs`, :func:`draw_shares`, :func:`draw_regret`,
+    :func:`robustness_page`.
 Whole pages
     :func:`paper_figures`, :func:`save_figures`.
 
@@ -45,6 +48,13 @@ from pymoo_psi.figures.points import (
     geometric_points,
     objective_points,
 )
+from pymoo_psi.figures.robustness import (
+    RobustDesigns,
+    draw_regret,
+    draw_shares,
+    robust_designs,
+    robustness_page,
+)
 from pymoo_psi.figures.save import paper_figures, save_figures
 from pymoo_psi.figures.sections import Section, draw_section, section
 from pymoo_psi.figures.sensitivity import (
@@ -75,6 +85,12 @@ __all__ = [  # noqa: RUF022 - in the order of the figures
     "SalukvadzeFunctions",
     "salukvadze_functions",
     "draw_salukvadze_functions",
+    # Designs under uncertainty
+    "RobustDesigns",
+    "robust_designs",
+    "draw_shares",
+    "draw_regret",
+    "robustness_page",
     # Whole pages
     "paper_figures",
     "save_figures",

@@ -64,9 +64,13 @@ class UtopianFrame:
 
         ``F`` is taken to be right to a few units in its last place, and m terms are summed.
         """
-        unit = np.finfo(np.float64).eps
+        return float(np.linalg.norm(self.roundings(F)))
+
+    def roundings(self, F: Array) -> Array:
+        """Bound the rounding error of each term of a distance; an ``(m,)`` array."""
         size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
-        return float(8 * unit * np.linalg.norm(size / self.scale))
+        bounds: Array = 8 * np.finfo(np.float64).eps * size / self.scale
+        return bounds
 
 
 def _row_norm(rows: Array) -> Array:

@@ -15,29 +15,27 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.arguments import (
-    Received,
-    boolean,
-    broken_rule,
-    finite_array,
-    integer,
-    objective_matrix,
-)
+from pymoo_psi.arguments import Received, boolean, broken_rule, integer
 from pymoo_psi.pareto.dominance import levels, nondominated, nondominated_pair
 from pymoo_psi.pareto.geometry import UtopianFrame
+from pymoo_psi.pareto.objectives import Objectives
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["EfficiencyRanking", "rank_of_efficiency"]
+__all__ = ["RANKING_COLUMNS", "EfficiencyRanking", "rank_of_efficiency", "ranking_of"]
 
 Array = NDArray[np.float64]
+
+RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
+"""The columns that follow the objectives in the frame of a ranking."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +46,9 @@ class EfficiencyRanking:
         criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, of the dominated rows too.
         rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
         pareto: ``(n,)`` which rows are Pareto optimal.
-        frame: The points U and N and the scale in which the criteria are measured.
+        frame: The points U and N and the scale in which the criteria are measured, all objectives
+            minimised.
+        objectives: What was ranked, in the user's sense and under the user's names.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
             up to rounding. They are the rows of rank 6, and there is usually one. Only if several
             rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
@@ -60,16 +60,17 @@ class EfficiencyRanking:
     pareto: NDArray[np.bool_]
     frame: UtopianFrame
     salukvadze: NDArray[np.intp]
+    objectives: Objectives
 
     @property
     def ideal(self) -> Array:
-        """``(m,)`` the point U."""
-        return self.frame.ideal
+        """``(m,)`` the point U in the user's sense."""
+        return self.objectives.in_users_sense(self.frame.ideal)
 
     @property
     def nadir(self) -> Array:
-        """``(m,)`` the point N."""
-        return self.frame.nadir
+        """``(m,)`` the point N in the user's sense."""
+        return self.objectives.in_users_sense(self.frame.nadir)
 
     def subset(self, rank: int) -> NDArray[np.intp]:
         """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first."""
@@ -79,42 +80,55 @@ class EfficiencyRanking:
         members = np.flatnonzero(self.pareto & (self.rank == rank))
         return members[np.argsort(self.criteria[members, 0], kind="stable")]
 
-    def to_frame(self, F: ArrayLike, *, names: list[str] | None = None) -> pd.DataFrame:
+    def to_frame(
+        self, F: ArrayLike | None = None, *, names: list[str] | None = None
+    ) -> pd.DataFrame:
         """Return a table of the ranked designs, the best rank and the nearest to U first.
 
         Args:
-            F: The ``(n, m)`` objective values that were ranked.
-            names: Names of the objectives; f1, f2, … unless given.
+            F: ``(n, m)`` values to show for the objectives; those that were ranked unless given.
+            names: Names of the objectives; by default those of the data frame that was ranked,
+                or f1, f2, ….
 
         Returns:
-            One row per design, its index the row in ``F``; columns: the objectives, ``mu1``,
-            ``mu2``, ``mu3``, ``rank``, ``pareto``.
+            One row per design, its index the row in ``F``, or the label of the row in the data
+            frame that was ranked; columns: the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``,
+            ``pareto``.
 
         Raises:
-            ArgumentValueError: ``F`` has another shape, or the number of names differs.
+            ArgumentValueError: ``F`` has another shape, the number of names differs, or an
+                objective has the name of one of the other columns.
         """
         import pandas as pd
 
-        values = objective_matrix("F", F)
-        shape = (len(self.rank), len(self.ideal))
+        shown = self.objectives if F is None else Objectives.of(F)
+        values, shape = shown.values, self.objectives.values.shape
         if values.shape != shape:
             raise broken_rule("F", f"of shape {shape}", Received(f"shape {values.shape}"))
-        columns = [f"f{j + 1}" for j in range(shape[1])] if names is None else list(names)
+        columns = list(shown.names if names is None else names)
         if len(columns) != shape[1]:
             raise broken_rule("names", f"{shape[1]} names", columns)
-        frame = pd.DataFrame(values, columns=columns)
+        if taken := [name for name in columns if name in RANKING_COLUMNS]:
+            rule = "other than mu1, mu2, mu3, rank and pareto, which are columns of the ranking"
+            raise broken_rule("names", rule, taken[0], "give others by names=[...]")
+        frame = pd.DataFrame(values, columns=columns, index=pd.Index(shown.labels))
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
-        order = np.lexsort((self.criteria[:, 0], -self.rank, ~self.pareto))
-        return frame.iloc[order]
+        return frame.iloc[self.order]
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """``(n,)`` indices, the best rank and the nearest to U first, the dominated rows last."""
+        return np.lexsort((self.criteria[:, 0], -self.rank, ~self.pareto))
 
 
 def rank_of_efficiency(
-    F: ArrayLike,
+    F: Any,
     *,
     normalize: bool = True,
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
+    maximize: Collection[Any] = (),
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
@@ -122,46 +136,62 @@ def rank_of_efficiency(
     rounding count as equal, so that rounding noise decides nothing.
 
     Args:
-        F: ``(n, m)`` finite objective values, all minimised; n, m >= 1.
+        F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
+            m >= 1. Of a pandas data frame the names of columns and rows are kept.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does.
-        ideal: ``(m,)`` the point U; by default the minimum over the Pareto-optimal rows. It must
-            be at least as good as they are.
-        nadir: ``(m,)`` the point N; by default the maximum over the Pareto-optimal rows.
+        ideal: ``(m,)`` the point U, in the same sense as ``F``; by default the best values over
+            the Pareto-optimal rows. It must be at least as good as they are.
+        nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
+            rows.
+        maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
 
     Returns:
         The ranking, its arrays in the order of the rows of ``F``.
 
     Raises:
         ArgumentValueError: ``F`` has the wrong shape, is empty or holds NaN or infinity; ``ideal``
-            or ``nadir`` does not fit.
+            or ``nadir`` does not fit; ``maximize`` names no objective.
         ArgumentTypeError: ``F`` does not hold real numbers.
 
     Example:
         >>> ranking = rank_of_efficiency([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0], [1.0, 1.0]])
         >>> ranking.rank.tolist(), ranking.salukvadze.tolist()
         ([0, 6, 0, 0], [1])
+
+        >>> import pandas as pd
+        >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
+        >>> rank_of_efficiency(F, maximize=["yield"]).to_frame().round(2)
+           cost  yield   mu1   mu2   mu3  rank  pareto
+        B   2.0   30.0  0.42  0.06  0.41     6    True
+        A   1.0   10.0  1.00  0.71  0.71     0    True
+        C   5.0   40.0  1.00  0.71  0.71     0    True
     """
-    F = objective_matrix("F", F)
-    return ranking_of(F, nondominated(F), normalize=normalize, ideal=ideal, nadir=nadir)
+    objectives = Objectives.of(F, maximize)
+    pareto = nondominated(objectives.minimized)
+    return ranking_of(objectives, pareto, normalize=normalize, ideal=ideal, nadir=nadir)
 
 
 def ranking_of(
-    F: Array,
+    objectives: Objectives,
     pareto: NDArray[np.bool_],
     *,
     normalize: bool,
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
 ) -> EfficiencyRanking:
-    """Rank the rows of a checked matrix whose Pareto-optimal rows, one or more, are known."""
+    """Rank checked objectives whose Pareto-optimal rows, one or more, are known."""
     normalize = boolean("normalize", normalize)
+    F = objectives.minimized
     front = F[pareto]
-    U = front.min(axis=0) if ideal is None else _given_point("ideal", ideal, F.shape[1])
-    N = front.max(axis=0) if nadir is None else _given_point("nadir", nadir, F.shape[1])
-    _require_order("ideal", "at most the best value of every objective", U, front.min(axis=0))
-    _require_order("nadir", "at least the ideal in every objective", -N, -U)
+    best = front.min(axis=0)
+    U, N = objectives.point("ideal", ideal), objectives.point("nadir", nadir)
+    U = best if U is None else U
+    N = front.max(axis=0) if N is None else N
+    sign = objectives.sign
+    _require_order("ideal", "the best value of every objective", U, best, sign, better=True)
+    _require_order("nadir", "the ideal in every objective", N, U, sign, better=False)
     frame = UtopianFrame(U, N, normalize)
 
     criteria = frame.distances(F)
@@ -174,19 +204,18 @@ def ranking_of(
         + 1 * nondominated_pair(mu1, mu2)
     )
     salukvadze = np.flatnonzero(pareto)[mu1 == 0]
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze)
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
 
 
-def _given_point(name: str, value: ArrayLike, m: int) -> Array:
-    point = finite_array(name, value)
-    if point.shape != (m,):
-        raise broken_rule(name, f"of shape {(m,)}", Received(f"shape {point.shape}"))
-    return point
-
-
-def _require_order(name: str, rule: str, lower: Array, upper: Array) -> None:
+def _require_order(
+    name: str, than: str, point: Array, other: Array, sign: Array, *, better: bool
+) -> None:
+    """Require a point to be nowhere worse than another, or nowhere better; both minimised."""
+    lower, upper = (point, other) if better else (other, point)
     wrong = np.flatnonzero(lower > upper)
     if len(wrong):
         j = wrong[0]
-        shown = f"{abs(lower[j])} against {abs(upper[j])} in objective {j + 1}"
+        rule = f"at {'most' if better == (sign[j] > 0) else 'least'} {than}"
+        mine, theirs = (float(p[j] * sign[j]) + 0.0 for p in (point, other))  # no -0.0
+        shown = f"{mine} against {theirs} in objective {j + 1}"
         raise broken_rule(name, rule, Received(shown))

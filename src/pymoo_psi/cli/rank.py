@@ -1,0 +1,144 @@
+"""``pymoo-psi rank``: from a CSV of any Pareto set to ranks of efficiency."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pymoo_psi.arguments import broken_rule, integer
+from pymoo_psi.cli.output import print_frame, say, write_csv
+from pymoo_psi.cli.pareto_file import ParetoFile, read_pareto_file, unfit
+from pymoo_psi.investigation.whole_file import whole_file
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto.ranking import RANKING_COLUMNS
+
+__all__ = ["run_rank"]
+
+_FORMATS = (".csv", ".json")
+
+
+def run_rank(
+    path: Path,
+    objectives: Sequence[str],
+    maximize: Sequence[str],
+    normalize: bool,
+    out: Path | None,
+    top: int,
+) -> int:
+    """Rank the designs of a file, print the best, and write all if a file is named.
+
+    Args:
+        path: The file; see :func:`pymoo_psi.cli.pareto_file.read_pareto_file`.
+        objectives: Its columns that are objectives; all columns of numbers if empty.
+        maximize: Those of them to be maximised.
+        normalize: Measure each objective in units of its range.
+        out: Where to write all designs, CSV or JSON by its suffix.
+        top: How many designs to print.
+    """
+    top = integer("--top", top, minimum=1)
+    if out is not None and out.suffix.lower() not in _FORMATS:
+        raise broken_rule("--out", "a file with the suffix .csv or .json", str(out))
+    file = read_pareto_file(path)
+    names = file.objectives(objectives)
+    if taken := [name for name in names if name in RANKING_COLUMNS]:
+        raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
+    upwards = file.columns("--maximize", maximize)
+    if other := [name for name in upwards if name not in names]:
+        raise broken_rule("--maximize", f"one of the objectives {', '.join(names)}", other[0])
+    F = pd.DataFrame(file.values(names), columns=list(names))
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=upwards)
+
+    frame = _ranked(file, ranking)
+    _print(file, ranking, upwards, frame.head(top))
+    if out is not None:
+        if out.suffix.lower() == ".json":
+            _write_json(file, ranking, upwards, frame, out)
+        else:
+            write_csv(frame, out)
+        say(f"All {len(frame)} written to {out}")
+    return 0
+
+
+def _ranked(file: ParetoFile, ranking: EfficiencyRanking) -> pd.DataFrame:
+    """Return the cells of the file with the ranking beside them, the best design first.
+
+    ``row`` counts the designs of the file from 1, unless the file has a column of that name.
+    Columns of an earlier ranking are replaced.
+    """
+    frame = pd.DataFrame(
+        {name: cells for name, cells in file.cells.items() if name not in RANKING_COLUMNS}
+    )
+    if "row" not in frame:
+        frame.insert(0, "row", np.arange(1, len(frame) + 1))
+    frame[["mu1", "mu2", "mu3"]] = ranking.criteria
+    frame["rank"], frame["pareto"] = ranking.rank, ranking.pareto
+    return frame.iloc[ranking.order]
+
+
+def _print(
+    file: ParetoFile, ranking: EfficiencyRanking, upwards: Sequence[str], best: pd.DataFrame
+) -> None:
+    names = list(ranking.objectives.names)
+    n, found = len(ranking.rank), len(ranking.salukvadze)
+    optimum = ", ".join(str(i + 1) for i in ranking.salukvadze[:5])
+    say(
+        f"{file.path}: {n} design{'s'[: n > 1]}, {int(ranking.pareto.sum())} Pareto optimal; "
+        f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
+    )
+    for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
+        sense = "maximise" if name in upwards else "minimise"
+        say(f"  {sense} {name}: best {ideal:.6g}, worst {nadir:.6g} of the Pareto set")
+    others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
+    number = [] if "row" in names else ["row"]
+    shown = best[[*number, *others, *names, *RANKING_COLUMNS]].copy()
+    for name in names:  # of any scale, so not with a fixed number of decimals
+        texts = [f"{float(cell):.6g}" for cell in shown[name]]
+        shown[name] = [text.rjust(max(map(len, texts))) for text in texts]
+    title = "The best by rank of efficiency:" if len(best) < len(ranking.rank) else "By rank:"
+    print_frame(shown, title, spare=others)
+
+
+def _write_json(
+    file: ParetoFile,
+    ranking: EfficiencyRanking,
+    upwards: Sequence[str],
+    frame: pd.DataFrame,
+    out: Path,
+) -> None:
+    names = ranking.objectives.names
+    columns = {
+        name: [_value(cell) for cell in frame[name]] if name in file.cells else frame[name].tolist()
+        for name in frame.columns
+    }
+    content = {
+        "file": file.path.name,
+        "objectives": list(names),
+        "maximized": list(upwards),
+        "normalized": ranking.frame.normalize,
+        "ideal": dict(zip(names, ranking.ideal.tolist(), strict=True)),
+        "nadir": dict(zip(names, ranking.nadir.tolist(), strict=True)),
+        "salukvadze_rows": [int(i) + 1 for i in ranking.salukvadze],
+        "designs": [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
+    }
+    with whole_file(out) as written:
+        text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
+        written.write_text(text + "\n", encoding="utf-8")
+
+
+def _value(cell: str) -> Any:
+    """Return what a cell says: a number, None for nothing, else its text."""
+    for kind in (int, float):
+        try:
+            value = kind(cell)
+        except ValueError:
+            continue
+        if "_" not in cell:
+            return value if np.isfinite(value) else None
+    return cell or None

@@ -1,0 +1,274 @@
+"""Ranks of whatever the user has: maximised objectives, data frames, published Pareto sets."""
+
+import math
+
+import moocore
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, rank_of_efficiency
+
+# Ties, duplicates and dominated rows are common on a grid; generic points have none.
+grids = st.tuples(st.integers(1, 25), st.integers(2, 8)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
+)
+generic = st.tuples(st.integers(2, 50), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
+    lambda t: np.random.default_rng(t[2]).random(t[:2])
+)
+sets = st.one_of(grids, generic)
+
+
+def better(a, b, senses):
+    return [x > y if up else x < y for x, y, up in zip(a, b, senses, strict=True)]
+
+
+def oracle(F, maximize=(), normalize=True):
+    """Ranks by loops over all pairs, in the user's own sense throughout: nothing is turned."""
+    rows, m = [tuple(row) for row in F.tolist()], F.shape[1]
+    senses = [j in maximize for j in range(m)]
+    pareto = [
+        not any(any(better(o, r, senses)) and not any(better(r, o, senses)) for o in rows)
+        for r in rows
+    ]
+    front = [row for row, is_in in zip(rows, pareto, strict=True) if is_in]
+    columns = list(zip(*front, strict=True))
+    best = [max(c) if up else min(c) for c, up in zip(columns, senses, strict=True)]
+    worst = [min(c) if up else max(c) for c, up in zip(columns, senses, strict=True)]
+    unit = [
+        (abs(w - b) or math.inf) if normalize else 1.0 for b, w in zip(best, worst, strict=True)
+    ]
+    line = [abs(w - b) / u for b, w, u in zip(best, worst, unit, strict=True)]
+    length = math.sqrt(sum(x * x for x in line)) or 1.0
+    criteria = []
+    for row in rows:
+        d = [
+            (b - f if up else f - b) / u
+            for f, b, u, up in zip(row, best, unit, senses, strict=True)
+        ]
+        mu3 = sum(x * y for x, y in zip(d, line, strict=True)) / length
+        mu2 = math.sqrt(sum((x - mu3 * y / length) ** 2 for x, y in zip(d, line, strict=True)))
+        criteria.append(tuple(round(v, 9) for v in (math.hypot(*d), mu2, mu3)))
+    kept = [c for c, is_in in zip(criteria, pareto, strict=True) if is_in]
+
+    def stays(c, j, k):
+        return not any(o[j] <= c[j] and o[k] <= c[k] and (o[j] < c[j] or o[k] < c[k]) for o in kept)
+
+    rank = [
+        3 * stays(c, 1, 2) + 2 * stays(c, 0, 2) + stays(c, 0, 1) if is_in else 0
+        for c, is_in in zip(criteria, pareto, strict=True)
+    ]
+    return rank, pareto, criteria, best, worst
+
+
+def senses_of(m):
+    return st.lists(st.integers(0, m - 1), unique=True)
+
+
+@given(data=st.data(), F=sets, normalize=st.booleans())
+def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
+    maximize = data.draw(senses_of(F.shape[1]))
+    F.setflags(write=False)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    rank, pareto, criteria, best, worst = oracle(F, maximize, normalize)
+    assert ranking.rank.tolist() == rank
+    assert ranking.pareto.tolist() == pareto
+    np.testing.assert_allclose(ranking.criteria, criteria, atol=1e-8)
+    np.testing.assert_array_equal(ranking.ideal, best)
+    np.testing.assert_array_equal(ranking.nadir, worst)
+
+
+@given(data=st.data(), F=sets, normalize=st.booleans())
+def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
+    maximize = data.draw(senses_of(F.shape[1]))
+    turned = F.copy()
+    turned[:, maximize] *= -1
+    asked = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    plain = rank_of_efficiency(turned, normalize=normalize)
+    np.testing.assert_array_equal(asked.criteria, plain.criteria)
+    np.testing.assert_array_equal(asked.rank, plain.rank)
+    np.testing.assert_array_equal(asked.salukvadze, plain.salukvadze)
+    np.testing.assert_array_equal(asked.to_frame()[["f1", "f2"]].sort_index(), F[:, :2])
+
+
+@given(data=st.data(), F=sets, normalize=st.booleans())
+def test_the_order_of_objectives_does_not_matter(data, F, normalize):
+    m = F.shape[1]
+    order = data.draw(st.permutations(range(m)))
+    maximize = data.draw(senses_of(m))
+    permuted = [order.index(j) for j in maximize]
+    straight = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    other = rank_of_efficiency(F[:, order], normalize=normalize, maximize=permuted)
+    assert other.rank.tolist() == straight.rank.tolist()
+    np.testing.assert_array_equal(other.ideal, straight.ideal[order])
+
+
+@given(data=st.data(), F=sets)
+def test_units_rows_and_dominated_rows_do_not_matter(data, F):
+    """Positive rescaling, another order and dominated rows at once, some objectives maximised."""
+    n, m = F.shape
+    maximize = data.draw(senses_of(m))
+    factor = data.draw(arrays(float, m, elements=st.sampled_from([1e-9, 0.3, 1.0, 7.0, 1e12])))
+    worse = F[data.draw(st.lists(st.integers(0, n - 1), max_size=5))] + 0.5
+    worse[:, maximize] -= 1.0
+    rows = data.draw(st.permutations(range(n + len(worse))))
+    other = rank_of_efficiency((np.vstack([F, worse]) * factor)[rows], maximize=maximize)
+    expected = rank_of_efficiency(F, maximize=maximize).rank.tolist() + [0] * len(worse)
+    assert other.rank.tolist() == [expected[i] for i in rows]
+
+
+@given(data=st.data(), F=sets)
+def test_given_points_are_in_the_users_sense(data, F):
+    maximize = data.draw(senses_of(F.shape[1]))
+    first = rank_of_efficiency(F, maximize=maximize)
+    again = rank_of_efficiency(F, maximize=maximize, ideal=first.ideal, nadir=first.nadir)
+    np.testing.assert_array_equal(again.criteria, first.criteria)
+    np.testing.assert_array_equal(again.ideal, first.ideal)
+
+
+PUBLISHED = [
+    "input1.dat",
+    "ran.10pts.9d.10",
+    "spherical-250-10-3d.txt.xz",
+    "uniform-250-10-3d.txt.xz",
+    "wrots_l10w100_dat.xz",
+    "wrots_l100w10_dat.xz",
+    "CPFs.txt.xz",
+]
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_sets(name):
+    """The data sets that ship with moocore: the first two sets of each, and all sets as one."""
+    data = moocore.get_dataset(name)
+    every = data[:, :-1]
+    for F in (every[data[:, -1] == 1], every[data[:, -1] == 2], every[:500]):
+        rank, pareto, criteria, *_ = oracle(F)
+        ranking = rank_of_efficiency(F)
+        assert ranking.rank.tolist() == rank
+        assert ranking.pareto.tolist() == pareto
+        np.testing.assert_allclose(ranking.criteria, criteria, atol=1e-8)
+
+
+def test_a_published_csv_with_names():
+    """50 jobs on 20 machines; the file is no moocore format, so read as the user would."""
+    frame = pd.read_csv(moocore.get_dataset_path("tpls50x20_1_MWT.csv"))
+    both = frame[["Makespan", "WeightedTardiness"]]
+    ranking = rank_of_efficiency(both)
+    rank, pareto, *_ = oracle(both[ranking.pareto].to_numpy())
+    assert all(pareto)
+    assert ranking.rank[ranking.pareto].tolist() == rank
+    assert list(ranking.to_frame().columns[:2]) == ["Makespan", "WeightedTardiness"]
+
+
+def test_a_million_rows_with_a_maximised_objective():
+    F = np.random.default_rng(3).random((1_000_000, 3))
+    ranking = rank_of_efficiency(F, maximize=[1])
+    front = np.flatnonzero(ranking.pareto)
+    assert ranking.rank[front].tolist() == oracle(F[front], [1])[0]
+    np.testing.assert_array_equal(ranking.to_frame().sort_index()["f2"], F[:, 1])
+
+
+@pytest.fixture
+def designs():
+    return pd.DataFrame(
+        {"cost [€]": [1, 2, 5, 6], "Ertrag": [10.0, 30.0, 40.0, 5.0]}, index=["A", "B", "C", "D"]
+    )
+
+
+def test_a_data_frame_keeps_its_names_and_values(designs):
+    before = designs.copy()
+    ranking = rank_of_efficiency(designs, maximize=["Ertrag"])
+    frame = ranking.to_frame()
+    assert frame.columns.tolist() == ["cost [€]", "Ertrag", "mu1", "mu2", "mu3", "rank", "pareto"]
+    assert frame.index.tolist() == ["B", "A", "C", "D"]
+    pd.testing.assert_frame_equal(
+        frame[["cost [€]", "Ertrag"]].loc[designs.index], designs.astype(float)
+    )
+    assert ranking.ideal.tolist() == [1.0, 40.0]
+    assert ranking.nadir.tolist() == [5.0, 10.0]
+    assert ranking.salukvadze.tolist() == [1]  # positions, as in every array
+    by_index = rank_of_efficiency(designs, maximize=[1])
+    assert by_index.rank.tolist() == ranking.rank.tolist()
+    named = ranking.to_frame(names=["a", "b"])
+    assert named.columns.tolist()[:2] == ["a", "b"]
+    pd.testing.assert_frame_equal(designs, before)
+
+
+def test_a_ranking_remembers_what_it_ranked():
+    F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+    ranking = rank_of_efficiency(F)
+    original = F.copy()
+    F[:] = 7.0
+    np.testing.assert_array_equal(ranking.to_frame().sort_index()[["f1", "f2"]], original)
+    assert ranking.to_frame(F)["f1"].tolist() == [7.0] * 3
+
+
+def test_other_kinds_of_columns():
+    frame = pd.DataFrame({"a": pd.array([1, 2], dtype="Int64"), "b": [True, False]})
+    assert rank_of_efficiency(frame).pareto.all()
+    numbered = pd.DataFrame(np.eye(2), columns=[5, 0])
+    assert rank_of_efficiency(numbered, maximize=[5]).ideal.tolist() == [1.0, 0.0]
+    frame.loc[0, "a"] = pd.NA
+    with pytest.raises(PsiError, match=r"F must be finite, got nan at index \(0, 0\)"):
+        rank_of_efficiency(frame)
+
+
+FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
+
+
+@pytest.mark.parametrize(
+    ("F", "options", "kind", "message"),
+    [
+        (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
+        (FRAME, {"maximize": "cost"}, TypeError, "maximize must be a list of objectives, got 'cost'"),
+        (FRAME, {"maximize": 1}, TypeError, "maximize must be a list of objectives, got 1"),
+        (FRAME, {"maximize": [2]}, ValueError, "maximize must be column indices from 0 to 1, got 2"),
+        (FRAME, {"maximize": [-1]}, ValueError, "maximize must be an integer >= 0, got -1"),
+        (FRAME.to_numpy(), {"maximize": ["cost"]}, ValueError, "name objectives only where F is a data"),
+        (FRAME.to_numpy(), {"maximize": [True]}, TypeError, "maximize must be an integer"),
+        (FRAME.assign(name="x"), {}, TypeError, "column 'name' of F must hold real numbers"),
+        (
+            FRAME.set_axis(["a", "a"], axis=1),
+            {"maximize": ["a"]},
+            ValueError,
+            "maximize must be names that only one column has",
+        ),
+        (
+            FRAME,
+            {"maximize": ["mass"], "ideal": [1.0, 1.5]},
+            ValueError,
+            "ideal must be at least the best value of every objective, got 1.5 against 2.0 in objective 2",
+        ),
+        (
+            FRAME,
+            {"maximize": ["mass"], "nadir": [2.0, 3.0]},
+            ValueError,
+            "nadir must be at most the ideal in every objective, got 3.0 against 2.0",
+        ),
+        (-FRAME, {"ideal": [-1.0, -2.0]}, ValueError, "got -1.0 against -2.0 in objective 1"),
+    ],
+)  # fmt: skip
+def test_mistakes(F, options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        rank_of_efficiency(F, **options)
+    assert isinstance(caught.value, PsiError)
+
+
+def test_a_frame_has_no_column_twice():
+    ranking = rank_of_efficiency(FRAME.rename(columns={"cost": "rank"}))
+    with pytest.raises(PsiError, match="names must be other than mu1.* got 'rank'; give others by"):
+        ranking.to_frame()
+    assert ranking.to_frame(names=["a", "b"])["rank"].tolist() == ranking.rank.tolist()
+
+
+@settings(max_examples=20)
+@given(F=grids)
+def test_a_constant_objective_changes_nothing(F):
+    more = np.column_stack([F, np.full(len(F), 4.0)])
+    for maximize in ([], [F.shape[1]]):
+        ranking = rank_of_efficiency(more, maximize=maximize)
+        assert ranking.rank.tolist() == rank_of_efficiency(F).rank.tolist()
