@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.chute.follow import ROLLS, SLIPS, STALLS, follow_slip
-from pymoo_psi.chute.one_design import solve_one
 from pymoo_psi.chute.slip import TINY, Array
 
 __all__ = ["State", "move", "slip_then_roll"]
@@ -25,11 +24,12 @@ FIELDS = (
 )
 
 CHUNK = 16384  # designs that are followed together: their arrays stay in the cache
-FEW = 4  # designs up to which plain Python is faster
 
 
 def slip_then_roll(*columns: Array) -> dict[str, Array]:
     """Return the fields of :class:`pymoo_psi.chute.Motion` under the full model (2.16)–(2.21).
+
+    A design has the same values, to the last bit, in whatever batch.
 
     Args:
         *columns: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0 as checked arrays of one shape.
@@ -37,18 +37,13 @@ def slip_then_roll(*columns: Array) -> dict[str, Array]:
     shape = columns[0].shape
     flat = [column.reshape(-1) for column in columns]
     n = flat[0].size
-    if 0 < n <= FEW:
-        rows = zip(*(column.tolist() for column in flat), strict=True)
-        values = [np.array(v) for v in zip(*(solve_one(*row) for row in rows), strict=True)]
-        fields = dict(zip(FIELDS, values, strict=True))
-    else:
-        fields = {name: np.empty((n, 3) if name == "exit_spin" else n) for name in FIELDS}
-        with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
-            for i in range(0, n, CHUNK):
-                part = slice(i, i + CHUNK)
-                solved = _solve_chunk(*(column[part] for column in flat))
-                for name, value in zip(FIELDS, solved, strict=True):
-                    fields[name][part] = value
+    fields = {name: np.empty((n, 3) if name == "exit_spin" else n) for name in FIELDS}
+    with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
+        for i in range(0, n, CHUNK):
+            part = slice(i, i + CHUNK)
+            solved = _solve_chunk(*(column[part] for column in flat))
+            for name, value in zip(FIELDS, solved, strict=True):
+                fields[name][part] = value
     return {name: value.reshape(shape + value.shape[1:]) for name, value in fields.items()}
 
 

@@ -8,17 +8,16 @@ simple roots, and a step that went too far is recognised and taken again, shorte
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.chute.slip import LONGEST, RULES, TINY, Array, Rule, advance, distance
+from pymoo_psi.errors import PsiError
 
 Mask = NDArray[np.bool_]
 
 PASSES = 200  # a bound that is never met: 3 to 5 do, some 20 next to theta = pi
-NEAR = 0.03  # (1 + tau) times the log time to the exit below which `_close_in` takes over
+NEAR = 0.02  # (1 + tau) times the log time to the exit below which `_land` takes over
 FINE = 1e-5  # the same below which `_aim`, an expansion of third order, is exact to rounding
 GRIP = 1e-13  # slip is over when it would last less time than this
 STRAIGHT = 6e-9  # below this y/rho the direction theta = 0 differs from 0 by less than rounding
@@ -36,19 +35,15 @@ def follow_slip(
         ROLLS (or slides straight down from rho = 0) or STALLS.
     """
     n = vx.size
-    end = np.array([np.zeros(n), vx, y, length])
-    how = np.zeros(n, np.int8)
-    moving = vx * vx + y * y > (GRIP * b) ** 2
-    end[VX : Y + 1] *= moving
-    ids = np.flatnonzero(moving)
-    state = np.array([end[T], vx, y, length, c, b, tau, invariant, np.full(n, np.inf)])
-    if ids.size < n:
-        state = state[:, ids]
+    end, how = np.empty((4, n)), np.full(n, ROLLS, np.int8)
+    state = np.array([np.zeros(n), vx, y, length, c, b, tau, invariant, np.full(n, np.inf)])
+    ids = np.arange(n)
     for _ in range(PASSES):
-        if not ids.size:
-            break
-        rho = np.sqrt(state[VX] * state[VX] + state[Y] * state[Y])
-        dt, ds, w, c3, c2, stops = _aim(state, rho)
+        rho = np.sqrt(state[VX] * state[VX] + state[Y] * state[Y]) + TINY
+        dt, ds, w, c_x, c_v, stops = _aim(state, rho)
+        gone = rho < GRIP * state[B]
+        gone &= state[H] >= 0.0
+        dt[gone] = 0.0
         straight = state[Y] < STRAIGHT * rho
         straight &= (state[VX] > 0.0) | (state[Y] < 1e-17 * rho)
         done = np.abs(ds) * (1.0 + state[TAU]) < FINE
@@ -57,27 +52,38 @@ def follow_slip(
         done |= np.abs(state[H]) < 1e-15
         j = np.flatnonzero(done)
         if j.size:
+            last = state.take(j, axis=1, mode="clip")
+            grips = gone[j] | (straight[j] & (w[j] <= -1.0))
             end[:, ids[j]], how[ids[j]] = _finish(
-                state.take(j, axis=1), dt[j], ds[j], w[j], c3[j], c2[j], straight[j], stops[j]
+                last, grips, dt[j], ds[j], w[j], c_x[j], c_v[j], stops[j]
             )
+            if j.size == ids.size:
+                break
             j = np.flatnonzero(~done)
             ids, state = ids[j], state.take(j, axis=1, mode="clip")
             rho, ds, w = rho[j], ds[j], w[j]
-        parts = []
-        for group, step, q, rule in _steps(state, rho, ds, w):
-            s, left = state.take(group, axis=1, mode="clip"), ids[group]
-            failed = _take_step(s, rho[group], q, step, rule, w[group] <= -1.0)
-            gone, how[left] = _settle(s, failed)
-            j = np.flatnonzero(gone)
-            if j.size:
-                end[:, left[j]] = s[: H + 1, j]
-                j = np.flatnonzero(~gone)
-                s, left = s.take(j, axis=1, mode="clip"), left[j]
-            parts.append((left, s))
-        if not parts:
+        step, q, kind = _steps(state, rho, ds, w)
+        order = np.argsort(kind, kind="stable")
+        ids, state = ids[order], state.take(order, axis=1, mode="clip")
+        rho, q, step, over = rho[order], q[order], step[order], w[order] <= -1.0
+        cuts = np.searchsorted(kind[order], range(len(RULES) + 1)).tolist()
+        groups = zip(RULES, map(slice, cuts[:-1], cuts[1:]), strict=True)
+        parts = [_advance(state[:, k], rho[k], q[k], step[k], rule) for rule, k in groups]
+        _take_steps(state, parts, step, over)
+        near = _near(state)
+        j = np.flatnonzero(near)
+        last = state.take(j, axis=1, mode="clip")
+        _land(last)
+        end[:, ids[j]], how[ids[j]] = last[: H + 1], SLIPS
+        j = np.flatnonzero(~near)
+        if not j.size:
             break
-        ids = np.concatenate([p[0] for p in parts])
-        state = np.concatenate([p[1] for p in parts], axis=1)
+        ids, state = ids[j], state.take(j, axis=1, mode="clip")
+    else:  # rather an error than wrong numbers
+        raise PsiError(
+            f"the slip of {ids.size} designs is not followed to its end in {PASSES} steps, "
+            f"one with tau = {state[TAU, 0]!r} and b = {state[B, 0]!r}; please report it"
+        )
     return end[T], end[VX], end[Y], end[H], how
 
 
@@ -133,12 +139,12 @@ def _aim(state: Array, rho: Array) -> tuple[Array, Array, Array, Array, Array, M
 
 def _finish(
     state: Array,
+    grips: Mask,
     dt: Array,
     ds: Array,
     w: Array,
     c_x: Array,
     c_v: Array,
-    straight: Mask,
     stops: Mask,
 ) -> tuple[Array, NDArray[np.int64]]:
     """Take the last, tiny or straight, piece of slip as it was aimed.
@@ -147,7 +153,6 @@ def _finish(
         (4, n) t, v_x, |v_y| and distance to go at the end of slip, and how it ended.
     """
     t, vx, y, h, v, b, tau, _, _ = state
-    grips = straight & (w <= -1.0)
     np.divide(dt, -w, out=dt, where=grips)  # rho decays linearly in t: w = -1 where it is zero
     end = np.empty((4, t.size))
     end[T] = t + dt
@@ -165,13 +170,11 @@ def _decay(tau: Array) -> Array:
     return np.where(tau < 1.0, 2.5 / (1.0 + tau), np.maximum(1.75 - 0.5 * tau, 1e-3))
 
 
-def _steps(
-    state: Array, rho: Array, ds: Array, w: Array
-) -> Iterator[tuple[NDArray[np.intp], Array, Array, Rule]]:
-    """Lengths of the next steps, grouped by the rule that takes them.
+def _steps(state: Array, rho: Array, ds: Array, w: Array) -> tuple[Array, Array, NDArray[np.int8]]:
+    """Lengths of the next steps in log time lambda.
 
-    Yields:
-        indices of the group, the steps in log time lambda, q = tan^2(theta/2), and the rule.
+    Returns:
+        the steps, q = tan^2(theta/2), and the numbers of the rules that take them.
     """
     _, vx, y, _, _, b, tau, _, cap = state
     q = (rho - vx) / y
@@ -190,27 +193,33 @@ def _steps(
     kind = np.zeros(step.size, np.int8)
     for rule in RULES[:-1]:
         kind += room > rule.reach
-    for k, rule in enumerate(RULES):
-        group = np.flatnonzero(kind == k)
-        if group.size:
-            yield group, step[group], q[group], rule
+    return step, q, kind
 
 
-def _take_step(s: Array, rho: Array, q: Array, step: Array, rule: Rule, over: Mask) -> Mask:
-    """Advance the states, in place, where the step does not lead past the exit or past rest.
+def _advance(s: Array, rho: Array, q: Array, step: Array, rule: Rule) -> tuple[Array, ...]:
+    return advance(s[VX], s[Y], rho, q, s[B], s[TAU], step, rule)
 
-    Returns:
-        Where it does; there the state stays and its CAP is set to a better step.
+
+def _take_steps(state: Array, parts: list[tuple[Array, ...]], step: Array, over: Mask) -> None:
+    """Move the states, in place, where the step does not lead past the exit or past rest.
+
+    Where it does the state stays and its CAP is set to a better step.
+
+    Args:
+        state: the states.
+        parts: time, integral of v_x dt, v_x and |v_y| of the steps, in pieces.
+        step: the steps in log time.
+        over: which of them lead to the end of slip.
     """
-    t, vx, y, h, v, b, tau, invariant, cap = s
-    dt, slid, vx1, y1 = advance(vx, y, rho, q, b, tau, step, rule)
+    t, vx, y, h, v, b, tau, invariant, cap = state
+    dt, slid, vx1, y1 = (np.concatenate(piece) for piece in zip(*parts, strict=True))
     a = b * tau
     v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
     h1 = h - ((invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid) / 1.4
     # five per cent past the aim is harmless: the next step goes back; not from the end of slip
     slack = -0.05 * np.abs(h)
     slack[over] = 0.0
-    failed: Mask = h1 < slack
+    failed = h1 < slack
     failed |= v1 < -0.05 * v
     cap.fill(np.inf)
     j = np.flatnonzero(failed)
@@ -221,72 +230,48 @@ def _take_step(s: Array, rho: Array, q: Array, step: Array, rule: Rule, over: Ma
         cap[j] = np.minimum(guess, 0.9 * step[j])
         for new, old in zip((dt, vx1, y1, h1, v1), (0.0, vx, y, h, v), strict=True):
             new[j] = 0.0 if new is dt else old[j]
-    s[T] += dt
-    s[VX], s[Y], s[H], s[V] = vx1, y1, h1, v1
-    return failed
+    t += dt
+    state[VX : V + 1] = vx1, y1, h1, v1
 
 
-def _settle(s: Array, failed: Mask) -> tuple[Mask, Mask]:
-    """Find the states whose slip is over; in place: v_A = 0, or onto the exit where it is near.
-
-    Returns:
-        Whether slip is over, and whether it ended at the exit (SLIPS) rather than by ROLLS.
-    """
-    rho = np.sqrt(s[VX] * s[VX] + s[Y] * s[Y])
-    grips = rho < GRIP * s[B]
-    grips &= ~failed
-    grips &= s[H] >= 0.0
-    s[VX : Y + 1] *= ~grips
-    ahead = np.abs(s[B] * s[H])
-    near = ahead * (1.0 + s[TAU]) < NEAR * s[V] * rho
-    near &= ahead < 0.2 * s[V] * s[V]  # far from a stall
-    near &= s[VX] > 0.0  # where `distance` cannot be short
-    near &= ~grips
-    j = np.flatnonzero(near)
-    if j.size:
-        chosen = s.take(j, axis=1, mode="clip")
-        near[j] = _close_in(chosen)
-        s[:, j] = chosen
-    return grips | near, near
+def _near(s: Array) -> Mask:
+    """Whether states are so near the exit that `_land` is exact."""
+    _, vx, y, h, v, b, tau, _, _ = s
+    ahead = np.abs(b * h)
+    near: Mask = (ahead * (1.0 + tau)) ** 2 < NEAR**2 * v * v * (vx * vx + y * y)
+    near &= ahead < 0.2 * v * v  # far from a stall
+    near &= vx > 0.0  # where `distance` cannot be short
+    return near
 
 
-def _close_in(s: Array) -> Mask:
+def _land(s: Array) -> None:
     """Move states next to the exit onto it, in place: one short step and one expansion.
 
-    Both aim by series of second order in the time to the exit; the expansion is then exact to the
-    third power of FINE.
-
-    Returns:
-        Where that much was reached.
+    Both aim by series of second order in the time to the exit.
     """
-    _, _, _, _, _, b, tau, invariant, _ = s
-    close: Mask = np.empty(s.shape[1], bool)
+    t, vx, y, h, v, b, tau, invariant, _ = s
     for last in (False, True):
-        t, vx, y, h, v = s[: V + 1]
         rho = np.sqrt(vx * vx + y * y)
         c, rate = vx / rho, b / rho
         lead = tau - c
         dt = h / v
-        bend = 0.5 * b * lead * dt / v
-        dt *= 1.0 - bend
+        bend = b * lead * dt
+        bend /= v
+        bend *= 0.5
+        dt *= 1.0 - bend * (1.0 - 2.0 * bend)
         z = rate * dt
         ds = z * (1.0 - 0.5 * (c * lead - 2.5) * z)
         half_turn = 0.5 * (y / rho) ** 2 * lead * ds
         if last:
-            np.less(np.abs(z) * (1.0 + tau), FINE, out=close)
-            dt *= close
-            ds *= close
-            h -= dt * (v + 0.5 * b * lead * dt)
             t += dt
             vx += b * (tau - 3.5 * (c + half_turn)) * dt
             y *= np.exp(-2.5 * ds)
+            h[:] = 0.0
         else:
-            q = (rho - vx) / y
-            q *= q
+            q = ((rho - vx) / y) ** 2
             step = (1.0 + c + half_turn) * ds
             spent, slid, vx[:], y[:] = advance(vx, y, rho, q, b, tau, step, RULES[0])
             push = invariant + b * tau * t
             h -= ((push + 0.5 * b * tau * spent) * spent + 0.4 * slid) / 1.4
             v[:] = (push + b * tau * spent + 0.4 * vx) / 1.4
             t += spent
-    return close

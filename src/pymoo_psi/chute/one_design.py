@@ -12,10 +12,17 @@ from math import copysign, exp, expm1, inf, log, log1p, nan, sqrt
 from pymoo_psi.chute.follow import FINE, GRIP, PASSES, ROLLS, SLIPS, STALLS, STRAIGHT
 from pymoo_psi.chute.slip import LONGEST, RULES, TINY
 
-# (node, weight) pairs, without the step's end
+# (node, weight) pairs, from the step's beginning to its end
 _PAIRS = [
-    (list(zip(r.nodes[:-1, 0].tolist(), r.weights[:-1].tolist(), strict=True)), r.reach)
-    for r in RULES
+    (
+        list(
+            zip(
+                [0.0, *rule.nodes[:, 0].tolist()], [rule.first, *rule.weights.tolist()], strict=True
+            )
+        ),
+        rule.reach,
+    )
+    for rule in RULES
 ]
 
 
@@ -29,7 +36,7 @@ def solve_one(
     wy0: float = 0.0,
     wz0: float = 0.0,
 ) -> tuple[float, float, float, float, tuple[float, float, float], float, float, float]:
-    """The fields of `Motion` as plain numbers; arguments as in `exact.solve`."""
+    """The fields of `Motion` as plain numbers; arguments as in `exact.slip_then_roll`."""
     length = sqrt(1.0 + u1 * u1)
     a, b, tau = u1 / length, mu / length, u1 / mu
     invariant, vx0, vy0 = c + 0.4 * r * wy0, c - r * wy0, r * wx0 - v_p
@@ -141,19 +148,16 @@ def _advance(
     power, rate = 0.5 - 1.25 / tau1, (0.5 * slope - 1.25) * length
     fade = -slope * length
 
-    def shape(node: float) -> tuple[float, float, float]:
+    time = slid = vx_end = z = 0.0
+    for node, weight in pairs:
         e = expm1(node * fade)
         z = -kappa * e
         ratio = q * (1.0 + e) / (1.0 + z)
-        return exp(node * rate + power * log1p(z)), ratio, z
-
-    time = slid = 0.0
-    for node, weight in pairs:
-        g, ratio, _ = shape(node)
+        g = exp(node * rate + power * log1p(z))
         part = weight * g * (1.0 + ratio) ** 2
+        vx_end = g * (1.0 - ratio)
         time += part
-        slid += part * g * (1.0 - ratio)
-    g, ratio, z = shape(1.0)
+        slid += part * vx_end
     s = 0.5 * (length + log1p(z) / tau1)
     unit = 0.5 * scale * length / b
-    return time * unit, slid * unit * scale, scale * g * (1.0 - ratio), y * exp(-2.5 * s)
+    return time * unit, slid * unit * scale, scale * vx_end, y * exp(-2.5 * s)
