@@ -127,22 +127,23 @@ def advance(
     vx1 *= u  # v_x, apart from rho0/(1 + q0)
     plus *= plus
     plus *= shape  # dt/dlambda, apart from rho0/(1 + q0)/(2 b)
+    plus *= rule.weights[:, None]
     scale = rho / (1.0 + shift)
     unit = scale * length / (tau1 * b)
     first = rule.first * (1.0 + shift) ** 2
-    dt = (_weighted(rule.weights, plus) + first) * unit
+    dt = (_sum(plus) + first) * unit
     plus *= vx1
-    slid = (_weighted(rule.weights, plus) + first * (tau - shift)) * (unit * scale)
+    slid = (_sum(plus) + first * (tau - shift)) * (unit * scale)
     return dt, slid, vx1[-1] * scale, y * np.exp(-2.5 * s)
 
 
-def _weighted(weights: Array, rows: Array) -> Array:
-    """Return the (n,) weighted sums of the columns of (m, n) values.
+def _sum(rows: Array) -> Array:
+    """Return the (n,) sums of the columns of (m, n) values, added up row after row.
 
-    Row by row, so that the sum of a column does not depend on the columns beside it, as it does
-    in a matrix product: a design has the same motion, to the last bit, in whatever batch.
+    So the sum of a column does not depend on the columns beside it, as it does in a matrix
+    product: a design has the same motion, to the last bit, in whatever batch. A column alone
+    would be added up in pairs, therefore it gets company.
     """
-    total: Array = weights[0] * rows[0]
-    for weight, row in zip(weights[1:], rows[1:], strict=True):
-        total += weight * row
-    return total
+    if rows.shape[1] == 1:
+        return np.add.reduce(np.repeat(rows, 2, axis=1), axis=0)[:1]
+    return np.add.reduce(rows, axis=0)
