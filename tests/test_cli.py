@@ -146,7 +146,7 @@ def test_solve_continues_a_study(capsys, tmp_path):
         ),
         (["solve"], "Missing argument"),
         (["solv"], "No such command 'solv'"),
-        (["reproduce", "--points", "-4", "--out", "."], "n_points must be an integer >= 1, got -4"),
+        (["reproduce", "--points", "-4", "--out", "."], "--points must be an integer >= 1, got -4"),
         (["reproduce", "--pionts", "4"], "No such option: --pionts"),
         (["reproduce", "--out", "pyproject.toml/x"], "pyproject.toml"),
     ],

@@ -32,6 +32,8 @@ ONLY = {
     "pymoo": {"pymoo", "studies", "faces"},
     "matplotlib": {"faces"},
     "bokeh": {"faces"},
+    "sqlite3": {"method"},
+    "moocore": {"mathematics"},
     "rich": {"faces"},
     "typer": {"faces"},
     "joblib": {"pymoo", "studies", "faces"},

@@ -215,6 +215,7 @@ def test_the_command(capsys, tmp_path):
         ("a,b\nx,y\nz,w\n", [], "must be a table with numeric columns, got a, b"),
         ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "column 'b' must be numbers, got 'n/e' in row 2"),
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
+        ("a,b\n1,2\n3,n/e\n", [], "column 'b' of set.csv must be numbers only or text only, got 'n/e' in row 2"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
         ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),

@@ -274,6 +274,7 @@ def test_investigate_shows_progress_and_closes_the_bar(monkeypatch):
 
     module = importlib.import_module("pymoo_psi.algorithms.investigate")
     monkeypatch.setattr(module, "ProgressBar", Bar)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     investigate(CHUTE, 200, block_size=80, progress=True)
     assert seen == [0.4, 0.8, 1.0, "closed"]
 

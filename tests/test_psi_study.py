@@ -16,6 +16,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
+    FailureTolerant,
     PsiError,
     QMCSampling,
     SphereChute,
@@ -29,7 +30,7 @@ from pymoo_psi.errors import EvaluationError, StudyCorruptError, StudyMismatchEr
 class Counted(ElementwiseProblem):
     """Two parabolas over a square; counts its evaluations and fails where it is told to."""
 
-    def __init__(self, broken=(), version=1):
+    def __init__(self, broken=()):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
         self.seen, self.broken = [], set(broken)
 
@@ -151,6 +152,19 @@ def test_failed_designs_are_recorded_and_retried(tmp_path):
     healed = run(again, 32, path, retry="failed")
     assert len(again.seen) == 2
     assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
+
+
+def test_a_failure_tolerant_problem_is_guarded_once():
+    table = minimize(FailureTolerant(Counted(broken={3})), PSI(16)).algorithm.table
+    assert table.reasons[3].startswith("RuntimeError")
+    assert table.layout.constraints == ("g1",)
+
+
+def test_points_that_depend_on_their_number_are_another_study(tmp_path):
+    lhs = QMCSampling("lhs")
+    investigate(Counted(), 16, sampling=lhs, seed=1, study=tmp_path / "s.db")
+    with pytest.raises(StudyMismatchError, match="lhs of 16 points"):
+        investigate(Counted(), 32, sampling=lhs, seed=1, study=tmp_path / "s.db")
 
 
 def test_nothing_of_a_failed_design_is_pareto_optimal():

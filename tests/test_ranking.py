@@ -241,3 +241,22 @@ def test_selectors_follow_pymoos_convention():
         EfficientSubset(7)
     with pytest.raises(ValueError, match="rank must be an integer >= 1, got 0"):
         EfficientSubset(0)
+
+
+def test_a_dense_front_is_no_chain_of_ties():
+    """Neighbours closer than the rounding of a large offset do not make one level of all."""
+    x = np.linspace(0, 1, 20_001)
+    F = np.column_stack([1.7e9 + x, 1 - np.sqrt(x)])
+    ranking = rank_of_efficiency(F)
+    chosen = ranking.criteria[ranking.salukvadze, 0]
+    assert np.ptp(chosen) <= ranking.frame.rounding(F)
+    assert len(ranking.salukvadze) < 200
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e-160, 1.0, 1e160, 1e200])
+def test_extreme_sizes(size):
+    F = size * np.array([[0, 1.0], [0.2, 0.3], [1.0, 0]])
+    for normalize in (True, False):
+        assert rank_of_efficiency(F, normalize=normalize).rank.tolist() == [0, 6, 0]
+    with pytest.raises(ValueError, match=r"F must be of finite range, got -1e\+308 to 1e\+308"):
+        rank_of_efficiency([[-1e308, 1e308], [1e308, -1e308]])

@@ -192,6 +192,8 @@ def _bounded(problem: Any, name: str, kind: str, lower: Any, upper: Any) -> Vari
     low, high = float(lower), float(upper)
     if kind == "integer":
         low, high = float(np.ceil(low)), float(np.floor(high))
+    if not np.isfinite(high - low):
+        raise broken_rule(where, "of finite range", shown)
     if low > high:
         raise broken_rule(where, "in rising order", shown)
     return Variable(str(name), kind, low, high)

@@ -49,6 +49,10 @@ def require_uniform(sampling: object) -> UniformSampling:
         raise ArgumentTypeError(
             f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
         )
+    if isinstance(sampling, LPTauSampling) and sampling.first != 1:
+        raise broken_rule(
+            "first of LPTauSampling", "1 here", sampling.first, "give first= to PSI or investigate"
+        )
     return sampling
 
 

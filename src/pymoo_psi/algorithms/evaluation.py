@@ -14,7 +14,7 @@ from pymoo_psi.arguments import known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.failures import FailureTolerant
 
-__all__ = ["Evaluated", "GuardedEvaluator", "evaluate_guarded", "failure_action"]
+__all__ = ["Evaluated", "GuardedEvaluator", "evaluate_guarded", "failure_action", "unguarded"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,11 @@ class Evaluated(NamedTuple):
 def failure_action(name: str, value: object) -> str:
     """Return ``value``: ``"record"`` or ``"raise"``."""
     return known_name(name, value, ("record", "raise"))
+
+
+def unguarded(problem: Any) -> Any:
+    """Return the problem within a ``FailureTolerant``: PSI guards every problem itself."""
+    return problem.wrapped if isinstance(problem, FailureTolerant) else problem
 
 
 def evaluate_guarded(problem: Any, X: Any) -> Evaluated:

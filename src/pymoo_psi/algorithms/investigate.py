@@ -6,6 +6,7 @@ points pass through the problem in large blocks, and only what is wanted is kept
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from os import PathLike
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi.algorithms.evaluation import evaluate_guarded, failure_action
+from pymoo_psi.algorithms.evaluation import evaluate_guarded, failure_action, unguarded
 from pymoo_psi.algorithms.memory import Memory, fingerprint
 from pymoo_psi.arguments import boolean, integer, known_name
 from pymoo_psi.design_space import DesignSpace, design_space, problem_layout
@@ -21,6 +22,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.host import require_problem
 from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.layout import Limits
+from pymoo_psi.investigation.limits import limit_vector
 from pymoo_psi.sampling import LPTauSampling, UniformSampling, require_uniform
 
 __all__ = ["investigate"]
@@ -37,7 +39,7 @@ def investigate(
     seed: int | None = None,
     limits: Limits | None = None,
     keep: str = "all",
-    block_size: int = 65_536,
+    block_size: int | None = None,
     progress: bool = False,
     study: str | PathLike[str] | None = None,
     study_key: str | None = None,
@@ -58,8 +60,9 @@ def investigate(
         seed: Seed of a randomised sampling.
         limits: Limits on criteria that a feasible design must keep, for ``keep``.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
-        block_size: Points evaluated at a time.
-        progress: Show a progress bar.
+        block_size: Points evaluated, and stored in a study, at a time; by default 65 536 of a
+            vectorised problem without a study, else 64.
+        progress: Show a progress bar, if the output is a terminal.
         study: Name of a study file, as for :class:`PSI`.
         study_key: As for :class:`PSI`.
         retry: As for :class:`PSI`.
@@ -82,8 +85,11 @@ def investigate(
         True
     """
     require_problem(problem)
+    problem = unguarded(problem)
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
+    if block_size is None:
+        block_size = 65_536 if study is None and not problem.elementwise else 64
     block_size = integer("block_size", block_size, minimum=1)
     keep = known_name("keep", keep, _KEPT)
     sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
@@ -94,8 +100,9 @@ def investigate(
     )
     memory, on_failure = Memory.of(study, retry), failure_action("on_failure", on_failure)
     if memory.study is not None:
-        memory.study.begin(layout, fingerprint(problem, space, sampling, seed, study_key))
-    bar = ProgressBar() if boolean("progress", progress) else None
+        memory.study.begin(layout, fingerprint(problem, space, sampling, n_points, seed, study_key))
+    limit_vector(limits, layout)  # a wrong limit is told before the first evaluation
+    bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     kept: list[TestTable] = []
     try:
         for start in range(0, n_points, block_size):

@@ -70,11 +70,13 @@ def fingerprint(
     problem: Any,
     space: DesignSpace,
     sampling: UniformSampling,
+    n_points: int,
     seed: int | None,
     key: str | None,
 ) -> dict[str, Any]:
     """Return what makes the tests of a study belong together, as plain values.
 
+    Name, variables, sizes and bounds do not tell everything, such as a constant of the model.
     A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
     with its parameters; the user adds a key.
     """
@@ -85,13 +87,13 @@ def fingerprint(
         "objectives": problem.n_obj,
         "inequality constraints": problem.n_ieq_constr,
         "equality constraints": problem.n_eq_constr,
-        "sampling": _sampling_name(sampling, seed),
+        "sampling": _sampling_name(sampling, n_points, seed),
         "parameters": own() if callable(own) else {},
         "key": key,
     }
 
 
-def _sampling_name(sampling: UniformSampling, seed: int | None) -> str:
+def _sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:
     if isinstance(sampling, LPTauSampling):
         return f"LP-tau from point {sampling.first}"
     if isinstance(sampling, QMCSampling) and not sampling.randomised:
@@ -100,4 +102,6 @@ def _sampling_name(sampling: UniformSampling, seed: int | None) -> str:
         raise broken_rule(
             "seed", "given where a study has randomised points", seed, "they must come again"
         )
-    return f"{getattr(sampling, 'engine', type(sampling).__name__)}, seed {seed}"
+    name = getattr(sampling, "engine", type(sampling).__name__)
+    count = "" if name in ("sobol", "halton") else f" of {n_points} points"
+    return f"{name}{count}, seed {seed}"

@@ -18,7 +18,7 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo.util.optimum import filter_optimum
 
 from pymoo_psi.algorithms.display import PointsTested, PSIOutput
-from pymoo_psi.algorithms.evaluation import GuardedEvaluator, failure_action
+from pymoo_psi.algorithms.evaluation import GuardedEvaluator, failure_action, unguarded
 from pymoo_psi.algorithms.memory import Memory, fingerprint
 from pymoo_psi.arguments import Received, broken_rule, integer
 from pymoo_psi.design_space import design_space, problem_layout
@@ -57,8 +57,10 @@ class PSI(Algorithm):
         study: Name of a study file, in which every block is stored as soon as it is tested. The
             same call continues a study that was interrupted, a larger ``n_points`` extends it,
             and no stored design is evaluated again.
-        study_key: What else the study depends on, such as a version of the model; a study with
-            another key is refused.
+        study_key: What else the study depends on, such as a version or constants of the model; a
+            study with another key is refused. The study itself compares name, variables, bounds
+            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
+            problem returns; it cannot see into the model.
         retry: Numbers of test points that the study holds as failed and that are to be evaluated
             once more; ``"failed"`` for all of them.
         on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
@@ -123,6 +125,7 @@ class PSI(Algorithm):
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
+        problem = unguarded(problem)
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -137,7 +140,9 @@ class PSI(Algorithm):
         self.table = TestTable.empty(problem_layout(problem, self.space))
         self._limits = limit_vector(self.limits, self.table.layout)
         if self.memory.study is not None:
-            identity = fingerprint(problem, self.space, self.sampling, self.seed, self.study_key)
+            identity = fingerprint(
+                problem, self.space, self.sampling, self.n_points, self.seed, self.study_key
+            )
             self.memory.study.begin(self.table.layout, identity)
         self._points = self.sampling.unit_points(
             self.n_points,
@@ -201,9 +206,11 @@ class PSI(Algorithm):
         )
         self.table = self.table.extended(block)
         self._pareto = rows[nondominated(self.table.F[rows])]
-        if self.limits:
-            excess = sum(np.maximum(block.F[:, j] - most, 0) for j, most in self._limits.items())
-            infills.set("CV", infills.get("CV") + np.reshape(excess, (-1, 1)))
+        if self._limits:
+            within = np.array(list(self._limits.values()))
+            over = np.maximum(block.F[:, list(self._limits)], within) - within
+            excess = np.where(np.isfinite(over), over, 0).sum(axis=1, keepdims=True)
+            infills.set("CV", infills.get("CV") + excess)
         self.pop = Population.merge(self.pop, infills)
         return True
 

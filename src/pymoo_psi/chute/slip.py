@@ -144,6 +144,6 @@ def _sum(rows: Array) -> Array:
     product: a design has the same motion, to the last bit, in whatever batch. A column alone
     would be added up in pairs, therefore it gets company.
     """
-    if rows.shape[1] == 1:
-        return np.add.reduce(np.repeat(rows, 2, axis=1), axis=0)[:1]
-    return np.add.reduce(rows, axis=0)
+    alone = rows.shape[1] == 1
+    sums: Array = np.add.reduce(np.repeat(rows, 2, axis=1) if alone else rows, axis=0)
+    return sums[:1] if alone else sums

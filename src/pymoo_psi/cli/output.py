@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import errno
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,7 +25,9 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["print_frame", "progress_bar", "run_bar", "say", "write_csv"]
+from pymoo_psi.investigation.whole_file import whole_file
+
+__all__ = ["print_frame", "progress_bar", "require_folder", "run_bar", "say", "write_csv"]
 
 
 def say(line: str) -> None:
@@ -128,14 +130,13 @@ def _cells(row: Sequence[object], decimals: int) -> list[str]:
     ]
 
 
+def require_folder(path: Path) -> None:
+    """Refuse a file to be written in a folder that is not there, before the work is done."""
+    if not path.absolute().parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+
+
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
     """Write a frame whole or not at all: an interrupted run leaves the old file as it was."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            frame.to_csv(file, index=False)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as written:
+        frame.to_csv(written, index=False)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi.arguments import broken_rule, integer
-from pymoo_psi.cli.output import print_frame, say, write_csv
+from pymoo_psi.cli.output import print_frame, require_folder, say, write_csv
 from pymoo_psi.cli.pareto_file import ParetoFile, read_pareto_file, unfit
 from pymoo_psi.investigation.whole_file import whole_file
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
@@ -43,6 +43,8 @@ def run_rank(
     top = integer("--top", top, minimum=1)
     if out is not None and out.suffix.lower() not in _FORMATS:
         raise broken_rule("--out", "a file with the suffix .csv or .json", str(out))
+    if out is not None:
+        require_folder(out)
     file = read_pareto_file(path)
     names = file.objectives(objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:

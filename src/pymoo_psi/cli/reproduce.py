@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pymoo_psi.arguments import integer, job_count
 from pymoo_psi.cli.output import print_frame, progress_bar, say, write_csv
 from pymoo_psi.figures import save_figures
 from pymoo_psi.studies.paper import PAPER_POINTS, Case, Reproduction, reproduce
@@ -15,6 +16,8 @@ __all__ = ["run_reproduce"]
 
 def run_reproduce(out: Path, points: int, jobs: int) -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
+    integer("--points", points, minimum=1)
+    job_count("--jobs", jobs)
     rolling = out / "rolling"
     rolling.mkdir(parents=True, exist_ok=True)
     with progress_bar() as bar:

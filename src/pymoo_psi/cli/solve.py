@@ -11,7 +11,8 @@ from pymoo.optimize import minimize
 
 from pymoo_psi.algorithms import PSI, nsga3
 from pymoo_psi.arguments import broken_rule
-from pymoo_psi.cli.output import print_frame, run_bar, say, write_csv
+from pymoo_psi.cli.output import print_frame, require_folder, run_bar, say, write_csv
+from pymoo_psi.failures import FailureTolerant
 from pymoo_psi.pareto import rank_of_efficiency
 
 __all__ = ["run_solve"]
@@ -31,11 +32,14 @@ def run_solve(
     """Search, print the best-ranked designs, and write the Pareto set if a file is named."""
     if study is not None and algorithm != "psi":
         raise broken_rule("--study", "used with --algorithm psi", algorithm)
+    if out is not None:
+        require_folder(out)
     try:
         with run_bar(f"{algorithm} on {problem.name()}", points) as show:
             if algorithm == "psi":
                 result = minimize(problem, PSI(points, study=study), callback=show.psi)
             else:
+                problem = FailureTolerant(problem)
                 result = nsga3(problem, n_evaluations=points, seed=seed, callback=show.evaluations)
     except KeyboardInterrupt:
         if study is not None:
@@ -60,7 +64,8 @@ def run_solve(
 def _counts(result: Any, points: int) -> str:
     table = getattr(result.algorithm, "table", None)
     if table is None:
-        return f"{points} evaluated"
+        failures = len(result.problem.failures)
+        return f"{points} evaluated" + (f", {failures} failed" if failures else "")
     failed = int((table.status == "failed").sum())
     new = result.algorithm.evaluator.n_eval
     stored = f", {len(table) - new} of them from the study" if new < len(table) else ""

@@ -145,9 +145,6 @@ def constraint_as_criterion(table: TestTable, name: Key) -> TestTable:
     )
     G = np.delete(table.G, k, axis=1) if j < 0 else table.G
     H = table.H if j < 0 else np.delete(table.H, j, axis=1)
-    broken = np.hstack([~(G <= 0), ~(np.abs(H) <= layout.eq_tolerance)]).any(axis=1)
-    status = table.status.copy()
-    status[(status == "infeasible") & ~broken] = "ok"
     prototype = table.prototype
     if prototype is not None:
         seen = prototype.g[k] if j < 0 else abs(prototype.h[j])
@@ -158,7 +155,16 @@ def constraint_as_criterion(table: TestTable, name: Key) -> TestTable:
         h = prototype.h if j < 0 else np.delete(prototype.h, j)
         prototype = replace(prototype, f=np.append(prototype.f, seen), g=g, h=h)
     F = np.column_stack([table.F, value])
-    return replace(table, layout=moved, F=F, G=G, H=H, status=status, prototype=prototype)
+    broken = np.hstack([~(G <= 0), ~(np.abs(H) <= layout.eq_tolerance)]).any(axis=1)
+    freed, computed = (table.status == "infeasible") & ~broken, np.isfinite(table.F).all(axis=1)
+    status, reasons = table.status.copy(), dict(table.reasons)
+    status[freed & computed] = "ok"
+    status[freed & ~computed] = "failed"  # feasible now, but its criteria are not known
+    for number in table.numbers[freed & ~computed].tolist():
+        reasons[number] = f"its criteria are not finite, as it breaks {layout.constraints[k]}"
+    return replace(
+        table, layout=moved, F=F, G=G, H=H, status=status, reasons=reasons, prototype=prototype
+    )
 
 
 def _patterns(broken: Mask) -> tuple[Mask, NDArray[np.intp]]:

@@ -116,6 +116,22 @@ def _read_csv(path: str | PathLike[str]) -> pd.DataFrame:
     return frame
 
 
+def _require_plain(path: str | PathLike[str], name: str, column: pd.Series) -> None:
+    """Refuse a column of numbers with text in it: a typo must not drop an objective in silence."""
+    import pandas as pd
+
+    numbers = pd.to_numeric(column, errors="coerce")
+    text = column.notna() & numbers.isna()
+    if text.any() and not text.all():
+        row = int(text.to_numpy().argmax())
+        raise broken_rule(
+            f"column {name!r} of {path}",
+            "numbers only or text only",
+            Received(f"{column.iloc[row]!r} in row {row + 1}"),
+            "correct it, or name the objectives",
+        )
+
+
 def _table_of_any(
     path: str | PathLike[str],
     frame: pd.DataFrame,
@@ -134,6 +150,8 @@ def _table_of_any(
         criteria = list(objectives)
     elif not criteria:
         designs = []
+        for name in free:
+            _require_plain(path, name, frame[name])
         criteria = list(frame[free].select_dtypes("number").columns)
     if not criteria:
         raise broken_rule(

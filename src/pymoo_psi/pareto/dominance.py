@@ -47,17 +47,26 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
 
 
 def levels(values: Array, tolerance: float) -> NDArray[np.intp]:
-    """Number the distinct values of an array from 0 upwards; neighbours within tolerance are one.
+    """Number the distinct values of an array from 0 upwards; those within a tolerance are one.
 
     Args:
         values: ``(n,)`` finite values, n >= 1.
-        tolerance: Two sorted neighbours not further apart than this get the same number.
+        tolerance: Values get the same number if they differ by no more than this from the least
+            one with that number, so that a long chain of close values is not taken for one.
 
     Returns:
         ``(n,)`` integers in the order of the values.
     """
     order = np.argsort(values, kind="stable")
-    step = np.diff(values[order]) > tolerance
+    ordered = values[order]
+    starts = np.diff(ordered, prepend=-np.inf) > tolerance
+    first = np.flatnonzero(starts)
+    last = np.append(first[1:], len(ordered)) - 1
+    for k in np.flatnonzero(ordered[last] - ordered[first] > tolerance):  # chains: seldom any
+        i = int(first[k])
+        while ordered[last[k]] - ordered[i] > tolerance:
+            i = int(np.searchsorted(ordered, ordered[i] + tolerance, side="right"))
+            starts[i] = True
     result = np.empty(len(values), dtype=np.intp)
-    result[order] = np.concatenate(([0], np.cumsum(step)))
+    result[order] = np.cumsum(starts) - 1
     return result

@@ -49,22 +49,28 @@ class UtopianFrame:
     def direction(self) -> Array:
         """``(m,)`` the unit vector e from U to N; zero if N = U."""
         span = (self.nadir - self.ideal) / self.scale
-        length = float(np.linalg.norm(span))
-        return span / length if length > 0 else span
+        largest = float(span.max())
+        if largest <= 0:
+            return span
+        return span / largest / float(np.linalg.norm(span / largest))
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
-        d = (F - self.ideal) / self.scale
-        along = d @ self.direction
-        across = d - along[:, None] * self.direction
-        return np.column_stack([_row_norm(d), _row_norm(across), along])
+        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            d = (F - self.ideal) / self.scale
+            # In units of the length of UN, so that no square over- or underflows.
+            unit = float(np.abs((self.nadir - self.ideal) / self.scale).max()) or 1.0
+            d = d / unit
+            along = d @ self.direction
+            across = d - along[:, None] * self.direction
+            return np.column_stack([_row_norm(d), _row_norm(across), along]) * unit
 
     def rounding(self, F: Array) -> float:
         """Bound the rounding error that the criteria of ``F`` carry.
 
         ``F`` is taken to be right to a few units in its last place, and m terms are summed.
         """
-        return float(np.linalg.norm(self.roundings(F)))
+        return float(np.hypot.reduce(self.roundings(F)))
 
     def roundings(self, F: Array) -> Array:
         """Bound the rounding error of each term of a distance; an ``(m,)`` array."""

@@ -192,6 +192,13 @@ def ranking_of(
     sign = objectives.sign
     _require_order("ideal", "the best value of every objective", U, best, sign, better=True)
     _require_order("nadir", "the ideal in every objective", N, U, sign, better=False)
+    with np.errstate(over="ignore"):
+        span = N - U
+    if not np.isfinite(span).all():
+        j = int(np.flatnonzero(~np.isfinite(span))[0])
+        raise broken_rule(
+            "F", "of finite range", Received(f"{U[j]} to {N[j]} in objective {j + 1}")
+        )
     frame = UtopianFrame(U, N, normalize)
 
     criteria = frame.distances(F)
