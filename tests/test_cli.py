@@ -114,9 +114,48 @@ def test_solve_continues_a_study(capsys, tmp_path):
     assert "belongs to another problem" in err
 
 
+def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):
+    """With --jobs or --timeout no design is evaluated in the process of the command."""
+    (tmp_path / "hard_model.py").write_text(
+        "import os, time\n"
+        "from pymoo.core.problem import ElementwiseProblem\n"
+        "class Hard(ElementwiseProblem):\n"
+        "    def __init__(self):\n"
+        "        super().__init__(n_var=1, n_obj=2, xl=0, xu=1)\n"
+        "    def _evaluate(self, x, out, *args, **kwargs):\n"
+        "        if x[0] == 0:\n"
+        "            os._exit(3)\n"
+        "        if x[0] == 0.5:\n"
+        "            time.sleep(600)\n"
+        "        out['F'] = [x[0], 1 - x[0]]\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    code, printed, err = run(
+        capsys, "solve", "hard_model:Hard", "--points", 16, "--jobs", 2, "--timeout", 1,
+        "--study", "hard.db", "--study-key", "v1",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert "16 tested, 2 failed" in printed
+    code, _, err = run(
+        capsys,
+        "solve",
+        "hard_model:Hard",
+        "--points",
+        16,
+        "--study",
+        "hard.db",
+        "--study-key",
+        "v2",
+    )
+    assert code == 2
+    assert "key" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["solve", "chute", "--out", "absent/x.csv"], "absent/x.csv: No such file or directory"),
         (
             ["solve", "chute", "--study", "x.db", "--algorithm", "nsga3"],
             "--study must be used with",

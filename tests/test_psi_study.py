@@ -117,7 +117,10 @@ def test_a_foreign_file_is_refused_untouched(tmp_path):
     assert path.read_text() == "f1,f2\n1,2\n"
 
 
-def test_an_interrupted_run_is_continued(tmp_path):
+@pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])
+def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
+    """Of a slow model no more is lost than what was being evaluated, here one design."""
+    monkeypatch.setattr("pymoo_psi.algorithms.evaluation._SECONDS", seconds)
     path = tmp_path / "s.db"
 
     class Impatient(Counted):
@@ -131,10 +134,10 @@ def test_an_interrupted_run_is_continued(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         minimize(Impatient(), PSI(64, study=path, block_size=16))
-    assert TestTable.read_study(path).numbers.tolist() == list(range(1, 33))
+    assert TestTable.read_study(path).numbers.tolist() == list(range(1, stored + 1))
     rest = Counted()
     table = run(rest, 64, path)
-    assert len(rest.seen) == 32
+    assert len(rest.seen) == 64 - stored
     assert table.equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +19,10 @@ from pymoo_psi.failures import FailureTolerant
 __all__ = ["Evaluated", "GuardedEvaluator", "evaluate_guarded", "failure_action", "unguarded"]
 
 Array = NDArray[np.float64]
+
+
+_SECONDS = 2.0  # a piece of a block should take about so long
+_FIRST_PIECE = 16  # designs in the first piece that goes to several workers
 
 
 class Evaluated(NamedTuple):
@@ -84,8 +90,8 @@ class GuardedEvaluator(Evaluator):
 
     Args:
         on_failure: ``"record"`` goes on; ``"raise"`` stops. A problem that evaluates one design
-            after the other stops at the first one; where a block is evaluated together or in
-            processes, it is finished first, so that nothing of it is lost.
+            after the other stops at the first one; where designs are evaluated together or in
+            processes, these are finished first, so that nothing of them is lost.
     """
 
     def __init__(self, on_failure: str = "record") -> None:
@@ -93,25 +99,38 @@ class GuardedEvaluator(Evaluator):
         self.on_failure = failure_action("on_failure", on_failure)
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        done = 0
-        for piece in self._pieces(problem, pop):
+        remembers = getattr(kwargs.get("algorithm"), "remembers", False)
+        keep = kwargs["algorithm"].keep if remembers else _forget
+        for piece in self._pieces(problem, pop, timed=remembers):
             F, G, H, reasons = evaluate_guarded(problem, piece.get("X"))
             piece.set("F", F, "G", G, "H", H, "failure", reasons)
             piece.apply(lambda individual: individual.evaluated.update("FGH"))
-            done += len(piece)
             failed = piece[np.array([bool(reason) for reason in reasons])]
             for individual in failed:
                 individual.CV = np.array([np.inf])
+            keep(piece)
             if len(failed) and self.on_failure == "raise":
-                keep = getattr(kwargs.get("algorithm"), "keep", None)
-                if keep is not None:
-                    keep(pop[:done])
                 raise EvaluationError(failed[0].X, failed[0].get("failure"))
 
-    def _pieces(self, problem: Any, pop: Population) -> list[Population]:
-        one_by_one = problem.elementwise and isinstance(
-            problem.elementwise_runner, LoopedElementwiseEvaluation
-        )
-        if self.on_failure == "raise" and one_by_one:
-            return [pop[i : i + 1] for i in range(len(pop))]
-        return [pop]
+    def _pieces(self, problem: Any, pop: Population, *, timed: bool) -> Iterator[Population]:
+        """Cut a block into what is evaluated, and stored, at a time.
+
+        A study keeps each piece, so that an interruption loses no more than some seconds of a
+        slow model; the pieces grow until one takes that long.
+        """
+        one_by_one = isinstance(problem.elementwise_runner, LoopedElementwiseEvaluation)
+        if not problem.elementwise or not (timed or self.on_failure == "raise"):
+            yield pop
+            return
+        start, size = 0, 1 if one_by_one else _FIRST_PIECE
+        while start < len(pop):
+            began = time.monotonic()
+            yield pop[start : start + size]
+            start += size
+            if not (one_by_one and self.on_failure == "raise"):
+                took = max(time.monotonic() - began, 1e-6)
+                size = max(1, min(len(pop), int(size * min(_SECONDS / took, 100))))
+
+
+def _forget(piece: Population) -> None:
+    """Keep nothing, where there is no study."""

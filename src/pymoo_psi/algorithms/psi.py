@@ -54,7 +54,8 @@ class PSI(Algorithm):
         limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
             design that exceeds one counts as infeasible in the result; the table keeps it as it
             is, so that other limits can be tried on the table afterwards.
-        study: Name of a study file, in which every block is stored as soon as it is tested. The
+        study: Name of a study file, in which every block is stored as soon as it is tested; of a
+            model that evaluates one design at a time, every few seconds of work. The
             same call continues a study that was interrupted, a larger ``n_points`` extends it,
             and no stored design is evaluated again.
         study_key: What else the study depends on, such as a version or constants of the model; a
@@ -156,8 +157,13 @@ class PSI(Algorithm):
         with self.memory.writing():
             super().next()
 
+    @property
+    def remembers(self) -> bool:
+        """Whether there is a study."""
+        return self.memory.study is not None
+
     def keep(self, evaluated: Population) -> None:
-        """Store evaluated designs of a block that is given up."""
+        """Store evaluated designs of a block that is not finished yet."""
         self.memory.keep(self._tested(evaluated))
 
     def _initialize_infill(self) -> Population:

@@ -71,9 +71,16 @@ def solve(
     points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
     jobs: Jobs = 1,
+    timeout: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
+    ] = None,
     study: Annotated[
         Path | None,
         typer.Option(metavar="FILE.db", help="Store every tested design here (psi); continues."),
+    ] = None,
+    study_key: Annotated[
+        str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
@@ -89,8 +96,15 @@ def solve(
 
     given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
     options = {name: value for name, value in given.items() if value is not None}
-    loaded = load_problem(problem, options, jobs)
-    return run_solve(loaded, algorithm.value, points, seed=seed, study=study, out=out)
+    return run_solve(
+        load_problem(problem, options, jobs, timeout),
+        algorithm.value,
+        points,
+        seed=seed,
+        study=study,
+        study_key=study_key,
+        out=out,
+    )
 
 
 @app.command()

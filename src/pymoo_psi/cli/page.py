@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi.arguments import Received, broken_rule
-from pymoo_psi.cli.output import say
+from pymoo_psi.cli.output import require_folder, say
 from pymoo_psi.page import save_page, table_from_file
 
 __all__ = ["run_page"]
@@ -39,6 +39,7 @@ def run_page(
         normalize: Rank with each objective in units of its range.
         title: Heading of the page; the file's name unless given.
     """
+    require_folder(out)
     if out.resolve() == file.resolve():
         raise broken_rule("--out", "another file than the one that is read", str(out))
     table = table_from_file(file, objectives=_names(objectives), variables=_names(variables))

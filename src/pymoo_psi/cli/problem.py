@@ -19,7 +19,9 @@ __all__ = ["load_problem"]
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
 
 
-def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Problem:
+def load_problem(
+    name: str, chute_options: Mapping[str, Any], jobs: int, timeout: float | None = None
+) -> Problem:
     """Return the problem that a word names.
 
     Args:
@@ -28,6 +30,7 @@ def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Prob
             arguments. The working directory is searched for the module first.
         chute_options: Options of the chute; an error for any other problem.
         jobs: Processes for problems that evaluate one design at a time; the chute does not.
+        timeout: Seconds that a design of such a problem may take, if there is a limit.
 
     Raises:
         PsiError: There is no such problem, or it cannot be made.
@@ -38,13 +41,16 @@ def load_problem(name: str, chute_options: Mapping[str, Any], jobs: int) -> Prob
     if chute_options:
         option = next(iter(chute_options))
         raise broken_rule("PROBLEM", f"'chute' where --{option} is given", name)
-    return with_jobs(_from_module(name) if ":" in name else _from_pymoo(name), jobs)
+    return with_jobs(_from_module(name) if ":" in name else _from_pymoo(name), jobs, timeout)
 
 
-def with_jobs(problem: Problem, jobs: int) -> Problem:
-    """Let a problem that evaluates one design at a time do so in several processes."""
-    if jobs != 1 and problem.elementwise:
-        problem.elementwise_runner = JoblibRunner(n_jobs=jobs)
+def with_jobs(problem: Problem, jobs: int, timeout: float | None) -> Problem:
+    """Let a problem that evaluates one design at a time do so in processes of their own.
+
+    None is evaluated in this process, which a model may end.
+    """
+    if problem.elementwise and (jobs != 1 or timeout is not None):
+        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
     return problem
 
 

@@ -13,6 +13,7 @@ from pymoo_psi.algorithms import PSI, nsga3
 from pymoo_psi.arguments import broken_rule
 from pymoo_psi.cli.output import print_frame, require_folder, run_bar, say, write_csv
 from pymoo_psi.failures import FailureTolerant
+from pymoo_psi.investigation.study import Study
 from pymoo_psi.pareto import rank_of_efficiency
 
 __all__ = ["run_solve"]
@@ -27,6 +28,7 @@ def run_solve(
     *,
     seed: int,
     study: Path | None,
+    study_key: str | None,
     out: Path | None,
 ) -> int:
     """Search, print the best-ranked designs, and write the Pareto set if a file is named."""
@@ -37,13 +39,16 @@ def run_solve(
     try:
         with run_bar(f"{algorithm} on {problem.name()}", points) as show:
             if algorithm == "psi":
-                result = minimize(problem, PSI(points, study=study), callback=show.psi)
+                result = minimize(
+                    problem, PSI(points, study=study, study_key=study_key), callback=show.psi
+                )
             else:
                 problem = FailureTolerant(problem)
                 result = nsga3(problem, n_evaluations=points, seed=seed, callback=show.evaluations)
     except KeyboardInterrupt:
         if study is not None:
-            say(f"Every finished block is in {study}; the same command continues.")
+            stored = len(Study(study).numbers()) if study.exists() else 0
+            say(f"{stored} of {points} designs are in {study}; the same command continues.")
         raise
     counts = _counts(result, points)
     if result.F is None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.arguments import broken_rule
+from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.investigation.box import box_of_feasible_set, section_points
 from pymoo_psi.investigation.csv_file import read_csv, write_csv
 from pymoo_psi.investigation.designs import column_kinds, design_row
@@ -38,7 +38,9 @@ from pymoo_psi.investigation.statistics import (
     dependence_on_variable,
     histogram_of_variable,
 )
-from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto.objectives import Objectives
+from pymoo_psi.pareto.ranking import ranking_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,6 +119,22 @@ class TestTable(Records):
         if self.F.shape[1] > 0:  # without criteria no design is better than another
             mask[mask] = nondominated(self.F[mask])
         return mask
+
+    def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
+        """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
+
+        Returns:
+            The ranking of ``self.F[self.pareto(limits)]``, in that order, without another search
+            for the Pareto set.
+
+        Raises:
+            ArgumentValueError: There is no design to rank, or a limit does not fit.
+        """
+        front = self.F[self.pareto(limits)]
+        if len(front) == 0:
+            raise broken_rule("the table", "one with a feasible design", Received("none"))
+        known = np.ones(len(front), dtype=bool)
+        return ranking_of(Objectives.of(front), known, normalize=normalize)
 
     def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
         """Return the ordered test table of a criterion: the feasible designs, the best first.

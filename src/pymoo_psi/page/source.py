@@ -105,14 +105,14 @@ def _read_csv(path: str | PathLike[str]) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        frame = pd.read_csv(path, encoding="utf-8-sig")
+        frame = pd.read_csv(path, encoding="utf-8-sig", index_col=False)
     except pd.errors.EmptyDataError:
         raise broken_rule(str(path), "a CSV with a header", Received("an empty file")) from None
     except (pd.errors.ParserError, UnicodeDecodeError) as error:
         raise ArgumentValueError(f"{path} must be a CSV file: {error}") from None
     if frame.empty:
         raise broken_rule(str(path), "a CSV with a row per design", Received("a header only"))
-    frame.columns = frame.columns.str.strip()
+    frame.columns = pd.Index([str(name).strip() for name in frame.columns])
     return frame
 
 
