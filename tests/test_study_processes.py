@@ -373,7 +373,8 @@ def open_folder():
     shutil.rmtree(folder)
 
 
-DROP = "if os.getuid() == 0: os.setgid(65534); os.setuid(65534)\n"  # rights do not bind root
+# Rights do not bind root. What is imported late is imported before: the packages may be root's.
+DROP = "block(1)\nif os.getuid() == 0: os.setgid(65534); os.setuid(65534)\n"
 
 
 @forks
