@@ -16,6 +16,7 @@ from pymoo_psi import (
     PSI,
     LPTauSampling,
     SalukvadzeOptimum,
+    lp_tau,
     nsga3,
     rank_of_efficiency,
 )
@@ -31,7 +32,11 @@ def tested():
 def test_lp_tau_starts_nsga3():
     directions = np.array([[0, 1.0], [0.5, 0.5], [1.0, 0]])
     algorithm = NSGA3(directions, pop_size=20, sampling=LPTauSampling())
-    assert len(minimize(PROBLEM, algorithm, ("n_gen", 10), seed=1).F)
+    result = minimize(PROBLEM, algorithm, ("n_gen", 3), seed=1, save_history=True)
+    lower, upper = PROBLEM.bounds()
+    expected = lower + (upper - lower) * lp_tau(20, 2)
+    started = result.history[0].off.get("X")
+    np.testing.assert_array_equal(np.sort(started, axis=0), np.sort(expected, axis=0))
 
 
 @pytest.mark.parametrize("make", [NSGA2, None])
