@@ -18,10 +18,7 @@ LAYERS = [
     ("method", {"investigation"}),
     (
         "pymoo",
-        {
-            *("host", "design_space", "problems", "sampling", "algorithms", "selectors"),
-            *("mcdm", "agreement", "uncertainty", "runners", "guard", "failures"),
-        },
+        {"host", "problems", "sampling", "runners", "failures", "algorithms", "deciding"},
     ),
     ("studies", {"studies"}),
     ("faces", {"figures", "page", "cli"}),

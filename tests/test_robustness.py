@@ -12,9 +12,9 @@ from pymoo.core.variable import Choice, Real
 from scipy import stats
 
 from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, rank_of_efficiency, robustness
+from pymoo_psi.deciding.uncertainty import scenarios
 from pymoo_psi.figures import draw_regret, draw_shares, robust_designs, robustness_page
 from pymoo_psi.pareto.robustness import rank_scenario, tally
-from pymoo_psi.uncertainty import scenarios
 
 
 class Beam(Problem):

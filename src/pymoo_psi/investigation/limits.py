@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.investigation.layout import Key, Layout, Limits
+from pymoo_psi.pareto.feasibility import meets_constraints
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,8 +156,8 @@ def constraint_as_criterion(table: TestTable, name: Key) -> TestTable:
         h = prototype.h if j < 0 else np.delete(prototype.h, j)
         prototype = replace(prototype, f=np.append(prototype.f, seen), g=g, h=h)
     F = np.column_stack([table.F, value])
-    broken = np.hstack([~(G <= 0), ~(np.abs(H) <= layout.eq_tolerance)]).any(axis=1)
-    freed, computed = (table.status == "infeasible") & ~broken, np.isfinite(table.F).all(axis=1)
+    freed = (table.status == "infeasible") & meets_constraints(G, H, layout.eq_tolerance)
+    computed = np.isfinite(table.F).all(axis=1)
     status, reasons = table.status.copy(), dict(table.reasons)
     status[freed & computed] = "ok"
     status[freed & ~computed] = "failed"  # feasible now, but its criteria are not known

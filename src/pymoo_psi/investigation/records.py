@@ -14,6 +14,7 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.investigation.designs import design_matrix, joined_designs
 from pymoo_psi.investigation.layout import Layout, is_writable
 from pymoo_psi.investigation.prototype import Prototype
+from pymoo_psi.pareto.feasibility import breaks_constraints
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -166,7 +167,7 @@ class Records:
     @property
     def broken_constraints(self) -> Mask:
         """``(n, n_ieq + n_eq)`` which constraints a design breaks; one that is NaN is broken."""
-        return np.hstack([~(self.G <= 0), ~(np.abs(self.H) <= self.layout.eq_tolerance)])
+        return breaks_constraints(self.G, self.H, self.layout.eq_tolerance)
 
     def extended(self, *blocks: Self) -> Self:
         """Return this table with the tests of others behind its own, in their order.

@@ -39,6 +39,7 @@ from pymoo_psi.investigation.statistics import (
     histogram_of_variable,
 )
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto.feasibility import competes
 from pymoo_psi.pareto.objectives import Objectives
 from pymoo_psi.pareto.ranking import ranking_of
 
@@ -109,9 +110,7 @@ class TestTable(Records):
 
     def eligible(self, limits: Limits | None = None) -> Mask:
         """``(n,)`` which designs are feasible and have finite criteria, so that they compete."""
-        mask = self.feasible(limits)
-        mask &= np.isfinite(self.F).all(axis=1)
-        return mask
+        return competes(self.F, self.feasible(limits))
 
     def pareto(self, limits: Limits | None = None) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.arguments import broken_rule
+from pymoo_psi.pareto.feasibility import competes
 from pymoo_psi.pareto.ranking import rank_of_efficiency
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> ScenarioRanki
         feasible: ``(n,)`` which designs are; one with an objective that is not finite is not.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
     """
-    feasible = feasible & np.isfinite(F).all(axis=1)
+    feasible = competes(F, feasible)
     rows = np.flatnonzero(feasible)
     pareto, optimum = np.zeros(len(F), dtype=bool), np.zeros(len(F), dtype=bool)
     rank, regret = np.zeros(len(F), dtype=np.int64), np.zeros(len(F))
