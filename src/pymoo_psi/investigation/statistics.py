@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.arguments import integer
 from pymoo_psi.investigation.designs import column_kinds, values_in_order
+from pymoo_psi.investigation.judgement import JudgedRecords
 from pymoo_psi.investigation.layout import Key, Limits
 from pymoo_psi.investigation.limits import limit_vector
-
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
 
 __all__ = ["Dependence", "Histogram", "dependence_on_variable", "histogram_of_variable"]
 
@@ -71,7 +69,7 @@ class Dependence:
 
 
 def histogram_of_variable(
-    table: TestTable, variable: Key, *, bins: int, limits: Limits | None
+    table: JudgedRecords, variable: Key, *, bins: int, limits: Limits | None
 ) -> Histogram:
     """Count designs over the range of a variable; see :meth:`TestTable.histogram`."""
     bins = integer("bins", bins, minimum=1)
@@ -92,7 +90,7 @@ def histogram_of_variable(
 
 
 def dependence_on_variable(
-    table: TestTable, criterion: Key, variable: Key, *, limits: Limits | None
+    table: JudgedRecords, criterion: Key, variable: Key, *, limits: Limits | None
 ) -> Dependence:
     """Project the designs onto a variable and a criterion; see :meth:`TestTable.dependence`."""
     layout = table.layout
