@@ -464,7 +464,7 @@ def test_a_later_version_is_said_to_be_one(study):
 # The first version. Its file was made by
 #     study = Study("tests/fixtures/study_version_1.db")
 #     study.begin(first_layout(), FIRST); study.append(first_table())
-# in the session that wrote this file. A change of format adds a fixture and leaves this one.
+# under format version 1. A change of format adds a fixture and leaves this one.
 
 FIRST = {
     "problem": "π",
