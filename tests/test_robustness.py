@@ -303,6 +303,8 @@ def test_data_of_the_figure(result):
         robust_designs(result, labels=["a"])
     with pytest.raises(PsiError, match="top must be an integer >= 1"):
         robust_designs(result, top=0)
+    with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
+        robust_designs(result.to_frame())
 
 
 def test_shares_on_axes(result):

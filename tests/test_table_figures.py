@@ -357,6 +357,37 @@ def test_what_is_not_there_is_named(chute, call, message):
         call(chute)
 
 
+@pytest.mark.parametrize("table", [np.zeros((3, 2)), None, "table.csv"])
+@pytest.mark.parametrize(
+    "call",
+    [
+        table_page,
+        criteria_page,
+        lambda t: variable_plane(t, 0, 0),
+        lambda t: criteria_plane(t, 0, 1),
+        lambda t: section(t, 1, 0, [[0.1]], [[1.0]]),
+    ],
+)
+def test_what_is_no_table_is_refused(table, call):
+    with pytest.raises(
+        PsiError,
+        match=f"table must be a TestTable, got {'None' if table is None else type(table).__name__}; PSI and investigate give one",
+    ) as info:
+        call(table)
+    assert isinstance(info.value, TypeError)
+
+
+def test_what_is_no_section_or_dependence_is_refused(chute):
+    with pytest.raises(
+        PsiError, match=r"curves must be a Section, got TestTable; section\(...\) makes one"
+    ):
+        section_page(chute)
+    with pytest.raises(
+        PsiError, match="dependence must be a Dependence, got Histogram; take that of a TestTable"
+    ):
+        dependence_plane(chute.histogram(0))
+
+
 # Sections
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.arguments import Received, broken_rule, finite_array
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.arguments import Received, broken_rule, finite_array, instance
 from pymoo_psi.host import design_space, require_problem
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto.feasibility import competes, meets_constraints
@@ -79,8 +78,7 @@ def refine(
     from scipy.optimize import minimize as scipy_minimize  # heavy to import
 
     require_problem(problem)
-    if not isinstance(ranking, EfficiencyRanking):
-        raise ArgumentTypeError(f"ranking must be an EfficiencyRanking, got {ranking!r:.80}")
+    ranking = instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
     space = design_space(problem, continuous=True)
     lower, upper = space.lower, space.upper
     start = finite_array("x0", x0)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.arguments import Received, boolean, broken_rule
 from pymoo_psi.figures.groups import draw_limit, legend_below, literal, view
+from pymoo_psi.figures.planes import checked_table
 from pymoo_psi.figures.style import CURVES, on_axes
 from pymoo_psi.investigation import TestTable
 from pymoo_psi.investigation.box import design_of
@@ -89,7 +90,7 @@ def section(
         >>> section(table, 2, "x1", X, F=X.sum(axis=1, keepdims=True)).F.ravel()
         array([4., 6., 8.])
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     j = layout.variable(variable)
     own = not isinstance(design, (int, np.integer))
     row = design_of(table, design)
