@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Histogram:
     """How many designs have a variable in each of k bins.
 
@@ -42,8 +42,15 @@ class Histogram:
     feasible: NDArray[np.int64]
     pareto: NDArray[np.int64]
 
+    def __repr__(self) -> str:
+        """Return what is counted."""
+        return (
+            f"Histogram({self.variable} in {len(self.tested)} bins: {self.tested.sum()} tested, "
+            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Dependence:
     """The tested designs seen in the plane of a variable and a criterion.
 
@@ -66,6 +73,13 @@ class Dependence:
     feasible: Mask
     pareto: Mask
     limit: float
+
+    def __repr__(self) -> str:
+        """Return what depends on what, and how many designs show it."""
+        return (
+            f"Dependence({self.criterion} on {self.variable}: {len(self.f)} tested, "
+            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
 
 
 def histogram_of_variable(

@@ -69,7 +69,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> ScenarioRanki
     return ScenarioRanking(F, feasible, pareto, rank, optimum, regret)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robustness:
     """What becomes of n designs in S scenarios.
 
@@ -106,6 +106,15 @@ class Robustness:
     worst: Array
     mean_regret: Array
     worst_regret: Array
+
+    def __repr__(self) -> str:
+        """Return how much is compared and which row is the most robust."""
+        best = int(self.order[0])
+        return (
+            f"Robustness({len(self.optimum_share)} designs in {len(self.scenarios)} scenarios of "
+            f"{', '.join(self.parameters)}: row {best} is the optimum in "
+            f"{100 * self.optimum_share[best]:.3g} %)"
+        )
 
     @property
     def order(self) -> NDArray[np.intp]:
