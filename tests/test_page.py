@@ -11,9 +11,9 @@ import pytest
 
 from pymoo_psi import PsiError, TestTable, VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import main
-from pymoo_psi.page import decision_page, page_data, save_page, table_from_file
-from pymoo_psi.page.content import MOST_ROWS
+from pymoo_psi.page import decision_page, table_from_file
 from pymoo_psi.page.groups import DOMINATED, OPTIMUM, PROTOTYPE, look
+from pymoo_psi.page.making import MOST_ROWS
 
 pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
 
@@ -45,9 +45,16 @@ def beams(n=400, noise=0.1):
 # The data
 
 
+def test_it_says_how_much_it_shows():
+    assert (
+        repr(decision_page(beams(), CRITERIA, title="Beams"))
+        == "DecisionPage('Beams': 400 of 400 designs)"
+    )
+
+
 def test_columns_groups_and_order():
     frame = beams()
-    data = page_data(frame, CRITERIA, **SETTINGS)
+    data = decision_page(frame, CRITERIA, **SETTINGS)
     ranking = rank_of_efficiency(frame[CRITERIA] * [1, 1, -1])
     assert [column.label for column in data.columns] == [
         "mass [kg]", "cost, total", "strength (max)", "width [mm]", "material",
@@ -76,7 +83,7 @@ def test_optimum_without_rank_6_is_marked_and_told():
     frame = pd.DataFrame(np.sqrt([[1, 4], [2, 3], [3, 2], [4, 1]]), columns=["a", "b"])
     for circle, expected in ((frame, 4), (pd.DataFrame(F, columns=["a", "b"]), 1)):
         ranking = rank_of_efficiency(circle, normalize=False, ideal=None)
-        data = page_data(circle, ["a", "b"], normalize=False)
+        data = decision_page(circle, ["a", "b"], normalize=False)
         assert (data.group == OPTIMUM).sum() == len(ranking.salukvadze) <= expected
         assert bool(data.remarks) == (not (ranking.rank == 6).any())
 
@@ -95,8 +102,8 @@ def test_beyond_many_rows_only_ranked_ones_are_shown():
     n = MOST_ROWS + 1
     a = np.linspace(0, 1, n)
     frame = pd.DataFrame({"a": a, "b": (1 - np.sqrt(a)) ** 2})
-    assert len(page_data(frame.iloc[:-1], ["a", "b"]).labels) == MOST_ROWS
-    data = page_data(frame, ["a", "b"])
+    assert len(decision_page(frame.iloc[:-1], ["a", "b"]).labels) == MOST_ROWS
+    data = decision_page(frame, ["a", "b"])
     ranked = rank_of_efficiency(frame).rank > 0
     assert sorted(data.labels) == np.flatnonzero(ranked).tolist()
     assert re.match(r"Of 20.001 designs the .* ranked ones are shown\.", data.remarks[0])
@@ -152,7 +159,7 @@ def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notatio
 def test_mistakes(change, message):
     arguments = {"frame": beams(), "objectives": CRITERIA, **SETTINGS, **change}
     with pytest.raises(PsiError, match=message):
-        page_data(**arguments)
+        decision_page(**arguments)
 
 
 # Files
@@ -186,7 +193,7 @@ def test_a_test_table(tmp_path):
     assert isinstance(TestTable.read_csv(file), TestTable)
     assert (table.objectives, table.variables) == (("f1", "f2", "f3", "f4"), ("x1", "x2"))
     assert table.frame.index.tolist() == tests.numbers[tests.eligible()].tolist()
-    data = page_data(
+    data = decision_page(
         table.frame, table.objectives, variables=table.variables, prototype=table.prototype
     )
     assert data.label_name == "test_point"
@@ -347,13 +354,13 @@ class Reader:
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "page.html"
-    save_page(beams(), CRITERIA, path, **SETTINGS)
+    decision_page(beams(), CRITERIA, **SETTINGS).save(path)
     return path
 
 
 @pytest.fixture(scope="module")
 def data():
-    return page_data(beams(), CRITERIA, **SETTINGS)
+    return decision_page(beams(), CRITERIA, **SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -561,7 +568,7 @@ def test_nothing_left_is_said(reader):
     ids=["two", "one criterion", "a constant one"],
 )
 def test_small_sets(browser, tmp_path, frame, objectives):
-    save_page(frame, objectives, tmp_path / "page.html")
+    decision_page(frame, objectives).save(tmp_path / "page.html")
     reader = Reader(browser, tmp_path / "page.html")
     assert len(reader.left) == rank_of_efficiency(frame[objectives]).pareto.sum()
     assert ("c: the same for all" in reader.page.inner_text("aside")) == ("c" in objectives)
@@ -571,7 +578,7 @@ def test_small_sets(browser, tmp_path, frame, objectives):
 
 def test_4000_rows_open_within_seconds(browser, tmp_path):
     frame = beams(4000, noise=0.0)
-    html = decision_page(frame, CRITERIA, variables=["width"], maximize=["strength"])
+    html = decision_page(frame, CRITERIA, variables=["width"], maximize=["strength"]).html()
     assert len(html) < 5e6
     (tmp_path / "page.html").write_text(html, encoding="utf-8")
     reader = Reader(browser, tmp_path / "page.html")
@@ -583,7 +590,8 @@ def test_4000_rows_open_within_seconds(browser, tmp_path):
 
 def test_many_rows_are_told_of(browser, tmp_path):
     a = np.linspace(0, 1, MOST_ROWS + 1)
-    save_page(pd.DataFrame({"a": a, "b": (1 - np.sqrt(a)) ** 2}), ["a", "b"], tmp_path / "p.html")
+    frame = pd.DataFrame({"a": a, "b": (1 - np.sqrt(a)) ** 2})
+    decision_page(frame, ["a", "b"]).save(tmp_path / "p.html")
     reader = Reader(browser, tmp_path / "p.html")
     assert "Of 20\u202f001 designs the" in reader.page.inner_text("aside")
     assert reader.trouble == []
@@ -592,14 +600,15 @@ def test_many_rows_are_told_of(browser, tmp_path):
 
 def test_saving_replaces_whole_files_only(tmp_path):
     with pytest.raises(FileNotFoundError):
-        save_page(beams(), CRITERIA, tmp_path / "absent" / "page.html")
+        decision_page(beams(), CRITERIA).save(tmp_path / "absent" / "page.html")
     (tmp_path / "page.html").write_text("old")
     with pytest.raises(PsiError):
-        save_page(beams(), ["absent"], tmp_path / "page.html")
+        decision_page(beams(), ["absent"]).save(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text() == "old"
 
 
 def test_without_bokeh_the_remedy_is_told(monkeypatch):
+    page = decision_page(beams(), CRITERIA)
     monkeypatch.setitem(__import__("sys").modules, "bokeh", None)
     with pytest.raises(PsiError, match=r"needs bokeh: pip install 'pymoo-psi\[page\]'"):
-        decision_page(beams(), CRITERIA)
+        page.html()
