@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
-from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.errors import PsiError
-from pymoo_psi.investigation.whole_file import whole_file
 from pymoo_psi.page.columns import Column, Role, text_column
 from pymoo_psi.page.groups import DOMINATED, OPTIMUM, PROTOTYPE, group_name
 
-__all__ = ["DecisionPage"]
+__all__ = ["PageData"]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class DecisionPage:
-    """What a page shows, the best design drawn last; made by :func:`decision_page`.
+@dataclass(frozen=True, eq=False)
+class PageData:
+    """What a page shows, the best design drawn last.
 
     Attributes:
         title: Heading of the page.
@@ -56,33 +52,3 @@ class DecisionPage:
     def optima(self) -> list[str]:
         """The labels of the Salukvadze optimum."""
         return [str(label) for label in self.labels[self.group == OPTIMUM]]
-
-    def __repr__(self) -> str:
-        """Return the title and how many designs are shown."""
-        shown = int((self.group != PROTOTYPE).sum())
-        return f"DecisionPage({self.title!r}: {shown} of {self.n_designs} designs)"
-
-    def html(self) -> str:
-        """Return the page as one HTML document that needs no network.
-
-        Raises:
-            PsiError: Bokeh is not installed.
-        """
-        try:
-            import_module("bokeh")
-        except ImportError:
-            raise PsiError("the page needs bokeh: pip install 'pymoo-psi[page]'") from None
-        from pymoo_psi.page.document import html_of
-
-        return html_of(self)
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the page, whole or not at all.
-
-        Raises:
-            OSError: The file cannot be written there.
-            PsiError: Bokeh is not installed.
-        """
-        html = self.html()
-        with whole_file(path) as written:
-            written.write_text(html, encoding="utf-8")

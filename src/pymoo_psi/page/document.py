@@ -15,7 +15,7 @@ from bokeh.resources import INLINE
 from bokeh.themes import Theme
 
 from pymoo_psi.page.columns import Column
-from pymoo_psi.page.content import DecisionPage
+from pymoo_psi.page.content import PageData
 from pymoo_psi.page.groups import DOMINATED, OPTIMUM, PROTOTYPE, group_name, look
 from pymoo_psi.page.plots import (
     designs_source,
@@ -61,7 +61,7 @@ class Panel:
     y: Column
 
 
-def panels(data: DecisionPage) -> list[Panel]:
+def panels(data: PageData) -> list[Panel]:
     """Return the scatter plots: of criteria, of variables, of the geometric criteria.
 
     Without variables the second one is of further criteria, if there are any.
@@ -77,7 +77,7 @@ def panels(data: DecisionPage) -> list[Panel]:
     return [Panel(*pair) for pair in pairs]
 
 
-def html_of(data: DecisionPage) -> str:
+def html_of(data: PageData) -> str:
     """Return the page with all it needs inlined."""
     source = designs_source(data)
     shown = IndexFilter(indices=np.flatnonzero(data.group != DOMINATED).tolist(), name="shown")
@@ -143,7 +143,7 @@ def _described(column: Column) -> dict[str, Any]:
 
 
 def _frame(
-    data: DecisionPage, shown: list[Panel], sliders: list[tuple[Column, RangeSlider | None]]
+    data: PageData, shown: list[Panel], sliders: list[tuple[Column, RangeSlider | None]]
 ) -> dict[str, Any]:
     """Return what the template writes around Bokeh's parts."""
     groups = [g for g in sorted(np.unique(data.group).tolist(), reverse=True) if g != PROTOTYPE]

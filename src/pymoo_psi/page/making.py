@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pymoo_psi.arguments import Received, boolean, broken_rule, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.page.columns import Column, Role, checked_values, text_column
-from pymoo_psi.page.content import DecisionPage
 from pymoo_psi.page.groups import PROTOTYPE, groups_of
+from pymoo_psi.page.page_file import DecisionPage
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from pymoo_psi.page.columns import Column
-from pymoo_psi.page.content import DecisionPage
+from pymoo_psi.page.content import PageData
 from pymoo_psi.page.groups import PROTOTYPE, look
 
 __all__ = [
@@ -50,7 +50,7 @@ class Axes(NamedTuple):
     glyph: Any
 
 
-def designs_source(data: DecisionPage) -> ColumnDataSource:
+def designs_source(data: PageData) -> ColumnDataSource:
     """Return the one source of the designs, which plots and table look at."""
     looks = {group: look(group) for group in np.unique(data.group).tolist()}
     looks_of_rows = [looks[group] for group in data.group.tolist()]
@@ -101,7 +101,7 @@ def scatter_plot(
     return Axes(plot, renderer)
 
 
-def hint_on_designs(data: DecisionPage) -> HoverTool:
+def hint_on_designs(data: PageData) -> HoverTool:
     """Return what hovering shows: the number of a design and its values."""
     columns = data.columns[:_MOST_LINES_IN_HINT]
     tips = [(data.label_name, "@label"), ("rank", "@rank @mark")]
@@ -116,7 +116,7 @@ def _pattern(column: Column) -> str:
     return f"{{{column.printf}}}" if column.is_number else ""
 
 
-def parallel_plot(data: DecisionPage, source: ColumnDataSource, ends: ColumnDataSource) -> figure:
+def parallel_plot(data: PageData, source: ColumnDataSource, ends: ColumnDataSource) -> figure:
     """Return parallel coordinates; the page fills its sources with what is left.
 
     Args:
@@ -180,6 +180,6 @@ def _axis_names(axes: list[Column]) -> list[str]:
     return [f"\n{text}" if j % 2 else text for j, text in enumerate(short)]
 
 
-def parallel_axes(data: DecisionPage) -> list[Column]:
+def parallel_axes(data: PageData) -> list[Column]:
     """Return the columns with an axis in the parallel coordinates, the criteria first."""
     return data.having("criterion", "variable")[:_MOST_AXES]

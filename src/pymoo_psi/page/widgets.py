@@ -16,7 +16,7 @@ from markupsafe import escape
 from numpy.typing import NDArray
 
 from pymoo_psi.page.columns import Column
-from pymoo_psi.page.content import DecisionPage
+from pymoo_psi.page.content import PageData
 from pymoo_psi.page.groups import PROTOTYPE
 
 __all__ = ["limit_slider", "table_of"]
@@ -61,7 +61,7 @@ def limit_slider(column: Column, group: NDArray[np.int32]) -> RangeSlider | None
     )
 
 
-def table_of(data: DecisionPage, source: ColumnDataSource, view: CDSView) -> DataTable:
+def table_of(data: PageData, source: ColumnDataSource, view: CDSView) -> DataTable:
     """Return the sortable table of what is left."""
     wide = 104 if data.labels.dtype == object else 76
     columns = [
