@@ -11,6 +11,8 @@ Decision-making
     :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
     :class:`McdmMethod`; :func:`compare_selectors` and its :class:`SelectorComparison`;
     :func:`robustness` and its :class:`Robustness`.
+Comparison
+    :func:`compare` of PSI with NSGA-III and others, and its :class:`Comparison`.
 Running
     :class:`JoblibRunner`, :class:`FailureTolerant`.
 Errors
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     from pymoo_psi.runners import JoblibRunner
     from pymoo_psi.sampling import LPTauSampling, QMCSampling
     from pymoo_psi.sequences import lp_tau
+    from pymoo_psi.studies.comparison import Comparison, compare
 
     __version__: str
 
@@ -72,6 +75,9 @@ _HOME = {
     "compare_selectors": "deciding",
     "rank_of_efficiency": "pareto",
     "robustness": "deciding",
+    # Comparison
+    "Comparison": "studies.comparison",
+    "compare": "studies.comparison",
     # Running
     "FailureTolerant": "failures",
     "JoblibRunner": "runners",

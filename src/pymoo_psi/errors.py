@@ -9,6 +9,7 @@ __all__ = [
     "ArgumentValueError",
     "EvaluationError",
     "PsiError",
+    "RunError",
     "StudyAccessError",
     "StudyCorruptError",
     "StudyError",
@@ -87,6 +88,21 @@ class EvaluationError(PsiError, RuntimeError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""
         return type(self), (self.design, self.reason, self.original, self.trace)
+
+
+class RunError(PsiError, RuntimeError):
+    """A run of a comparison ended in an error of the algorithm or of the problem."""
+
+    def __init__(self, run: str, reason: str) -> None:
+        super().__init__(
+            f"the run of {run} ended in {reason}; FailureTolerant(problem) goes on where designs "
+            "fail, and an algorithm that does not suit the problem is left out of algorithms"
+        )
+        self.run, self.reason = run, reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments of the constructor, not by the message."""
+        return type(self), (self.run, self.reason)
 
 
 class WorkerError(PsiError, RuntimeError):
