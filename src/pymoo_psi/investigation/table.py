@@ -103,18 +103,41 @@ class TestTable(Records):
         Raises:
             ArgumentValueError: A criterion is not known, or a limit is NaN.
             ArgumentTypeError: The limits are no mapping to numbers.
+
+        Example:
+            >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
+            >>> table = TestTable.of([1, 2, 3], X, F, G)
+            >>> table.feasible()
+            array([False,  True,  True])
+            >>> table.feasible({"f1": 2})
+            array([False,  True, False])
         """
         ok: Mask = self.status == "ok"
         return ok & within_limits(self.F, limit_vector(limits, self.layout))
 
     def eligible(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are feasible and have finite criteria, so that they compete."""
+        """``(n,)`` which designs are feasible and have finite criteria, so that they compete.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).eligible()
+            array([ True, False])
+        """
         mask = self.feasible(limits)
         mask &= np.isfinite(self.F).all(axis=1)
         return mask
 
     def pareto(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are Pareto optimal among the eligible ones."""
+        """``(n,)`` which designs are Pareto optimal among the eligible ones.
+
+        Example:
+            Without a limit on f1 no design beats another; with one there are fewer to compare.
+
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1, 3], [2, 2], [3, 3]])
+            >>> table.pareto()
+            array([ True,  True, False])
+            >>> table.pareto({"f1": 1.5})
+            array([ True, False, False])
+        """
         mask = self.eligible(limits)
         if self.F.shape[1] > 0:  # without criteria no design is better than another
             mask[mask] = nondominated(self.F[mask])
@@ -129,6 +152,12 @@ class TestTable(Records):
 
         Raises:
             ArgumentValueError: There is no design to rank, or a limit does not fit.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
+            >>> front = table.rows(table.pareto())
+            >>> front.numbers[table.ranking().salukvadze]
+            array([2])
         """
         front = self.F[self.pareto(limits)]
         if len(front) == 0:
@@ -141,6 +170,11 @@ class TestTable(Records):
 
         It is a table again, for the next question, a frame or a file. Equal designs stay in the
         order of testing; those whose criterion is NaN come last.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
+            >>> table.sorted_by("f1").numbers, table.sorted_by("f1", {"f2": 5}).numbers
+            (array([2, 1, 3]), array([1, 3]))
         """
         values = self.F[:, self.layout.objective(criterion)]
         rows = np.flatnonzero(self.feasible(limits))
@@ -168,6 +202,17 @@ class TestTable(Records):
             exceed; ``rejects``, how many designs break it; ``alone``, how many it alone rejects;
             and for each criterion the best value among the feasible designs (``f1_feasible``) and
             among those it alone rejects (``f1_alone``); NaN where there are none.
+
+        Example:
+            Test 2 breaks the constraint only; without it f1 = 1 would be had instead of 2.
+
+            >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
+            >>> table = TestTable.of([1, 2, 3], X, F, G)
+            >>> print(table.constraint_costs({"f1": 3}))
+                        limit  rejects  alone  f1_feasible  f1_alone
+            constraint
+            g1            0.0        1      1          2.0       1.0
+            f1            3.0        1      1          2.0       4.0
         """
         return cost_of_constraints(self, limits)
 
@@ -180,6 +225,14 @@ class TestTable(Records):
 
         Raises:
             ArgumentValueError: There is no such constraint.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[2], [1]], G=[[-1.0], [0.5]])
+            >>> freed = table.with_constraint_as_criterion("g1")
+            >>> freed.layout.objectives, freed.status.tolist()
+            (('f1', 'g1'), ['ok', 'ok'])
+            >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
+            [True, False]
         """
         return constraint_as_criterion(self, constraint)
 
@@ -194,13 +247,26 @@ class TestTable(Records):
             variable: Name or index of the variable.
             bins: Equal bins of the box of a real variable; others have one bin for each value.
             limits: Limits on criteria.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
+            >>> histogram = table.histogram("x1", bins=2, limits={"f1": 2})
+            >>> histogram.edges, histogram.tested, histogram.feasible
+            (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
         """
         return histogram_of_variable(self, variable, bins=bins, limits=limits)
 
     def dependence(
         self, criterion: Key, variable: Key, *, limits: Limits | None = None
     ) -> Dependence:
-        """Return the projection of all designs onto a variable and a criterion, as data to draw."""
+        """Return the projection of all designs onto a variable and a criterion, as data to draw.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]])
+            >>> seen = table.dependence("f1", "x1", limits={"f1": 2.5})
+            >>> seen.x, seen.f, seen.feasible
+            (array([0.1, 0.5]), array([3., 2.]), array([False,  True]))
+        """
         return dependence_on_variable(self, criterion, variable, limits=limits)
 
     def section_points(
@@ -226,6 +292,11 @@ class TestTable(Records):
         Raises:
             ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
                 choice or a boolean.
+
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
+            >>> table.section_points(2, "x1", 3, lower=0, upper=4)
+            array([[0., 4.], [2., 4.], [4., 4.]])
         """
         j = self.layout.variable(variable)
         start = float(self.layout.lower[j]) if lower is None else lower
@@ -285,6 +356,11 @@ class TestTable(Records):
         Raises:
             ArgumentValueError: A value is missing, or a criterion is not finite.
             ArgumentTypeError: A value is not a number, the name is not text.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
+            >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.name
+            'model of 2019'
         """
         return self._with(prototype=make_prototype(self, name, x, f, g, h))
 
@@ -321,11 +397,22 @@ class TestTable(Records):
             ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
                 have other results for the same test point.
             ArgumentTypeError: ``other`` is no table.
+
+        Example:
+            >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
+            >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
+            array([1, 2, 3, 4])
         """
         return merged(self, other)
 
     def equals(self, other: TestTable) -> bool:
-        """Say whether another table is the same in everything; NaN is equal to NaN."""
+        """Say whether another table is the same in everything; NaN is equal to NaN.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
+            >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
+            (True, False)
+        """
         return not difference_of_tables(self, other)
 
     # Frames and files
@@ -337,6 +424,14 @@ class TestTable(Records):
             Index ``test_point``; a column for each variable, criterion and constraint under its
             name; ``status``; ``broken``, the names of the constraints a design breaks;
             ``reason``, why it failed; ``pareto``.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
+            >>> print(table.to_frame().drop(columns="reason"))
+                         x1   f1   g1      status broken  pareto
+            test_point
+            1           0.0  1.0  0.0          ok           True
+            2           0.5  2.0  0.1  infeasible     g1   False
         """
         return table_frame(self)
 
@@ -347,6 +442,19 @@ class TestTable(Records):
         a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
         them by ``pd.read_csv(path, comment="#", index_col="test_point")``. An interrupted
         writing leaves the old file as it was.
+
+        Example:
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = os.path.join(folder, "table.csv")
+            ...     table.to_csv(path)
+            ...     print(pd.read_csv(path, comment="#", index_col="test_point")[["x1", "f1"]])
+                         x1   f1
+            test_point
+            1           0.0  3.0
+            2           0.5  4.0
         """
         write_csv(self, path)
 
@@ -360,6 +468,14 @@ class TestTable(Records):
         Raises:
             ArgumentValueError: The file is not such a table, or is damaged.
             OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_csv(os.path.join(folder, "table.csv"))
+            ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
+            True
         """
         return read_csv(path)
 
@@ -371,6 +487,15 @@ class TestTable(Records):
             StudyCorruptError: The file is damaged, or no study.
             StudyVersionError: A later version of the package wrote it.
             StudyAccessError: It does not exist or cannot be read.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     study = os.path.join(folder, "chute.db")
+            ...     table = investigate(VectorizedSphereChute(), 8, study=study)
+            ...     TestTable.read_study(study).equals(table)
+            True
         """
         from pymoo_psi.investigation.study import read_study  # which needs this module
 
@@ -381,6 +506,15 @@ class TestTable(Records):
 
         Raises:
             PsiError: pyarrow is not installed.
+
+        Example:
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     pd.read_parquet(os.path.join(folder, "table.parquet"))["f1"].tolist()
+            [3.0, 4.0]
         """
         write_parquet(self, path)
 
@@ -392,5 +526,13 @@ class TestTable(Records):
             PsiError: pyarrow is not installed.
             ArgumentValueError: The file is not such a table, or is damaged.
             OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
+            True
         """
         return read_parquet(path)

@@ -59,6 +59,13 @@ def decision_page(
             designs; an objective is missing somewhere or infinite.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         PsiError: Bokeh is not installed.
+
+    Example:
+        >>> import pandas as pd
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
+        >>> html = decision_page(frame, ["cost", "mass"], units={"mass": "kg"}, title="Brackets")
+        >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
+        (True, True)
     """
     data = page_data(
         frame, objectives, variables=variables, maximize=maximize, units=units, label=label,
@@ -91,6 +98,16 @@ def save_page(
     Raises:
         OSError: The file cannot be written there.
         PsiError: As for :func:`decision_page`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import pandas as pd
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder, "page.html")
+        ...     save_page(frame, ["cost", "mass"], path, title="Brackets")
+        ...     "Brackets" in path.read_text("utf-8")
+        True
     """
     html = decision_page(
         frame, objectives, variables=variables, maximize=maximize, units=units, label=label,
