@@ -1,12 +1,16 @@
-"""Every Python block of the README runs as printed, in an empty folder; the commands exist."""
+"""The README: its Python blocks run as printed in an empty folder, its commands and numbers hold."""
 
 import doctest
 import re
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
+from pymoo_psi import VectorizedSphereChute, investigate
+from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli.app import app
+from pymoo_psi.studies.published import published_table
 
 README = Path(__file__).parents[1] / "README.md"
 
@@ -32,6 +36,21 @@ def test_commands_and_options_are_real():
         known = CliRunner().invoke(app, [command, "--help"]).output
         for option in re.findall(r"--[a-z-]+", line):
             assert option in known, (command, option)
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.4, 0.6])
+def test_both_optima_are_as_in_the_table(mu):
+    row = re.search(rf"^\| {mu} \|(.*)\|$", README.read_text("utf-8"), re.MULTILINE)[1]
+    shown = [[float(number) for number in re.findall(r"[\d.]+", cell)] for cell in row.split("|")]
+    optimum = {}
+    for model in ("rolling", "full"):
+        table = investigate(VectorizedSphereChute(mu, model=model), 4096)
+        best = table.rows(table.pareto()).rows(table.ranking(normalize=False).salukvadze)
+        optimum[model] = [*best.numbers.tolist(), *best.F[0].round(4).tolist()]
+        if model == "rolling":
+            moved = criteria(motion(*best.X.T, ChuteParameters(mu=mu)))[0, :2].round(4).tolist()
+    printed = published_table("6.1").set_index("mu").loc[mu, "paper_f1":].tolist()
+    assert shown == [printed, optimum["rolling"], moved, optimum["full"]]
 
 
 def test_there_are_two_commands_for_a_fresh_machine():
