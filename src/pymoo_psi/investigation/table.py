@@ -161,7 +161,10 @@ class TestTable(Records):
         """
         front = self.F[self.pareto(limits)]
         if len(front) == 0:
-            raise broken_rule("the table", "one with a feasible design", Received("none"))
+            failed = np.sum(self.status == "failed")
+            found = Received(f"none of {len(self)} tests, of which {failed} failed")
+            remedy = "see its reasons" if failed else "loosen the limits, or test more points"
+            raise broken_rule("the table", "one with a feasible design", found, remedy)
         known = np.ones(len(front), dtype=bool)
         return ranking_of(Objectives.of(front), known, normalize=normalize)
 
