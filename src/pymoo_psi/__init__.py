@@ -26,19 +26,24 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pymoo_psi import chute
-    from pymoo_psi.agreement import SelectorComparison, compare_selectors
     from pymoo_psi.algorithms import PSI, investigate, nsga3, refine
+    from pymoo_psi.deciding import (
+        CompromiseProgramming,
+        EfficientSubset,
+        McdmMethod,
+        SalukvadzeOptimum,
+        SelectorComparison,
+        compare_selectors,
+        robustness,
+    )
     from pymoo_psi.errors import PsiError
     from pymoo_psi.failures import FailureTolerant
     from pymoo_psi.investigation import TestTable
-    from pymoo_psi.mcdm import McdmMethod
     from pymoo_psi.pareto import EfficiencyRanking, Robustness, rank_of_efficiency
     from pymoo_psi.problems import SphereChute, VectorizedSphereChute
     from pymoo_psi.runners import JoblibRunner
     from pymoo_psi.sampling import LPTauSampling, QMCSampling
-    from pymoo_psi.selectors import CompromiseProgramming, EfficientSubset, SalukvadzeOptimum
     from pymoo_psi.sequences import lp_tau
-    from pymoo_psi.uncertainty import robustness
 
     __version__: str
 
@@ -57,16 +62,16 @@ _HOME = {
     "nsga3": "algorithms",
     "refine": "algorithms",
     # Decision-making
-    "CompromiseProgramming": "selectors",
+    "CompromiseProgramming": "deciding",
     "EfficiencyRanking": "pareto",
-    "EfficientSubset": "selectors",
-    "McdmMethod": "mcdm",
+    "EfficientSubset": "deciding",
+    "McdmMethod": "deciding",
     "Robustness": "pareto",
-    "SalukvadzeOptimum": "selectors",
-    "SelectorComparison": "agreement",
-    "compare_selectors": "agreement",
+    "SalukvadzeOptimum": "deciding",
+    "SelectorComparison": "deciding",
+    "compare_selectors": "deciding",
     "rank_of_efficiency": "pareto",
-    "robustness": "uncertainty",
+    "robustness": "deciding",
     # Running
     "FailureTolerant": "failures",
     "JoblibRunner": "runners",

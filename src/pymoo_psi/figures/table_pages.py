@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 from matplotlib.figure import Figure
 
-from pymoo_psi.arguments import Received, broken_rule
+from pymoo_psi.arguments import Received, broken_rule, instance
 from pymoo_psi.figures.histograms import draw_histogram
 from pymoo_psi.figures.page_parts import blank_page, draw_small, heading, legends, share, small
-from pymoo_psi.figures.planes import criteria_plane, variable_plane
+from pymoo_psi.figures.planes import checked_table, criteria_plane, variable_plane
 from pymoo_psi.figures.sections import Section, draw_section
 from pymoo_psi.figures.style import page_style
 from pymoo_psi.investigation import TestTable
@@ -47,7 +47,7 @@ def table_page(
     Raises:
         ArgumentValueError: A variable or criterion is not in the table, there is no variable, or
             the margin is below 0.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
         A column for each variable: its histogram, and below it a plane for each criterion.
@@ -56,7 +56,7 @@ def table_page(
         >>> len(table_page(table, {"f1": 1.5}).axes)
         6
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     columns = _chosen(variables, layout.variables, layout.variable)
     rows = _chosen(criteria, layout.objectives, layout.objective)
     if not columns:
@@ -108,7 +108,7 @@ def criteria_page(
     Raises:
         ArgumentValueError: A criterion is not in the table, there are too few or too many, or the
             margin is below 0.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
         Of three criteria there are three pairs.
@@ -117,7 +117,7 @@ def criteria_page(
         >>> sum(ax.axison for ax in criteria_page(table).axes)
         3
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     chosen = _chosen(criteria, layout.objectives, layout.objective)
     if not 2 <= len(chosen) <= _MATRIX + 1:
         rule = f"from 2 to {_MATRIX + 1} to draw in pairs"
@@ -155,6 +155,7 @@ def section_page(curves: Section, *, title: str = "") -> Figure:
         >>> [ax.get_ylabel() for ax in section_page(section(table, 1, "x1", X, F)).axes]
         ['f1', 'f2']
     """
+    curves = instance("curves", curves, Section, "section(...) makes one")
     count = len(curves.layout.objectives)
     wide = min(count, 2)
     with page_style():
