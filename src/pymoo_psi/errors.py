@@ -173,7 +173,7 @@ class EvaluationError(PsiError, RuntimeError):
             shown = f"{shown[:197]}..."
         super().__init__(
             f"design {shown} cannot be evaluated: {reason}; "
-            "PSI with on_failure='record', or FailureTolerant(problem), goes on past such designs"
+            "FailureTolerant(problem), or PSI with on_failure='record', keeps them and goes on"
         )
         self.design = design
         self.reason = reason
