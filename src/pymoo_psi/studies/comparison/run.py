@@ -107,7 +107,7 @@ _WARM: set[str] = set()
 
 
 def _warm_up(contender: Contender) -> None:
-    """Let an algorithm import what it needs, once in a process, so that no run is charged for it."""
+    """Let an algorithm import what it needs, once a process; no run is charged for it."""
     if contender.name in _WARM:
         return
     _WARM.add(contender.name)
