@@ -1,0 +1,29 @@
+"""The problems of the study in :mod:`benchmarks.comparison`, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from pymoo.problems import get_problem
+
+from pymoo_psi import VectorizedSphereChute
+
+PROBLEMS: dict[str, Callable[[], Any]] = {
+    **{
+        f"chute-{model}-{mu}": partial(VectorizedSphereChute, mu, model=model)
+        for model in ("full", "rolling")
+        for mu in (0.2, 0.4, 0.6)
+    },
+    "bnh": partial(get_problem, "bnh"),
+    "osy": partial(get_problem, "osy"),
+    "welded_beam": partial(get_problem, "welded_beam"),
+    "truss2d": partial(get_problem, "truss2d"),
+    "mw7": partial(get_problem, "mw7"),
+    "zdt1": partial(get_problem, "zdt1"),
+    "zdt2": partial(get_problem, "zdt2"),
+    "zdt3": partial(get_problem, "zdt3"),
+    "dtlz2": partial(get_problem, "dtlz2", n_var=13, n_obj=4),
+    "dtlz7": partial(get_problem, "dtlz7", n_var=23, n_obj=4),
+}
