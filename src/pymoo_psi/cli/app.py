@@ -42,6 +42,13 @@ class ModelName(str, Enum):
     rolling = "rolling"
 
 
+class AssessedName(str, Enum):
+    """What ``compare`` measures of a run."""
+
+    evaluated = "evaluated"
+    returned = "returned"
+
+
 Jobs = Annotated[
     int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
 ]
@@ -167,6 +174,52 @@ def rank(
     from pymoo_psi.cli.rank import run_rank
 
     return run_rank(file, objectives or [], maximize or [], not no_normalize, out, top)
+
+
+@app.command()
+def compare(
+    problem: Annotated[
+        str,
+        typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute."),
+    ],
+    evaluations: Annotated[
+        str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
+    ] = "256,1024,4096",
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of an algorithm by chance.")] = 11,
+    algorithms: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,…",
+            help="Of psi, psi-scrambled, nsga3, psi+nsga3, nsga2, moead, ….",
+        ),
+    ] = "psi,psi-scrambled,nsga3,psi+nsga3",
+    assess: Annotated[
+        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
+    ] = AssessedName.evaluated,
+    reference: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.npz", help="Measure against the reference of another study."),
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write tables, figures and runs here; continues."),
+    ] = None,
+    mu: Annotated[float | None, typer.Option(help="chute: friction coefficient [0.2].")] = None,
+    c: Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")] = None,
+    r: Annotated[float | None, typer.Option(help="chute: radius [0.1].")] = None,
+    model: Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")] = None,
+) -> int:
+    """Compare PSI with NSGA-III and others on a problem at equal numbers of evaluations."""
+    from pymoo_psi.cli.compare import run_compare
+    from pymoo_psi.cli.problem import load_problem
+
+    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
+    options = {name: value for name, value in given.items() if value is not None}
+    return run_compare(
+        load_problem(problem, options, 1), evaluations=evaluations, seeds=seeds,
+        algorithms=algorithms, assess=assess.value, reference=reference, jobs=jobs, out=out,
+    )  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,7 +4,18 @@ from pymoo_psi.studies.comparison.comparing import compare
 from pymoo_psi.studies.comparison.comparison import Comparison
 from pymoo_psi.studies.comparison.contenders import DEFAULT_ALGORITHMS
 from pymoo_psi.studies.comparison.reference import Reference
+from pymoo_psi.studies.comparison.report import conclusions, report
 from pymoo_psi.studies.comparison.run import Run, Task
 from pymoo_psi.studies.comparison.statistics import INDICATORS
 
-__all__ = ["DEFAULT_ALGORITHMS", "INDICATORS", "Comparison", "Reference", "Run", "Task", "compare"]
+__all__ = [
+    "DEFAULT_ALGORITHMS",
+    "INDICATORS",
+    "Comparison",
+    "Reference",
+    "Run",
+    "Task",
+    "compare",
+    "conclusions",
+    "report",
+]

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi.arguments import boolean, broken_rule, integer, job_count, known_name
+from pymoo_psi.arguments import (
+    Received,
+    boolean,
+    broken_rule,
+    instance,
+    integer,
+    job_count,
+    known_name,
+)
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.host import design_space, require_problem
 from pymoo_psi.studies.comparison.comparison import Comparison
@@ -37,6 +45,7 @@ def compare(
     assess: str = "evaluated",
     reference_front: ArrayLike | None = None,
     polish: bool = True,
+    reference: Reference | None = None,
     folder: str | PathLike[str] | None = None,
     n_jobs: int = 1,
     progress: bool = False,
@@ -67,6 +76,8 @@ def compare(
         polish: Search the continuous Salukvadze optimum by :func:`pymoo_psi.refine`, which takes
             some hundred evaluations per variable; without, the best design of all runs stands for
             it.
+        reference: Measure against this one, such as ``Reference.load(path)``, and not against the
+            union of these runs; so some rows of a larger study can be repeated.
         folder: A folder in which every finished run is kept, as a file of its own; the same call
             continues after an interruption, and further budgets, seeds or algorithms add to it.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
@@ -103,6 +114,9 @@ def compare(
     seeds = _integers("seeds", count, minimum=0)
     assess = known_name("assess", assess, ASSESSED)
     polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
+    if reference is not None:
+        instance("reference", reference, Reference, "Reference.load(path) reads one")
+        _require_objectives(reference, problem)
     field = {contender.name: contender for contender in contenders(algorithms)}
     tasks = [
         Task(contender.name, budget, seed)
@@ -124,9 +138,17 @@ def compare(
         if bar is not None:
             bar.close()
     in_order = tuple(runs[task] for task in tasks)
-    reference = Reference.of(problem, in_order, reference_front, polish=polish)
+    if reference is None:
+        reference = Reference.of(problem, in_order, reference_front, polish=polish)
     measures = _measures(in_order, reference, assess, n_jobs)
     return Comparison(problem.name(), problem.n_obj, in_order, assess, reference, measures)
+
+
+def _require_objectives(reference: Reference, problem: Any) -> None:
+    m = reference.points.shape[1]
+    if m != problem.n_obj or len(reference.points) == 0:
+        rule = f"of {problem.n_obj} objectives, with one point or more"
+        raise broken_rule("reference", rule, Received(repr(reference)))
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.algorithms import refine
 from pymoo_psi.arguments import Received, broken_rule, objective_matrix
 from pymoo_psi.host import design_space
+from pymoo_psi.investigation.whole_file import whole_file
 from pymoo_psi.pareto import UtopianFrame, nondominated, rank_of_efficiency
 from pymoo_psi.pareto.indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
 from pymoo_psi.pareto.objectives import Objectives
@@ -27,6 +30,9 @@ REFERENCE_POINT = 1.1
 
 REFERENCE_SIZE = 1000
 """Points that the reference set is thinned to."""
+
+
+_STORED = ("points", "n_union", "optimum", "optimum_evaluations")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +59,11 @@ class Reference:
     n_union: int
     optimum: Array
     optimum_evaluations: int
+
+    def __repr__(self) -> str:
+        """Return the sizes."""
+        k, m = self.points.shape
+        return f"Reference({k} points of {self.n_union}, {m} objectives)"
 
     @classmethod
     def of(
@@ -81,6 +92,33 @@ class Reference:
         points = scaled[spread_subset(scaled, REFERENCE_SIZE)]
         optimum, spent = _optimum(problem, runs, F, frame, polish)
         return cls(frame, points, len(F), optimum, spent)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the reference, so that later runs can be measured against it."""
+        values = {
+            "ideal": self.frame.ideal,
+            "nadir": self.frame.nadir,
+            **{name: getattr(self, name) for name in _STORED},
+        }
+        with whole_file(path) as written, written.open("wb") as file:
+            np.savez_compressed(file, **values)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Reference:
+        """Read a reference that :meth:`save` wrote, bit for bit.
+
+        Raises:
+            ArgumentValueError: The file is no reference.
+            OSError: It cannot be read.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
+                points, n_union, optimum, spent = (stored[name] for name in _STORED)
+        except (KeyError, ValueError, BadZipFile) as error:
+            remedy = "Reference.save writes one"
+            raise broken_rule("reference", "a file with a reference", str(path), remedy) from error
+        return cls(frame, points, int(n_union), optimum, int(spent))
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` objectives in the scale: U is 0 and N is 1."""
