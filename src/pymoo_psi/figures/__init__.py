@@ -31,8 +31,41 @@ One-at-a-time section of the criteria
     :class:`Section`: :func:`section`, :func:`draw_section`.
 Whole pages
     :func:`table_page`, :func:`criteria_page`, :func:`section_page`.
+
+Of a :class:`~pymoo_psi.Comparison` of algorithms:
+
+Indicators of quality against evaluations
+    :class:`IndicatorCurves`: :func:`indicator_curves`, :func:`draw_indicator`,
+    :func:`indicators_page`.
+Fronts of the median runs
+    :class:`MedianFronts`: :func:`median_fronts`, :func:`draw_front`, :func:`fronts_page`.
+Empirical attainment surfaces, for two objectives
+    :class:`Attainment`: :func:`attainment`, :func:`draw_attainment`, :func:`attainment_page`.
+Time against quality
+    :class:`RunTimes`: :func:`run_times`, :func:`draw_times`, :func:`time_page`.
+All pages as files
+    :func:`save_comparison`.
 """
 
+from pymoo_psi.figures.comparison import (
+    Attainment,
+    IndicatorCurves,
+    MedianFronts,
+    RunTimes,
+    attainment,
+    attainment_page,
+    draw_attainment,
+    draw_front,
+    draw_indicator,
+    draw_times,
+    fronts_page,
+    indicator_curves,
+    indicators_page,
+    median_fronts,
+    run_times,
+    save_comparison,
+    time_page,
+)
 from pymoo_psi.figures.histograms import draw_histogram
 from pymoo_psi.figures.plane_axes import draw_plane
 from pymoo_psi.figures.planes import (
@@ -107,4 +140,22 @@ __all__ = [  # noqa: RUF022 - in the order of the figures
     "table_page",
     "criteria_page",
     "section_page",
+    # Of a comparison of algorithms
+    "IndicatorCurves",
+    "indicator_curves",
+    "draw_indicator",
+    "indicators_page",
+    "MedianFronts",
+    "median_fronts",
+    "draw_front",
+    "fronts_page",
+    "Attainment",
+    "attainment",
+    "draw_attainment",
+    "attainment_page",
+    "RunTimes",
+    "run_times",
+    "draw_times",
+    "time_page",
+    "save_comparison",
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from pymoo_psi.arguments import Received, broken_rule, integer, known_name
+from pymoo_psi.arguments import Received, broken_rule, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, trajectory
+from pymoo_psi.figures.files import save_pages
 from pymoo_psi.figures.pages import functions_page, motion_page, points_page, surfaces_page
 from pymoo_psi.figures.points import design_points, geometric_points, objective_points
 from pymoo_psi.figures.sensitivity import salukvadze_functions
@@ -101,20 +101,14 @@ def save_figures(
     Example:
         >>> from pymoo_psi.studies.paper import Reproduction, solve_case
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
+        >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     [path.name for path in save_figures(small, folder, dpi=20)][:2]
         ['figure_2.png', 'figure_3.png']
     """
-    dpi = integer("dpi", dpi, minimum=1)
-    target = Path(directory)
-    with tempfile.TemporaryDirectory(dir=target, prefix=".figures.") as folder:
-        ready = []
-        for number, figure in paper_figures(reproduction, model=model):
-            ready.append(Path(folder, f"figure_{number}.png"))
-            figure.savefig(ready[-1], dpi=dpi)
-        for path in ready:
-            os.replace(path, target / path.name)
-    return tuple(target / path.name for path in ready)
+    figures = paper_figures(reproduction, model=model)
+    pages = ((f"figure_{number}.png", figure) for number, figure in figures)
+    return save_pages(pages, directory, dpi)
 
 
 def _case(reproduction: Reproduction, model: str) -> Case:
