@@ -43,7 +43,11 @@ def test_solve_chute_by_psi(capsys, tmp_path):
     from pymoo.optimize import minimize
 
     result = minimize(VectorizedSphereChute(0.4, model="rolling"), PSI(256))
-    written = pd.read_csv(file).set_index("test_point").loc[result.opt.get("test_point")]
+    written = (
+        pd.read_csv(file, float_precision="round_trip")
+        .set_index("test_point")
+        .loc[result.opt.get("test_point")]
+    )
     np.testing.assert_array_equal(written[["f1", "f2", "f3", "f4"]], result.F)
     np.testing.assert_array_equal(written[["x1", "x2"]], result.X)
     assert written["rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()

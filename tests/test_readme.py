@@ -6,6 +6,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+import pymoo_psi
 from pymoo_psi.cli.app import app
 
 README = Path(__file__).parents[1] / "README.md"
@@ -32,6 +33,10 @@ def test_commands_and_options_are_real():
         known = CliRunner().invoke(app, [command, "--help"]).output
         for option in re.findall(r"--[a-z-]+", line):
             assert option in known, (command, option)
+
+
+def test_the_citation_is_of_this_version():
+    assert f"version = {{{pymoo_psi.__version__}}}" in README.read_text("utf-8")
 
 
 def test_there_are_two_commands_for_a_fresh_machine():

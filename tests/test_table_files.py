@@ -144,7 +144,9 @@ def test_columns_have_the_types_of_their_values():
 
 def test_pandas_reads_the_csv(tmp_path):
     EXAMPLE.to_csv(tmp_path / "t.csv")
-    frame = pd.read_csv(tmp_path / "t.csv", comment="#", index_col="test_point")
+    frame = pd.read_csv(
+        tmp_path / "t.csv", comment="#", index_col="test_point", float_precision="round_trip"
+    )
     expected = EXAMPLE.to_frame().replace({"broken": {"": np.nan}, "reason": {"": np.nan}})
     pd.testing.assert_frame_equal(frame, expected, check_dtype=False, rtol=1e-14)
 

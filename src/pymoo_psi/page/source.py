@@ -105,7 +105,9 @@ def _read_csv(path: str | PathLike[str]) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        frame = pd.read_csv(path, encoding="utf-8-sig", index_col=False)
+        frame = pd.read_csv(
+            path, encoding="utf-8-sig", index_col=False, float_precision="round_trip"
+        )
     except pd.errors.EmptyDataError:
         raise broken_rule(str(path), "a CSV with a header", Received("an empty file")) from None
     except (pd.errors.ParserError, UnicodeDecodeError) as error:

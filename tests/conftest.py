@@ -1,0 +1,13 @@
+"""What all tests share: examples without a time limit, and a report of what they ran on."""
+
+from importlib.metadata import version
+
+from hypothesis import settings
+
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
+
+
+def pytest_report_header():
+    names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "typer")
+    return " ".join(f"{name}-{version(name)}" for name in names)
