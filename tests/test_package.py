@@ -4,8 +4,8 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from importlib.metadata import entry_points, metadata, requires
-from importlib.resources import files
 
 import pytest
 
@@ -25,6 +25,19 @@ def loaded(code, modules):
 def test_no_public_name_brings_a_face():
     code = "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)"
     assert loaded(code, ("matplotlib.pyplot", "bokeh", "typer")) == "[]"
+
+
+def test_type_checkers_find_every_public_name(tmp_path):
+    """Under mypy's strict rules, which want names to be public explicitly, and a py.typed."""
+    names = [
+        f"from {module} import {name}"
+        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.figures", "pymoo_psi.page")
+        for name in import_module(module).__all__
+    ]
+    (tmp_path / "names.py").write_text("\n".join(names))
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "names.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
 
 
 def test_help_loads_nothing_heavy():
@@ -71,4 +84,3 @@ def test_metadata():
     assert about["Description-Content-Type"] == "text/markdown"
     (script,) = entry_points(group="console_scripts", name="pymoo-psi")
     assert script.value == "pymoo_psi.cli:run"
-    assert files("pymoo_psi").joinpath("py.typed").is_file()

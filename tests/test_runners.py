@@ -433,7 +433,7 @@ def test_a_problem_that_a_worker_cannot_load_is_said():
 # Whole programs
 
 PROGRAM = """
-import os, sys, time
+import os, signal, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import JoblibRunner
 import numpy as np
@@ -446,6 +446,7 @@ class Slow(ElementwiseProblem):  # in the main script, which has no guard
         time.sleep(SECONDS)
         out["F"] = x[0]
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
 print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
