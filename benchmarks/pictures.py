@@ -12,7 +12,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 from pymoo_psi import VectorizedSphereChute, investigate
-from pymoo_psi.page import save_page
+from pymoo_psi.page import decision_page
 
 PICTURE = Path(__file__).parent / "pictures" / "decision_page.png"
 NAMES = {
@@ -33,13 +33,12 @@ def main() -> None:
     switches = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         page_file = Path(folder, "page.html")
-        save_page(
+        decision_page(
             frame,
             ["time", "energy balance", "height", "speed"],
-            page_file,
             variables=["slope", "floor speed"],
             title="Sphere in the chute, μ = 0.4, full model, 4096 LPτ points",
-        )
+        ).save(page_file)
         browser = playwright.chromium.launch(executable_path=program, args=switches)
         page = browser.new_page(viewport={"width": 1366, "height": 768})
         page.goto(page_file.as_uri())

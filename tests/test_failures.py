@@ -27,7 +27,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.guard import FAILED
+from pymoo_psi.failures.guard import FAILED
 
 
 def values(x):

@@ -120,7 +120,7 @@ def test_a_foreign_file_is_refused_untouched(tmp_path):
 @pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])
 def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
     """Of a slow model no more is lost than what was being evaluated, here one design."""
-    monkeypatch.setattr("pymoo_psi.algorithms.evaluation._SECONDS", seconds)
+    monkeypatch.setattr("pymoo_psi.failures.evaluator._SECONDS", seconds)
     path = tmp_path / "s.db"
 
     class Impatient(Counted):

@@ -12,9 +12,9 @@ from pymoo.core.variable import Choice, Real
 from scipy import stats
 
 from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, rank_of_efficiency, robustness
+from pymoo_psi.deciding.uncertainty import scenarios
 from pymoo_psi.figures import draw_regret, draw_shares, robust_designs, robustness_page
 from pymoo_psi.pareto.robustness import rank_scenario, tally
-from pymoo_psi.uncertainty import scenarios
 
 
 class Beam(Problem):
@@ -303,6 +303,8 @@ def test_data_of_the_figure(result):
         robust_designs(result, labels=["a"])
     with pytest.raises(PsiError, match="top must be an integer >= 1"):
         robust_designs(result, top=0)
+    with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
+        robust_designs(result.to_frame())
 
 
 def test_shares_on_axes(result):

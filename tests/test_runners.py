@@ -2,14 +2,11 @@
 
 import copy
 import gc
-import itertools
-import math
 import os
 import pickle
 import signal
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 import warnings
@@ -17,8 +14,6 @@ import warnings
 import joblib
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.core.mixed import MixedVariableGA
@@ -29,10 +24,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError, WorkerError
-from pymoo_psi.runners.chunks import LONGEST_CHUNK, Cost, Overhead, chunk_size, worth_sending
-from pymoo_psi.runners.in_process import evaluate_while
-
-posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process groups")
+from tests.processes import gone, posix
 
 
 def model(**kwargs):
@@ -68,136 +60,6 @@ def designs(*first, n=40):
 
 def pids(problem, X):
     return set(problem.evaluate(X, return_as_dictionary=True)["pid"].astype(int).tolist())
-
-
-def gone(pid):
-    for _ in range(100):
-        try:
-            with open(f"/proc/{pid}/stat") as stat:
-                if stat.read().rpartition(")")[2].split()[0] == "Z":
-                    return True
-        except OSError:
-            return True
-        time.sleep(0.05)
-    return False
-
-
-# What is sent, on numbers
-
-
-@given(
-    n=st.integers(1, 5000),
-    workers=st.integers(1, 64),
-    cost=st.one_of(st.just(math.nan), st.floats(1e-9, 1e4)),
-)
-def test_chunks_use_up_the_designs_and_stay_in_their_bounds(n, workers, cost):
-    sizes, left = [], n
-    while left:
-        sizes.append(chunk_size(left, workers, cost))
-        assert 1 <= sizes[-1] <= left
-        left -= sizes[-1]
-    assert sum(sizes) == n
-    assert all(a >= b for a, b in itertools.pairwise(sizes)), "chunks never grow towards the end"
-    if not math.isnan(cost):
-        assert all(size == 1 or (size - 0.5) * cost <= LONGEST_CHUNK for size in sizes)
-
-
-@pytest.mark.parametrize(
-    ("n", "workers", "cost", "size"),
-    [
-        (1000, 2, 0.01, 10),  # a chunk lasts 0.1 s
-        (1000, 2, 1e-4, 250),  # all workers have work
-        (20, 2, 0.01, 5),  # the end is shared
-        (20, 2, 1e-4, 20),  # but not in crumbs
-        (1000, 2, 60.0, 1),
-        (1000, 2, math.nan, 1),  # unknown: one at a time
-    ],
-)
-def test_chunk_sizes(n, workers, cost, size):
-    assert chunk_size(n, workers, cost) == size
-
-
-def test_the_cost_is_the_median_and_one_slow_import_does_not_count():
-    cost = Cost()
-    assert math.isnan(cost.seconds)
-    assert not cost.known
-    for designs_, seconds in [(1, 0.9), (1, 0.001), (100, 0.1)]:
-        assert not cost.known
-        cost.add(designs_, seconds)
-    assert cost.known
-    assert cost.seconds == 0.001
-    for _ in range(3):  # the model has become slow
-        cost.add(1, 0.5)
-    assert cost.seconds == 0.5
-
-
-def test_a_first_design_of_minutes_is_believed():
-    cost = Cost()
-    cost.add(1, 60.0)
-    assert cost.known
-
-
-def test_the_overhead_is_the_least_of_the_last():
-    overhead = Overhead()
-    overhead.add(elapsed=1.5, busy=2.0, workers=2)
-    assert overhead.seconds == 0.01
-    for _ in range(5):
-        overhead.add(elapsed=1.5, busy=2.0, workers=2)
-    assert overhead.seconds == 0.5
-
-
-def test_cheap_designs_are_not_worth_sending():
-    assert not worth_sending(100, 1e-5, 2, 0.01)
-    assert worth_sending(100, 1e-2, 2, 0.01)
-    assert not worth_sending(100, 1e-2, 2, 0.3), "when sending takes longer than all of it"
-    assert not worth_sending(10**9, 60.0, 1, 0.0), "when there is one worker"
-
-
-class Clock:
-    """Time that passes only when a design is evaluated."""
-
-    def __init__(self, seconds):
-        self.now, self.seconds, self.looks = 0.0, seconds, 0
-
-    def __call__(self):
-        self.looks += 1
-        return self.now
-
-    def evaluate(self, design):
-        self.now += self.seconds
-        return {"F": design}
-
-
-def test_a_cheap_model_is_evaluated_here_with_few_looks_at_the_clock():
-    clock, cost = Clock(1e-6), Cost()
-    done = evaluate_while(clock.evaluate, list(range(5000)), cost, lambda left: False, clock)
-    assert [values["F"] for values in done] == list(range(5000))
-    assert cost.seconds == pytest.approx(1e-6)
-    assert clock.looks < 30
-
-
-def test_a_dear_model_is_left_after_three_designs():
-    clock, cost = Clock(0.01), Cost()
-    asked = []
-
-    def enough(left):
-        asked.append(left)
-        return cost.known and worth_sending(left, cost.seconds, 2, 0.01)
-
-    assert len(evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock)) == 3
-    assert asked == [100, 99, 98, 97]
-    assert evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock) == []
-
-
-def test_a_model_that_becomes_dear_is_noticed_within_a_call():
-    clock, cost = Clock(1e-5), Cost()
-    evaluate_while(clock.evaluate, list(range(1000)), cost, lambda left: False, clock)
-    clock.seconds = 0.01
-
-    def enough(left):
-        return worth_sending(left, cost.seconds, 2, 0.01)
-
-    assert 0 < len(evaluate_while(clock.evaluate, list(range(500)), cost, enough, clock)) <= 300
 
 
 # The contract, for every way of running
@@ -428,71 +290,6 @@ def test_a_problem_that_a_worker_cannot_load_is_said():
     absent = Absent()
     with pytest.raises(WorkerError, match="cannot load the problem: ModuleNotFoundError"):
         JoblibRunner(2, timeout=100.0)(lambda x: {"F": absent}, [1, 2])
-
-
-# Whole programs
-
-PROGRAM = """
-import os, signal, sys, time
-from pymoo.core.problem import ElementwiseProblem
-from pymoo_psi import JoblibRunner
-import numpy as np
-
-class Slow(ElementwiseProblem):  # in the main script, which has no guard
-    def __init__(self, **kwargs):
-        super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **kwargs)
-    def _evaluate(self, x, out, *args, **kwargs):
-        os.write(1, b"at %d\\n" % os.getpid())
-        time.sleep(SECONDS)
-        out["F"] = x[0]
-
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
-problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
-print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
-"""
-
-
-def program(seconds, options):
-    code = textwrap.dedent(PROGRAM).replace("SECONDS", str(seconds)).replace("OPTIONS", options)
-    return subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False", ""])
-def test_a_script_without_a_guard_runs_and_ends(options):
-    out, err = program(0.01, options).communicate(timeout=60)
-    assert out.splitlines()[-1] == "3.0", err
-    assert err == ""
-
-
-def test_a_script_that_ends_while_workers_start():
-    """Three designs are dear enough to start workers for the others, which are soon done here."""
-    out, err = program(0.03, "").communicate(timeout=60)
-    assert out.splitlines()[-1] == "3.0", err
-    assert err == ""
-
-
-@posix
-@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False"])
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["SIGINT", "SIGKILL"])
-def test_an_interrupted_program_leaves_no_workers(options, how):
-    if how == signal.SIGKILL and "timeout" not in options:
-        pytest.skip("joblib's own workers see a parent that was killed at their next task")
-    process = program(600, options)
-    try:
-        workers = [int(process.stdout.readline().split()[1]) for _ in range(2)]
-        os.kill(process.pid, how)  # as Ctrl-C would, but to the parent alone
-        process.communicate(timeout=60)
-    finally:
-        process.kill()
-        process.wait()
-    assert process.returncode != 0
-    assert all(gone(pid) for pid in workers)
 
 
 # A cluster

@@ -26,16 +26,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # "as" tells them that the names are public
     from pymoo_psi import chute as chute
-    from pymoo_psi.agreement import SelectorComparison as SelectorComparison
-    from pymoo_psi.agreement import compare_selectors as compare_selectors
     from pymoo_psi.algorithms import PSI as PSI
     from pymoo_psi.algorithms import investigate as investigate
     from pymoo_psi.algorithms import nsga3 as nsga3
     from pymoo_psi.algorithms import refine as refine
+    from pymoo_psi.deciding import CompromiseProgramming as CompromiseProgramming
+    from pymoo_psi.deciding import EfficientSubset as EfficientSubset
+    from pymoo_psi.deciding import McdmMethod as McdmMethod
+    from pymoo_psi.deciding import SalukvadzeOptimum as SalukvadzeOptimum
+    from pymoo_psi.deciding import SelectorComparison as SelectorComparison
+    from pymoo_psi.deciding import compare_selectors as compare_selectors
+    from pymoo_psi.deciding import robustness as robustness
     from pymoo_psi.errors import PsiError as PsiError
     from pymoo_psi.failures import FailureTolerant as FailureTolerant
     from pymoo_psi.investigation import TestTable as TestTable
-    from pymoo_psi.mcdm import McdmMethod as McdmMethod
     from pymoo_psi.pareto import EfficiencyRanking as EfficiencyRanking
     from pymoo_psi.pareto import Robustness as Robustness
     from pymoo_psi.pareto import rank_of_efficiency as rank_of_efficiency
@@ -44,11 +48,7 @@ if TYPE_CHECKING:  # "as" tells them that the names are public
     from pymoo_psi.runners import JoblibRunner as JoblibRunner
     from pymoo_psi.sampling import LPTauSampling as LPTauSampling
     from pymoo_psi.sampling import QMCSampling as QMCSampling
-    from pymoo_psi.selectors import CompromiseProgramming as CompromiseProgramming
-    from pymoo_psi.selectors import EfficientSubset as EfficientSubset
-    from pymoo_psi.selectors import SalukvadzeOptimum as SalukvadzeOptimum
     from pymoo_psi.sequences import lp_tau as lp_tau
-    from pymoo_psi.uncertainty import robustness as robustness
 
     __version__: str
 
@@ -67,16 +67,16 @@ _HOME = {
     "nsga3": "algorithms",
     "refine": "algorithms",
     # Decision-making
-    "CompromiseProgramming": "selectors",
+    "CompromiseProgramming": "deciding",
     "EfficiencyRanking": "pareto",
-    "EfficientSubset": "selectors",
-    "McdmMethod": "mcdm",
+    "EfficientSubset": "deciding",
+    "McdmMethod": "deciding",
     "Robustness": "pareto",
-    "SalukvadzeOptimum": "selectors",
-    "SelectorComparison": "agreement",
-    "compare_selectors": "agreement",
+    "SalukvadzeOptimum": "deciding",
+    "SelectorComparison": "deciding",
+    "compare_selectors": "deciding",
     "rank_of_efficiency": "pareto",
-    "robustness": "uncertainty",
+    "robustness": "deciding",
     # Running
     "FailureTolerant": "failures",
     "JoblibRunner": "runners",

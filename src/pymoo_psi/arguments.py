@@ -10,7 +10,7 @@ import difflib
 import math
 import numbers
 from collections.abc import Collection
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,7 @@ __all__ = [
     "broken_rule",
     "finite_array",
     "finite_number",
+    "instance",
     "integer",
     "job_count",
     "known_name",
@@ -31,6 +32,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Kind = TypeVar("Kind")
 
 
 def broken_rule(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
@@ -69,6 +71,15 @@ def job_count(name: str, value: object) -> int:
     if jobs == 0:
         raise broken_rule(name, "1 or more, or -1 for one per core", jobs)
     return jobs
+
+
+def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Kind:
+    """Return ``value``; it must be an object of a class."""
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        received = Received(type(value).__name__ if value is not None else "None")
+        raise ArgumentTypeError(_message(name, f"{article} {kind.__name__}", received, remedy))
+    return value
 
 
 def boolean(name: str, value: object) -> bool:

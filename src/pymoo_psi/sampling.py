@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
 from pymoo_psi.arguments import Received, boolean, broken_rule, integer, known_name
-from pymoo_psi.design_space import design_space
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.host import random_generator
+from pymoo_psi.host import design_space, random_generator
 from pymoo_psi.sequences import lp_tau
 
 __all__ = ["LPTauSampling", "QMCSampling", "UniformSampling", "require_uniform"]

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi.algorithms.evaluation import evaluate_guarded, failure_action, unguarded
+from pymoo_psi.algorithms.blocks import problem_layout
 from pymoo_psi.algorithms.memory import Memory, fingerprint
 from pymoo_psi.arguments import boolean, integer, known_name
-from pymoo_psi.design_space import DesignSpace, design_space, problem_layout
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.host import require_problem
+from pymoo_psi.failures import evaluate_guarded, failure_action, unguarded
+from pymoo_psi.host import DesignSpace, design_space, require_problem
 from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.layout import Limits
 from pymoo_psi.investigation.limits import limit_vector

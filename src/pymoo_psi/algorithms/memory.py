@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi.arguments import broken_rule, integer
-from pymoo_psi.design_space import DesignSpace
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.host import DesignSpace
 from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.study import Study
 from pymoo_psi.sampling import LPTauSampling, QMCSampling, UniformSampling

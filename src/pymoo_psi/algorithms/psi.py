@@ -17,12 +17,12 @@ from pymoo.core.termination import TerminateIfAny
 from pymoo.util.misc import termination_from_tuple
 from pymoo.util.optimum import filter_optimum
 
+from pymoo_psi.algorithms.blocks import problem_layout, recall, require_next, table_of_block
 from pymoo_psi.algorithms.display import PointsTested, PSIOutput
-from pymoo_psi.algorithms.evaluation import GuardedEvaluator, failure_action, unguarded
 from pymoo_psi.algorithms.memory import Memory, fingerprint
-from pymoo_psi.arguments import Received, broken_rule, integer
-from pymoo_psi.design_space import design_space, problem_layout
-from pymoo_psi.host import require_known_keywords, require_problem
+from pymoo_psi.arguments import integer
+from pymoo_psi.failures import GuardedEvaluator, failure_action, unguarded
+from pymoo_psi.host import design_space, require_known_keywords, require_problem
 from pymoo_psi.investigation import TestTable
 from pymoo_psi.investigation.layout import Limits
 from pymoo_psi.investigation.limits import limit_vector
@@ -164,7 +164,7 @@ class PSI(Algorithm):
 
     def keep(self, evaluated: Population) -> None:
         """Store evaluated designs of a block that is not finished yet."""
-        self.memory.keep(self._tested(evaluated))
+        self.memory.keep(table_of_block(evaluated, self.space, self.table.layout))
 
     def _initialize_infill(self) -> Population:
         return self._next_block()
@@ -181,21 +181,8 @@ class PSI(Algorithm):
         points = self._points[self.n_tested : self.n_tested + count]
         block = Population.new("X", self.space.designs(self.space.matrix(points)))
         block.set("test_point", np.arange(first, first + count))
-        self._remember(block, first, count)
+        recall(block, self.memory.recall(self.table.layout, first, count))
         return block
-
-    def _remember(self, block: Population, first: int, count: int) -> None:
-        """Give the designs that a study holds their values; pymoo then evaluates the others."""
-        stored = self.memory.recall(self.table.layout, first, count)
-        if len(stored) == 0:
-            return
-        known = block[stored.numbers - first]
-        reasons = [stored.reasons.get(number, "") for number in stored.numbers.tolist()]
-        known.set("F", stored.F, "G", stored.G, "H", stored.H, "failure", reasons)
-        for individual in known:
-            individual.evaluated.update("FGH")
-            if individual.get("failure"):
-                individual.CV = np.array([np.inf])
 
     def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
         self.pop = Population.empty()
@@ -204,8 +191,8 @@ class PSI(Algorithm):
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
         if infills is None:
             return False
-        self._require_next(infills)
-        block = self._tested(infills)
+        require_next(infills, self.first + self.n_tested)
+        block = table_of_block(infills, self.space, self.table.layout)
         self.memory.keep(block)
         rows = np.concatenate(
             [self._pareto, self.n_tested + np.flatnonzero(block.eligible(self.limits))]
@@ -219,44 +206,6 @@ class PSI(Algorithm):
             infills.set("CV", infills.get("CV") + excess)
         self.pop = Population.merge(self.pop, infills)
         return True
-
-    def _require_next(self, infills: Population) -> None:
-        """Refuse a block that does not continue where the last one ended."""
-        numbers = infills.get("test_point")
-        first = self.first + self.n_tested
-        if numbers.tolist() != list(range(first, first + len(numbers))):
-            raise broken_rule(
-                "infills",
-                f"the test points asked for, from number {first}, in their order",
-                Received(str(numbers.tolist())),
-                "tell the population that ask() returned",
-            )
-
-    def _tested(self, evaluated: Population) -> TestTable:
-        """Return evaluated designs as a table."""
-        sizes = {
-            "F": self.problem.n_obj,
-            "G": self.problem.n_ieq_constr,
-            "H": self.problem.n_eq_constr,
-        }
-        for name, size in sizes.items():
-            values = evaluated.get(name)
-            if values.shape != (len(evaluated), size):
-                raise broken_rule(
-                    f"{name} of infills",
-                    f"{size} values for each design",
-                    Received(f"an array of shape {values.shape}"),
-                    "evaluate the population before it is told",
-                )
-        numbers, X, failures = evaluated.get("test_point", "X", "failure")
-        reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
-        return TestTable.of(
-            numbers,
-            self.space.to_matrix(X),
-            *evaluated.get("F", "G", "H"),
-            reasons=reasons,
-            layout=self.table.layout,
-        )
 
     def _set_optimum(self) -> None:
         if len(self._pareto) == 0:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.arguments import Received, broken_rule, finite_array
-from pymoo_psi.design_space import design_space
-from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.host import require_problem
+from pymoo_psi.arguments import Received, broken_rule, finite_array, instance
+from pymoo_psi.host import design_space, require_problem
 from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.pareto.feasibility import competes, meets_constraints
 
 __all__ = ["Refinement", "refine"]
 
@@ -79,8 +78,7 @@ def refine(
     from scipy.optimize import minimize as scipy_minimize  # heavy to import
 
     require_problem(problem)
-    if not isinstance(ranking, EfficiencyRanking):
-        raise ArgumentTypeError(f"ranking must be an EfficiencyRanking, got {ranking!r:.80}")
+    ranking = instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
     space = design_space(problem, continuous=True)
     lower, upper = space.lower, space.upper
     start = finite_array("x0", x0)
@@ -123,8 +121,7 @@ def refine(
 def _distance(problem: Any, x: Array, ranking: EfficiencyRanking) -> float:
     """Return μ1 of a design; infinite where a constraint is broken or an objective not finite."""
     out = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-    feasible = (out["G"] <= 0).all() and (np.abs(out["H"]) <= 1e-4).all()  # pymoo's tolerance
-    if not feasible or not np.isfinite(out["F"]).all():
+    if not competes(out["F"], meets_constraints(out["G"], out["H"])):
         return float("inf")
     F = out["F"][None, :] * ranking.objectives.sign
     return float(ranking.frame.distances(F)[0, 0])

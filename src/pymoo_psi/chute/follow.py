@@ -11,14 +11,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi.chute.landing import land, near_exit
 from pymoo_psi.chute.slip import LONGEST, RULES, TINY, Array, Rule, advance, distance
 from pymoo_psi.errors import PsiError
 
 Mask = NDArray[np.bool_]
 
 PASSES = 200  # a bound that is never met: 3 to 5 do, some 20 next to theta = pi
-NEAR = 0.02  # (1 + tau) times the log time to the exit below which `_land` takes over
-FINE = 1e-5  # the same below which `_aim`, an expansion of third order, is exact to rounding
+# (1 + tau) times the log time to the exit below which `_aim`, an expansion of third order, is exact
+FINE = 1e-5
 GRIP = 1e-13  # slip is over when it would last less time than this
 STRAIGHT = 6e-9  # below this y/rho the direction theta = 0 differs from 0 by less than rounding
 ROLLS, SLIPS, STALLS = 0, 1, 2  # how the motion ends
@@ -70,10 +71,10 @@ def follow_slip(
         groups = zip(RULES, map(slice, cuts[:-1], cuts[1:]), strict=True)
         parts = [_advance(state[:, k], rho[k], q[k], step[k], rule) for rule, k in groups]
         _take_steps(state, parts, step, over)
-        near = _near(state)
+        near = near_exit(state)
         j = np.flatnonzero(near)
         last = state.take(j, axis=1, mode="clip")
-        _land(last)
+        land(last)
         end[:, ids[j]], how[ids[j]] = last[: H + 1], SLIPS
         j = np.flatnonzero(~near)
         if not j.size:
@@ -232,46 +233,3 @@ def _take_steps(state: Array, parts: list[tuple[Array, ...]], step: Array, over:
             new[j] = 0.0 if new is dt else old[j]
     t += dt
     state[VX : V + 1] = vx1, y1, h1, v1
-
-
-def _near(s: Array) -> Mask:
-    """Whether states are so near the exit that `_land` is exact."""
-    _, vx, y, h, v, b, tau, _, _ = s
-    ahead = np.abs(b * h)
-    near: Mask = (ahead * (1.0 + tau)) ** 2 < NEAR**2 * v * v * (vx * vx + y * y)
-    near &= ahead < 0.2 * v * v  # far from a stall
-    near &= vx > 0.0  # where `distance` cannot be short
-    return near
-
-
-def _land(s: Array) -> None:
-    """Move states next to the exit onto it, in place: one short step and one expansion.
-
-    Both aim by series of second order in the time to the exit.
-    """
-    t, vx, y, h, v, b, tau, invariant, _ = s
-    for last in (False, True):
-        rho = np.sqrt(vx * vx + y * y)
-        c, rate = vx / rho, b / rho
-        lead = tau - c
-        dt = h / v
-        bend = b * lead * dt
-        bend /= v
-        bend *= 0.5
-        dt *= 1.0 - bend * (1.0 - 2.0 * bend)
-        z = rate * dt
-        ds = z * (1.0 - 0.5 * (c * lead - 2.5) * z)
-        half_turn = 0.5 * (y / rho) ** 2 * lead * ds
-        if last:
-            t += dt
-            vx += b * (tau - 3.5 * (c + half_turn)) * dt
-            y *= np.exp(-2.5 * ds)
-            h[:] = 0.0
-        else:
-            q = ((rho - vx) / y) ** 2
-            step = (1.0 + c + half_turn) * ds
-            spent, slid, vx[:], y[:] = advance(vx, y, rho, q, b, tau, step, RULES[0])
-            push = invariant + b * tau * t
-            h -= ((push + 0.5 * b * tau * spent) * spent + 0.4 * slid) / 1.4
-            v[:] = (push + b * tau * spent + 0.4 * vx) / 1.4
-            t += spent

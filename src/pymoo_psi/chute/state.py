@@ -16,7 +16,7 @@ __all__ = ["Motion", "broadcast"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """What the sphere has done when it leaves the chute, one entry per design.
 
@@ -49,6 +49,13 @@ class Motion:
     plane_work: Array
     dissipation: Array
     reached: Array
+
+    def __repr__(self) -> str:
+        """Return how many designs there are and how they end."""
+        stall, slip = self.reached < 1, np.isnan(self.slip_end)
+        roll, slide = np.sum(~stall & ~slip), np.sum(~stall & slip)
+        ends = f"{roll} roll at the exit, {slide} slip, {np.sum(stall)} stall"
+        return f"Motion({self.u1.size} designs: {ends})"
 
 
 def broadcast(

@@ -19,7 +19,7 @@ __all__ = ["Trajectory", "trajectory"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """One sphere on its way under the full model.
 
@@ -49,6 +49,12 @@ class Trajectory:
     slipping: NDArray[np.bool_]
     slip_end: float
     slip_time: float
+
+    def __repr__(self) -> str:
+        """Return where the trajectory leads and where slip ends."""
+        way = f"{len(self.eta)} points to eta {self.eta[-1]:.4g} at time {self.time[-1]:.4g}"
+        slip = "to there" if np.isnan(self.slip_end) else f"until eta {self.slip_end:.4g}"
+        return f"Trajectory({way}, slipping {slip})"
 
 
 def trajectory(

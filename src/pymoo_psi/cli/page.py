@@ -9,7 +9,7 @@ import pandas as pd
 
 from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.cli.output import require_folder, say
-from pymoo_psi.page import save_page, table_from_file
+from pymoo_psi.page import decision_page, table_from_file
 
 __all__ = ["run_page"]
 
@@ -48,10 +48,9 @@ def run_page(
         found = table_from_file(prototype, objectives=table.objectives, variables=())
         known = found.frame.set_index(found.label) if found.label else found.frame
         known.index = known.index if found.label else pd.Index(["prototype"] * len(known))
-    save_page(
+    page = decision_page(
         table.frame,
         table.objectives,
-        out,
         variables=table.variables,
         maximize=_names(maximize) or [],
         units=_units(units),
@@ -60,6 +59,7 @@ def run_page(
         prototype=known,
         title=title or file.stem,
     )
+    page.save(out)
     say(f"{len(table.frame)} designs by {', '.join(table.objectives)}: open {out} in a browser")
     return 0
 

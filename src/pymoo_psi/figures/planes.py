@@ -8,14 +8,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.arguments import broken_rule
+from pymoo_psi.arguments import broken_rule, instance
 from pymoo_psi.figures.groups import BEYOND, FEASIBLE, GROUPS, INFEASIBLE, PARETO
 from pymoo_psi.investigation import Dependence, Prototype, TestTable
 from pymoo_psi.investigation.designs import column_kinds, values_in_order
 from pymoo_psi.investigation.layout import Key, Limits
 from pymoo_psi.investigation.limits import limit_vector
 
-__all__ = ["DesignPlane", "criteria_plane", "dependence_plane", "variable_plane"]
+__all__ = ["DesignPlane", "checked_table", "criteria_plane", "dependence_plane", "variable_plane"]
 
 Array = NDArray[np.float64]
 
@@ -119,6 +119,7 @@ def dependence_plane(dependence: Dependence) -> DesignPlane:
     Args:
         dependence: From :meth:`TestTable.dependence`.
     """
+    dependence = instance("dependence", dependence, Dependence, "take that of a TestTable")
     group = np.where(dependence.feasible, FEASIBLE, INFEASIBLE)
     group[dependence.pareto] = PARETO
     return _over_variable(dependence, group, None, (np.nan, np.nan), ())
@@ -138,14 +139,14 @@ def variable_plane(
     Raises:
         ArgumentValueError: The criterion, the variable or a limited criterion is not in the
             table, or a limit is NaN.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
         >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
         >>> variable_plane(table, "f1", "x1", limits={"f1": 1.5}).group.tolist()
         ['beyond the limits', 'Pareto optimal']
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     i, j = layout.objective(criterion), layout.variable(variable)
     box = float(layout.lower[j]), float(layout.upper[j])
     dependence = table.dependence(i, j, limits=limits)
@@ -167,9 +168,9 @@ def criteria_plane(
 
     Raises:
         ArgumentValueError: A criterion is not in the table, or a limit is NaN.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
     """
-    layout, prototype = table.layout, table.prototype
+    layout, prototype = checked_table(table).layout, table.prototype
     columns = [layout.objective(first), layout.objective(second)]
     bounds = limit_vector(limits, layout)
     group = _groups(table, limits)
@@ -187,6 +188,12 @@ def criteria_plane(
         prototype_name="" if prototype is None else prototype.name,
         not_drawn=int(np.sum(~drawn)),
     )
+
+
+def checked_table(table: object) -> TestTable:
+    """Return what is to be drawn; it must be a test table."""
+    remedy = "PSI and investigate give one, TestTable.of(...) makes one of arrays"
+    return instance("table", table, TestTable, remedy)
 
 
 def _groups(table: TestTable, limits: Limits | None) -> NDArray[np.str_]:

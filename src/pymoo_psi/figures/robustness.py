@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pymoo_psi.arguments import broken_rule, integer
+from pymoo_psi.arguments import broken_rule, instance, integer
 from pymoo_psi.figures.style import MARKERS, WIDTH, inches, on_axes, page_style
-
-if TYPE_CHECKING:
-    from pymoo_psi.pareto.robustness import Robustness
+from pymoo_psi.pareto.robustness import Robustness
 
 __all__ = [
     "RobustDesigns",
@@ -66,6 +63,7 @@ def robust_designs(
     Raises:
         ArgumentValueError: ``top`` is below 1, or the number of labels is not n.
     """
+    robustness = instance("robustness", robustness, Robustness, "robustness(...) gives one")
     n = len(robustness.optimum_share)
     if labels is not None and len(labels) != n:
         raise broken_rule("labels", f"{n} names", len(labels))

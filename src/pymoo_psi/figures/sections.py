@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.arguments import Received, boolean, broken_rule
 from pymoo_psi.figures.groups import draw_limit, legend_below, literal, view
+from pymoo_psi.figures.planes import checked_table
 from pymoo_psi.figures.style import CURVES, on_axes
 from pymoo_psi.investigation import TestTable
-from pymoo_psi.investigation.designs import column_kinds, design_row
+from pymoo_psi.investigation.box import design_of
+from pymoo_psi.investigation.designs import column_kinds
 from pymoo_psi.investigation.layout import Key, Layout, Limits
 from pymoo_psi.investigation.limits import limit_vector
 
@@ -88,10 +90,10 @@ def section(
         >>> section(table, 2, "x1", X, F=X.sum(axis=1, keepdims=True)).F.ravel()
         array([4., 6., 8.])
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     j = layout.variable(variable)
     own = not isinstance(design, (int, np.integer))
-    row = _design(table, design)
+    row = design_of(table, design)
     tests = TestTable.of(np.arange(1, np.shape(F)[0] + 1), X, F, G, H, layout=layout)
     kinds = column_kinds(np.vstack([tests.X, row]))
     if kinds[j] not in ("real", "integer"):
@@ -181,14 +183,3 @@ def draw_section(
         if legend:
             legend_below(axes)
     return axes  # type: ignore[no-any-return]
-
-
-def _design(table: TestTable, design: int | ArrayLike) -> NDArray[Any]:
-    if isinstance(design, (int, np.integer)):
-        rows = np.flatnonzero(table.numbers == design)
-        if len(rows) == 0:
-            raise broken_rule("design", "a tested point's number, or a design", int(design))
-        row: NDArray[Any] = table.X[rows[0]]
-        return row
-    kinds = column_kinds(table.X) if len(table) else ()
-    return design_row("design", design, table.layout.variables, kinds)

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 from matplotlib.figure import Figure
 
-from pymoo_psi.arguments import Received, broken_rule
+from pymoo_psi.arguments import Received, broken_rule, instance
 from pymoo_psi.figures.histograms import draw_histogram
 from pymoo_psi.figures.page_parts import blank_page, draw_small, heading, legends, share, small
-from pymoo_psi.figures.planes import criteria_plane, variable_plane
+from pymoo_psi.figures.planes import checked_table, criteria_plane, variable_plane
 from pymoo_psi.figures.sections import Section, draw_section
 from pymoo_psi.figures.style import page_style
 from pymoo_psi.investigation import TestTable
@@ -47,9 +47,9 @@ def table_page(
     Raises:
         ArgumentValueError: A variable or criterion is not in the table, there is no variable, or
             the margin is below 0.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     columns = _chosen(variables, layout.variables, layout.variable)
     rows = _chosen(criteria, layout.objectives, layout.objective)
     if not columns:
@@ -101,9 +101,9 @@ def criteria_page(
     Raises:
         ArgumentValueError: A criterion is not in the table, there are too few or too many, or the
             margin is below 0.
-        ArgumentTypeError: The limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
     """
-    layout = table.layout
+    layout = checked_table(table).layout
     chosen = _chosen(criteria, layout.objectives, layout.objective)
     if not 2 <= len(chosen) <= _MATRIX + 1:
         rule = f"from 2 to {_MATRIX + 1} to draw in pairs"
@@ -133,6 +133,7 @@ def section_page(curves: Section, *, title: str = "") -> Figure:
         curves: From :func:`section`.
         title: What is drawn; the design follows it.
     """
+    curves = instance("curves", curves, Section, "section(...) makes one")
     count = len(curves.layout.objectives)
     wide = min(count, 2)
     with page_style():

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.arguments import Received, broken_rule, finite_number, integer
 from pymoo_psi.investigation.designs import column_kinds, design_row
-from pymoo_psi.investigation.layout import Limits
+from pymoo_psi.investigation.judgement import JudgedRecords
+from pymoo_psi.investigation.layout import Key, Limits
+from pymoo_psi.investigation.records import Records
 
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
-
-__all__ = ["box_of_feasible_set", "section_points"]
+__all__ = ["box_of_feasible_set", "design_of", "section_of_table", "section_points"]
 
 Array = NDArray[np.float64]
 
@@ -63,8 +62,35 @@ def section_points(design: Any, variable: int, n: int, lower: float, upper: floa
     return points
 
 
+def section_of_table(
+    table: Records,
+    design: int | ArrayLike,
+    variable: Key,
+    n: int,
+    lower: float | None,
+    upper: float | None,
+) -> NDArray[Any]:
+    """Return the designs of a section of a table; see :meth:`TestTable.section_points`."""
+    j = table.layout.variable(variable)
+    start = float(table.layout.lower[j]) if lower is None else lower
+    end = float(table.layout.upper[j]) if upper is None else upper
+    return section_points(design_of(table, design), j, n, start, end)
+
+
+def design_of(table: Records, design: int | ArrayLike) -> NDArray[Any]:
+    """Return a design as ``(n_var,)`` a row, be it given so or by the number of its test point."""
+    if isinstance(design, (int, np.integer)):
+        rows = np.flatnonzero(table.numbers == design)
+        if len(rows) == 0:
+            raise broken_rule("design", "a tested point's number, or a design", int(design))
+        row: NDArray[Any] = table.X[rows[0]]
+        return row
+    kinds = column_kinds(table.X) if len(table) else ()
+    return design_row("design", design, table.layout.variables, kinds)
+
+
 def box_of_feasible_set(
-    table: TestTable, *, limits: Limits | None, margin: float
+    table: JudgedRecords, *, limits: Limits | None, margin: float
 ) -> tuple[Array, Array]:
     """Return the box of the feasible designs; see :meth:`TestTable.refined_bounds`."""
     margin = finite_number("margin", margin)

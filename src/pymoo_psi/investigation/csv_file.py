@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -27,17 +27,18 @@ from pymoo_psi.investigation.frames import (
     table_columns,
     table_of_columns,
 )
+from pymoo_psi.investigation.judgement import JudgedRecords
+from pymoo_psi.investigation.records import Records
 from pymoo_psi.investigation.whole_file import whole_file
 
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
+Table = TypeVar("Table", bound=Records)
 
 __all__ = ["read_csv", "write_csv"]
 
 _ROWS = 8192  # at a time, so that the memory for texts stays small
 
 
-def write_csv(table: TestTable, path: str | PathLike[str]) -> None:
+def write_csv(table: JudgedRecords, path: str | PathLike[str]) -> None:
     """Write a table whole or not at all; see :meth:`TestTable.to_csv`."""
     kinds = dict(zip(table.layout.variables, column_kinds(table.X), strict=True))
     columns = encoded(table_columns(table), kinds)
@@ -53,7 +54,7 @@ def write_csv(table: TestTable, path: str | PathLike[str]) -> None:
             writer.writerows(zip(*cells, strict=True))
 
 
-def read_csv(path: str | PathLike[str]) -> TestTable:
+def read_csv(path: str | PathLike[str], make: type[Table]) -> Table:
     """Read a table; see :meth:`TestTable.read_csv`."""
     try:
         with (
@@ -67,7 +68,7 @@ def read_csv(path: str | PathLike[str]) -> TestTable:
             columns = _parsed(path, reader, formats, places)
     except (UnicodeDecodeError, csv.Error) as error:
         raise damaged(path, f"it is no text in rows and columns: {error}") from None
-    return table_of_columns(path, head, columns)
+    return table_of_columns(path, head, columns, make)
 
 
 def _comment(line: str) -> str:

@@ -11,21 +11,22 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.investigation.constraints import broken_texts
 from pymoo_psi.investigation.designs import Kind, column_kinds
+from pymoo_psi.investigation.judgement import JudgedRecords
 from pymoo_psi.investigation.layout import Layout
-from pymoo_psi.investigation.limits import broken_texts
 from pymoo_psi.investigation.prototype import Prototype
+from pymoo_psi.investigation.records import Records
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pymoo_psi.investigation.table import TestTable
 
 __all__ = [
     "PARSERS",
@@ -39,6 +40,8 @@ __all__ = [
     "table_of_columns",
 ]
 
+Table = TypeVar("Table", bound=Records)
+
 _COLUMN_TYPES: dict[str, Any] = {"real": np.float64, "integer": np.int64, "boolean": np.bool_}
 FORMAT = 1  # of the files; a reader refuses a later one
 
@@ -48,7 +51,7 @@ def damaged(path: object, what: str) -> ArgumentValueError:
     return ArgumentValueError(f"{path} must be a file of a TestTable: {what}")
 
 
-def table_columns(table: TestTable) -> dict[str, NDArray[Any]]:
+def table_columns(table: JudgedRecords) -> dict[str, NDArray[Any]]:
     """Return the columns of a table by name, in the order of frame and file."""
     layout = table.layout
     columns: dict[str, NDArray[Any]] = {"test_point": table.numbers}
@@ -65,7 +68,7 @@ def table_columns(table: TestTable) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def table_frame(table: TestTable) -> pd.DataFrame:
+def table_frame(table: JudgedRecords) -> pd.DataFrame:
     """Return the table as a frame; see :meth:`TestTable.to_frame`."""
     import pandas as pd
 
@@ -87,7 +90,7 @@ def encoded(columns: dict[str, NDArray[Any]], kinds: Mapping[str, Kind]) -> dict
     return result
 
 
-def head_text(table: TestTable) -> str:
+def head_text(table: JudgedRecords) -> str:
     """Return what is not in the columns, as JSON in one line."""
     layout, prototype = table.layout, table.prototype
     head: dict[str, Any] = {
@@ -144,15 +147,13 @@ def column_formats(layout: Layout, kinds: Mapping[str, Kind]) -> dict[str, str]:
 
 
 def table_of_columns(
-    path: object, head: Mapping[str, Any], columns: Mapping[str, Any]
-) -> TestTable:
-    """Return the table of a head and the columns named in :func:`column_formats`.
+    path: object, head: Mapping[str, Any], columns: Mapping[str, Any], make: type[Table]
+) -> Table:
+    """Return the table, of a class, of a head and the columns of :func:`column_formats`.
 
     Raises:
         ArgumentValueError: The columns are no table; the message names the file.
     """
-    from pymoo_psi.investigation.table import TestTable
-
     layout: Layout = head["layout"]
     numbers = np.asarray(columns["test_point"])
     if len(numbers) != head["tests"]:
@@ -164,7 +165,7 @@ def table_of_columns(
     dtype = _COLUMN_TYPES.get(kinds.pop(), object) if len(kinds) == 1 else object
     status = np.array(list(columns["status"]), dtype=str)
     try:
-        return TestTable(
+        return make(
             layout,
             numbers if len(numbers) else np.zeros(0, dtype=np.int64),
             _block(columns, layout.variables, len(numbers), dtype),

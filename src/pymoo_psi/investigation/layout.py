@@ -18,8 +18,9 @@ from pymoo_psi.arguments import (
     real_array,
 )
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto.feasibility import EQ_TOLERANCE
 
-__all__ = ["EQ_TOLERANCE", "RESERVED", "Key", "Layout", "Limits", "is_writable"]
+__all__ = ["RESERVED", "Key", "Layout", "Limits", "is_writable"]
 
 Array = NDArray[np.float64]
 Key: TypeAlias = str | int
@@ -27,7 +28,6 @@ Key: TypeAlias = str | int
 Limits: TypeAlias = Mapping[str, float] | Mapping[int, float] | Mapping[str | int, float]
 """Limits on criteria, f_j <= limit: each for the name of a criterion, or its index from 0."""
 
-EQ_TOLERANCE = 1e-4  # pymoo's: an equality constraint is met where |h| <= 1e-4
 RESERVED = ("test_point", "status", "broken", "reason", "pareto")  # further columns of a frame
 
 

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.errors import ArgumentTypeError
-
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
+from pymoo_psi.investigation.records import Records
 
 __all__ = ["difference_of_tables", "merged"]
 
 Mask = NDArray[np.bool_]
+Table = TypeVar("Table", bound=Records)
 _BLOCKS = ("X", "F", "G", "H", "status")
 
 
-def merged(a: TestTable, b: TestTable) -> TestTable:
+def merged(a: Table, b: Table) -> Table:
     """Return the tests of both tables by number; see :meth:`TestTable.merge`."""
     if not isinstance(b, type(a)):
         raise ArgumentTypeError(f"other must be a TestTable, got {b!r:.80}")
@@ -44,7 +43,7 @@ def merged(a: TestTable, b: TestTable) -> TestTable:
     return _sorted(a.extended(b))
 
 
-def difference_of_tables(a: TestTable, b: TestTable) -> str:
+def difference_of_tables(a: Records, b: Records) -> str:
     """Say in what two tables differ first; empty if in nothing. NaN is equal to NaN."""
     difference = a.layout.difference(b.layout)
     if difference:
@@ -75,7 +74,7 @@ def same_cells(a: NDArray[Any], b: NDArray[Any]) -> Mask:
     return same
 
 
-def _prototype_difference(a: TestTable, b: TestTable) -> str:
+def _prototype_difference(a: Records, b: Records) -> str:
     if a.prototype is None or b.prototype is None or a.prototype.same_as(b.prototype):
         return ""
     return f"prototype {a.prototype.name!r} against {b.prototype.name!r} or its values"
@@ -90,7 +89,7 @@ def _refuse(number: int, block: str) -> None:
     )
 
 
-def _sorted(table: TestTable) -> TestTable:
+def _sorted(table: Table) -> Table:
     if (table.numbers[1:] > table.numbers[:-1]).all():
         return table
     return table.rows(np.argsort(table.numbers))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from importlib import import_module
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,17 +21,18 @@ from pymoo_psi.investigation.frames import (
     table_columns,
     table_of_columns,
 )
+from pymoo_psi.investigation.judgement import JudgedRecords
+from pymoo_psi.investigation.records import Records
 from pymoo_psi.investigation.whole_file import whole_file
 
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
+Table = TypeVar("Table", bound=Records)
 
 __all__ = ["read_parquet", "write_parquet"]
 
 _HEAD = "pymoo_psi"  # key of the head among the frame's attributes, which pandas keeps
 
 
-def write_parquet(table: TestTable, path: str | PathLike[str]) -> None:
+def write_parquet(table: JudgedRecords, path: str | PathLike[str]) -> None:
     """Write a table whole or not at all; see :meth:`TestTable.to_parquet`."""
     _require_pyarrow()
     import pandas as pd
@@ -43,7 +44,7 @@ def write_parquet(table: TestTable, path: str | PathLike[str]) -> None:
         frame.to_parquet(written, engine="pyarrow", index=False)
 
 
-def read_parquet(path: str | PathLike[str]) -> TestTable:
+def read_parquet(path: str | PathLike[str], make: type[Table]) -> Table:
     """Read a table; see :meth:`TestTable.read_parquet`."""
     _require_pyarrow()
     import pandas as pd
@@ -69,7 +70,7 @@ def read_parquet(path: str | PathLike[str]) -> TestTable:
         except (ValueError, TypeError):
             what = f"the column {name!r} holds other than {kind} values"
             raise damaged(path, what) from None
-    return table_of_columns(path, head, columns)
+    return table_of_columns(path, head, columns, make)
 
 
 _DTYPES: dict[str, Any] = {

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pymoo_psi.arguments import Received, broken_rule, finite_array, real_array
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.investigation.designs import column_kinds, design_row
+from pymoo_psi.investigation.designs import design_row
 from pymoo_psi.investigation.layout import Layout, is_writable
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from pymoo_psi.investigation.table import TestTable
-
-__all__ = ["Prototype", "comparison_with_prototype", "make_prototype"]
+__all__ = ["Prototype"]
 
 Array = NDArray[np.float64]
 
@@ -70,41 +65,3 @@ class Prototype:
             == [repr(v) for v in getattr(other, letter).tolist()]
             for letter in "xfgh"
         )
-
-
-def make_prototype(
-    table: TestTable, name: str, x: Any, f: ArrayLike, g: ArrayLike | None, h: ArrayLike | None
-) -> Prototype:
-    """Return the prototype; constraints that are not given are not known."""
-    layout, kinds = table.layout, column_kinds(table.X) if len(table) else ()
-    unknown_g, unknown_h = (
-        np.full(len(n), np.nan) for n in (layout.inequalities, layout.equalities)
-    )
-    values = (
-        real_array("f of the prototype", f),
-        unknown_g if g is None else real_array("g of the prototype", g),
-        unknown_h if h is None else real_array("h of the prototype", h),
-    )
-    x = design_row("x of the prototype", x, layout.variables, kinds)
-    return Prototype(name, x, *values).checked(layout)
-
-
-def comparison_with_prototype(table: TestTable, pareto: NDArray[np.bool_]) -> pd.DataFrame:
-    """Return what the Pareto-optimal designs gain on the prototype, the best first."""
-    import pandas as pd
-
-    if table.prototype is None:
-        raise broken_rule(
-            "the table", "one with a prototype", Received("none"), "give it by with_prototype(x, f)"
-        )
-    names, F = table.layout.objectives, table.F[pareto]
-    gain = table.prototype.f - F
-    better = (gain > 0).sum(axis=1)
-    dominates = (gain >= 0).all(axis=1) & (better > 0)
-    frame = pd.DataFrame(
-        F, columns=list(names), index=pd.Index(table.numbers[pareto], name="test_point")
-    )
-    frame[[f"gain_{name}" for name in names]] = gain
-    frame["better_in"], frame["dominates"] = better, dominates
-    frame["better_in_all"] = better == len(names)
-    return frame.iloc[np.lexsort((frame.index.to_numpy(), -better, ~dominates))]

@@ -12,8 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.arguments import Received, broken_rule, real_array
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.investigation.designs import design_matrix, joined_designs
-from pymoo_psi.investigation.layout import Layout, is_writable
+from pymoo_psi.investigation.entries import (
+    point_numbers,
+    reason_texts,
+    require_distinct,
+    widths,
+)
+from pymoo_psi.investigation.layout import Layout
 from pymoo_psi.investigation.prototype import Prototype
+from pymoo_psi.pareto.feasibility import breaks_constraints
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -43,17 +50,16 @@ class Records:
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
-        numbers = _test_points(self.numbers)
+        numbers = point_numbers(self.numbers)
         checked: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, self.layout.variables),
             "status": np.asarray(self.status, dtype=str),
-            "reasons": _texts(self.reasons),
+            "reasons": reason_texts(self.reasons),
         }
         for name in "FGH":
             checked[name] = np.array(real_array(name, getattr(self, name)), order="C")
-        widths = _widths(self.layout)
-        for name, width in widths.items():
+        for name, width in widths(self.layout).items():
             shape = (len(numbers), width)
             if checked[name].shape != shape:
                 found = Received(f"shape {checked[name].shape}")
@@ -127,14 +133,14 @@ class Records:
             >>> table.status.tolist()
             ['ok', 'infeasible']
         """
-        numbers = _test_points(numbers)
+        numbers = point_numbers(numbers)
         F = real_array("F", F)
         G, H = (np.zeros((len(numbers), 0)) if v is None else v for v in (G, H))
         G, H = real_array("G", G), real_array("H", H)
         if layout is None:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], _width(F), _width(G), _width(H))
-        given = _texts({} if reasons is None else reasons)
+        given = reason_texts({} if reasons is None else reasons)
         table = cls(layout, numbers, X, F, G, H, np.full(len(numbers), "failed"))
         failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
         lost = ~failed & ~np.isfinite(table.F).all(axis=1)
@@ -155,9 +161,18 @@ class Records:
                 first block it is extended by.
         """
         layout = Layout.of() if layout is None else layout
-        blocks = {name: np.zeros((0, width)) for name, width in _widths(layout).items()}
+        blocks = {name: np.zeros((0, width)) for name, width in widths(layout).items()}
         numbers, status = np.zeros(0, dtype=np.int64), np.zeros(0, dtype="<U10")
         return cls(layout, numbers, blocks["X"], blocks["F"], blocks["G"], blocks["H"], status)
+
+    def __repr__(self) -> str:
+        """Return the size of the table."""
+        counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
+        constraints = len(self.layout.constraints)
+        sizes = (
+            f"{self.X.shape[1]} variables, {self.F.shape[1]} criteria, {constraints} constraints"
+        )
+        return f"{type(self).__name__}({len(self)} tests: {counts}; {sizes})"
 
     def __len__(self) -> int:
         """Return the number of tested points."""
@@ -166,7 +181,7 @@ class Records:
     @property
     def broken_constraints(self) -> Mask:
         """``(n, n_ieq + n_eq)`` which constraints a design breaks; one that is NaN is broken."""
-        return np.hstack([~(self.G <= 0), ~(np.abs(self.H) <= self.layout.eq_tolerance)])
+        return breaks_constraints(self.G, self.H, self.layout.eq_tolerance)
 
     def extended(self, *blocks: Self) -> Self:
         """Return this table with the tests of others behind its own, in their order.
@@ -185,7 +200,7 @@ class Records:
             if difference:
                 raise broken_rule("block", "of the table's layout", Received(difference))
         numbers = np.concatenate([t.numbers for t in tables])
-        _require_distinct(numbers)
+        require_distinct(numbers)
         joined: dict[str, Any] = {
             name: np.concatenate([getattr(t, name) for t in tables]) for name in _BLOCKS[1:]
         }
@@ -216,7 +231,7 @@ class Records:
         except IndexError as error:
             rule = f"a mask or indices of {len(self)} rows"
             raise broken_rule("selection", rule, Received(error)) from error
-        _require_distinct(numbers)
+        require_distinct(numbers)
         cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
         kept = set(numbers.tolist()) if self.reasons else set()
         reasons = {n: text for n, text in self.reasons.items() if n in kept}
@@ -243,45 +258,5 @@ class Records:
             object.__setattr__(self, name, value)
 
 
-def _widths(layout: Layout) -> dict[str, int]:
-    groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
-    return {name: len(group) for name, group in zip("XFGH", groups, strict=True)}
-
-
 def _width(values: Array) -> int:
     return values.shape[1] if values.ndim == 2 else 0
-
-
-def _test_points(value: ArrayLike) -> NDArray[np.int64]:
-    array = np.asarray(value)
-    if array.size and array.dtype.kind not in "iu":
-        raise ArgumentTypeError(f"numbers must be integers from 1, got dtype {array.dtype}")
-    if array.ndim != 1:
-        raise broken_rule("numbers", "one-dimensional", Received(f"shape {array.shape}"))
-    numbers = np.array(array, dtype=np.int64)
-    if (numbers < 1).any():
-        raise broken_rule("numbers", "integers from 1", Received(str(numbers.min())))
-    _require_distinct(numbers)
-    return numbers
-
-
-def _require_distinct(numbers: NDArray[np.int64]) -> None:
-    if (numbers[1:] > numbers[:-1]).all():
-        return
-    values, counts = np.unique(numbers, return_counts=True)
-    if (counts > 1).any():
-        twice = Received(f"test point {values[counts > 1][0]} twice")
-        raise broken_rule("the test points of a table", "distinct", twice)
-
-
-def _texts(reasons: Mapping[int, str]) -> dict[int, str]:
-    if not isinstance(reasons, Mapping):
-        raise ArgumentTypeError(f"reasons must map test points to texts, got {reasons!r:.80}")
-    return {int(number): _readable(str(text)) for number, text in reasons.items()}
-
-
-def _readable(reason: str) -> str:
-    """Return a reason without what no file can hold; it is only to be read."""
-    if not is_writable(reason):
-        reason = reason.replace("\0", "␀").encode("utf-8", "backslashreplace").decode("utf-8")
-    return reason or "no reason given"

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.arguments import integer
 from pymoo_psi.investigation.designs import column_kinds, values_in_order
+from pymoo_psi.investigation.judgement import JudgedRecords
 from pymoo_psi.investigation.layout import Key, Limits
 from pymoo_psi.investigation.limits import limit_vector
-
-if TYPE_CHECKING:
-    from pymoo_psi.investigation.table import TestTable
 
 __all__ = ["Dependence", "Histogram", "dependence_on_variable", "histogram_of_variable"]
 
@@ -22,7 +20,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Histogram:
     """How many designs have a variable in each of k bins.
 
@@ -44,8 +42,15 @@ class Histogram:
     feasible: NDArray[np.int64]
     pareto: NDArray[np.int64]
 
+    def __repr__(self) -> str:
+        """Return what is counted."""
+        return (
+            f"Histogram({self.variable} in {len(self.tested)} bins: {self.tested.sum()} tested, "
+            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Dependence:
     """The tested designs seen in the plane of a variable and a criterion.
 
@@ -69,9 +74,16 @@ class Dependence:
     pareto: Mask
     limit: float
 
+    def __repr__(self) -> str:
+        """Return what depends on what, and how many designs show it."""
+        return (
+            f"Dependence({self.criterion} on {self.variable}: {len(self.f)} tested, "
+            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
+
 
 def histogram_of_variable(
-    table: TestTable, variable: Key, *, bins: int, limits: Limits | None
+    table: JudgedRecords, variable: Key, *, bins: int, limits: Limits | None
 ) -> Histogram:
     """Count designs over the range of a variable; see :meth:`TestTable.histogram`."""
     bins = integer("bins", bins, minimum=1)
@@ -92,7 +104,7 @@ def histogram_of_variable(
 
 
 def dependence_on_variable(
-    table: TestTable, criterion: Key, variable: Key, *, limits: Limits | None
+    table: JudgedRecords, criterion: Key, variable: Key, *, limits: Limits | None
 ) -> Dependence:
     """Project the designs onto a variable and a criterion; see :meth:`TestTable.dependence`."""
     layout = table.layout

@@ -15,32 +15,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.arguments import Received, broken_rule
-from pymoo_psi.investigation.box import box_of_feasible_set, section_points
-from pymoo_psi.investigation.csv_file import read_csv, write_csv
-from pymoo_psi.investigation.designs import column_kinds, design_row
-from pymoo_psi.investigation.frames import table_frame
-from pymoo_psi.investigation.layout import Key, Limits
-from pymoo_psi.investigation.limits import (
+from pymoo_psi.investigation.box import box_of_feasible_set, section_of_table
+from pymoo_psi.investigation.comparison import comparison_with_prototype, make_prototype
+from pymoo_psi.investigation.constraints import (
     broken_names,
     constraint_as_criterion,
     cost_of_constraints,
-    limit_vector,
-    within_limits,
 )
+from pymoo_psi.investigation.exchange import FiledRecords
+from pymoo_psi.investigation.layout import Key, Limits
 from pymoo_psi.investigation.merging import difference_of_tables, merged
-from pymoo_psi.investigation.parquet_file import read_parquet, write_parquet
-from pymoo_psi.investigation.prototype import comparison_with_prototype, make_prototype
-from pymoo_psi.investigation.records import STATUSES, Records
 from pymoo_psi.investigation.statistics import (
     Dependence,
     Histogram,
     dependence_on_variable,
     histogram_of_variable,
 )
-from pymoo_psi.pareto import EfficiencyRanking, nondominated
-from pymoo_psi.pareto.objectives import Objectives
-from pymoo_psi.pareto.ranking import ranking_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,11 +38,10 @@ if TYPE_CHECKING:
 __all__ = ["TestTable"]
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestTable(Records):
+class TestTable(FiledRecords):
     """Every tested point of an investigation, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
@@ -85,66 +74,6 @@ class TestTable(Records):
     """
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
-
-    def __repr__(self) -> str:
-        """Return the size of the table."""
-        counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
-        constraints = len(self.layout.constraints)
-        sizes = (
-            f"{self.X.shape[1]} variables, {self.F.shape[1]} criteria, {constraints} constraints"
-        )
-        return f"TestTable({len(self)} tests: {counts}; {sizes})"
-
-    # Sets of designs
-
-    def feasible(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are "ok" and keep the limits.
-
-        Raises:
-            ArgumentValueError: A criterion is not known, or a limit is NaN.
-            ArgumentTypeError: The limits are no mapping to numbers.
-        """
-        ok: Mask = self.status == "ok"
-        return ok & within_limits(self.F, limit_vector(limits, self.layout))
-
-    def eligible(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are feasible and have finite criteria, so that they compete."""
-        mask = self.feasible(limits)
-        mask &= np.isfinite(self.F).all(axis=1)
-        return mask
-
-    def pareto(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are Pareto optimal among the eligible ones."""
-        mask = self.eligible(limits)
-        if self.F.shape[1] > 0:  # without criteria no design is better than another
-            mask[mask] = nondominated(self.F[mask])
-        return mask
-
-    def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
-        """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
-
-        Returns:
-            The ranking of ``self.F[self.pareto(limits)]``, in that order, without another search
-            for the Pareto set.
-
-        Raises:
-            ArgumentValueError: There is no design to rank, or a limit does not fit.
-        """
-        front = self.F[self.pareto(limits)]
-        if len(front) == 0:
-            raise broken_rule("the table", "one with a feasible design", Received("none"))
-        known = np.ones(len(front), dtype=bool)
-        return ranking_of(Objectives.of(front), known, normalize=normalize)
-
-    def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
-        """Return the ordered test table of a criterion: the feasible designs, the best first.
-
-        It is a table again, for the next question, a frame or a file. Equal designs stay in the
-        order of testing; those whose criterion is NaN come last.
-        """
-        values = self.F[:, self.layout.objective(criterion)]
-        rows = np.flatnonzero(self.feasible(limits))
-        return self.rows(rows[np.argsort(values[rows], kind="stable")])
 
     # Constraints and limits
 
@@ -227,17 +156,7 @@ class TestTable(Records):
             ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
                 choice or a boolean.
         """
-        j = self.layout.variable(variable)
-        start = float(self.layout.lower[j]) if lower is None else lower
-        end = float(self.layout.upper[j]) if upper is None else upper
-        if isinstance(design, (int, np.integer)):
-            rows = np.flatnonzero(self.numbers == design)
-            if len(rows) == 0:
-                raise broken_rule("design", "a tested point's number, or a design", int(design))
-            return section_points(self.X[rows[0]], j, n, start, end)
-        kinds = column_kinds(self.X) if len(self) else ()
-        row = design_row("design", design, self.layout.variables, kinds)
-        return section_points(row, j, n, start, end)
+        return section_of_table(self, design, variable, n, lower, upper)
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
@@ -307,7 +226,7 @@ class TestTable(Records):
             2               1.0      1.0          2
             1               2.0     -1.0          1
         """
-        return comparison_with_prototype(self, self.pareto(limits))
+        return comparison_with_prototype(self, limits)
 
     # Tables of several runs
 
@@ -328,42 +247,6 @@ class TestTable(Records):
         """Say whether another table is the same in everything; NaN is equal to NaN."""
         return not difference_of_tables(self, other)
 
-    # Frames and files
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return the table with one row per test point.
-
-        Returns:
-            Index ``test_point``; a column for each variable, criterion and constraint under its
-            name; ``status``; ``broken``, the names of the constraints a design breaks;
-            ``reason``, why it failed; ``pareto``.
-        """
-        return table_frame(self)
-
-    def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; :meth:`read_csv` reads it back without a change.
-
-        The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
-        a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
-        them by ``pd.read_csv(path, comment="#", index_col="test_point")``, before pandas 3 with
-        ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
-        file as it was.
-        """
-        write_csv(self, path)
-
-    @staticmethod
-    def read_csv(path: str | PathLike[str]) -> TestTable:
-        """Read a table that :meth:`to_csv` wrote.
-
-        Rows may stand in any order, and further columns are not read; ``broken`` and ``pareto``
-        follow from the others.
-
-        Raises:
-            ArgumentValueError: The file is not such a table, or is damaged.
-            OSError: The file cannot be opened.
-        """
-        return read_csv(path)
-
     @staticmethod
     def read_study(path: str | PathLike[str]) -> TestTable:
         """Read the tests of a study file, by number; the file is not changed.
@@ -376,22 +259,3 @@ class TestTable(Records):
         from pymoo_psi.investigation.study import read_study  # which needs this module
 
         return read_study(path)
-
-    def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
-
-        Raises:
-            PsiError: pyarrow is not installed.
-        """
-        write_parquet(self, path)
-
-    @staticmethod
-    def read_parquet(path: str | PathLike[str]) -> TestTable:
-        """Read a table that :meth:`to_parquet` wrote.
-
-        Raises:
-            PsiError: pyarrow is not installed.
-            ArgumentValueError: The file is not such a table, or is damaged.
-            OSError: The file cannot be opened.
-        """
-        return read_parquet(path)

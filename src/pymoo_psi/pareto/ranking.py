@@ -38,7 +38,7 @@ RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
 """The columns that follow the objectives in the frame of a ranking."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EfficiencyRanking:
     """The ranking of the n rows of an objective matrix.
 
@@ -61,6 +61,16 @@ class EfficiencyRanking:
     frame: UtopianFrame
     salukvadze: NDArray[np.intp]
     objectives: Objectives
+
+    def __repr__(self) -> str:
+        """Return how much is ranked and which row is the best."""
+        n, m = self.objectives.values.shape
+        best = ", ".join(map(str, self.salukvadze[:3].tolist()))
+        more = ", …" if len(self.salukvadze) > 3 else ""
+        return (
+            f"EfficiencyRanking({n} designs by {m} objectives: {np.sum(self.pareto)} Pareto "
+            f"optimal, the best in row {best}{more})"
+        )
 
     @property
     def ideal(self) -> Array:

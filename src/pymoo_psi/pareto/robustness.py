@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.arguments import broken_rule
+from pymoo_psi.pareto.feasibility import competes
 from pymoo_psi.pareto.ranking import rank_of_efficiency
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> ScenarioRanki
         feasible: ``(n,)`` which designs are; one with an objective that is not finite is not.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
     """
-    feasible = feasible & np.isfinite(F).all(axis=1)
+    feasible = competes(F, feasible)
     rows = np.flatnonzero(feasible)
     pareto, optimum = np.zeros(len(F), dtype=bool), np.zeros(len(F), dtype=bool)
     rank, regret = np.zeros(len(F), dtype=np.int64), np.zeros(len(F))
@@ -68,7 +69,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> ScenarioRanki
     return ScenarioRanking(F, feasible, pareto, rank, optimum, regret)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robustness:
     """What becomes of n designs in S scenarios.
 
@@ -105,6 +106,15 @@ class Robustness:
     worst: Array
     mean_regret: Array
     worst_regret: Array
+
+    def __repr__(self) -> str:
+        """Return how much is compared and which row is the most robust."""
+        best = int(self.order[0])
+        return (
+            f"Robustness({len(self.optimum_share)} designs in {len(self.scenarios)} scenarios of "
+            f"{', '.join(self.parameters)}: row {best} is the optimum in "
+            f"{100 * self.optimum_share[best]:.3g} %)"
+        )
 
     @property
     def order(self) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""The study file as a database: all SQL of the package, and how its connections behave.
+"""The study file as a database: its tables and statements, and how its connections behave.
 
 The file is in WAL mode with full synchronisation. Every transaction is followed by a checkpoint
 that empties the log, so that what was committed lies in the file itself: a log that is lost or
@@ -27,12 +27,9 @@ __all__ = [
     "Head",
     "connected",
     "create",
-    "holder",
     "put_head",
-    "put_holder",
     "put_tests",
     "read",
-    "reserve",
     "stored_head",
     "stored_numbers",
     "stored_tests",
@@ -236,37 +233,3 @@ def stored_numbers(db: sqlite3.Connection) -> list[tuple[int, str]]:
 def put_tests(db: sqlite3.Connection, rows: Iterable[tuple[Any, ...]]) -> None:
     """Insert tests, or replace those with the same number."""
     db.executemany("INSERT OR REPLACE INTO tests VALUES (?, ?, ?, ?, ?, ?)", rows)
-
-
-# Statements on the lock of a study, a database for the sake of SQLite's locks
-
-
-def reserve(db: sqlite3.Connection) -> bool:
-    """Begin a transaction that only one connection can be in; say whether it is this one."""
-    db.execute("PRAGMA busy_timeout = 0")
-    try:
-        db.execute("BEGIN IMMEDIATE")
-    except sqlite3.OperationalError as error:
-        if "is locked" in str(error):
-            return False
-        raise
-    return True
-
-
-def holder(db: sqlite3.Connection) -> str | None:
-    """Return what the last one in the transaction said of itself, if anything."""
-    db.execute("PRAGMA busy_timeout = 1000")  # it may be writing just now
-    try:
-        row = db.execute("SELECT who FROM holder").fetchone()
-    except sqlite3.OperationalError:  # no such table yet, or just being written
-        return None
-    return None if row is None else str(row[0])
-
-
-def put_holder(db: sqlite3.Connection, who: str) -> None:
-    """Say who is in the transaction, and end it."""
-    db.execute("PRAGMA busy_timeout = 10000")  # others may be reading just now
-    db.execute("CREATE TABLE IF NOT EXISTS holder (who TEXT)")
-    db.execute("DELETE FROM holder")
-    db.execute("INSERT INTO holder VALUES (?)", (who,))
-    db.execute("COMMIT")

@@ -20,8 +20,9 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 
 from pymoo_psi.errors import StudyLockedError
-from pymoo_psi.investigation.study import database
+from pymoo_psi.investigation.study.database import connected
 from pymoo_psi.investigation.study.failures import translated
+from pymoo_psi.investigation.study.reservation import holder, put_holder, reserve
 
 __all__ = ["writing"]
 
@@ -117,14 +118,14 @@ def _attempt(lock: str) -> _Hold | str:
         descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
         db = hold = None
         try:
-            db = database.connected(lock, "mode=rwc", 0)
+            db = connected(lock, "mode=rwc", 0)
             while _is_ours(db, lock, descriptor):
-                if database.holder(db) == me:
+                if holder(db) == me:
                     hold = _Hold(db, descriptor)
                     return hold
-                database.put_holder(db, me)  # ends the transaction; is it still ours after that?
+                put_holder(db, me)  # ends the transaction; is it still ours after that?
             if not db.in_transaction:
-                return _described(database.holder(db))
+                return _described(holder(db))
         finally:
             if hold is None:
                 if db is not None:
@@ -134,7 +135,7 @@ def _attempt(lock: str) -> _Hold | str:
 
 def _is_ours(db: sqlite3.Connection, lock: str, descriptor: int) -> bool:
     """Say whether the connection gets the lock, and of the file that has the lock's name now."""
-    if not database.reserve(db):
+    if not reserve(db):
         return False
     with suppress(FileNotFoundError):
         return os.path.samestat(os.stat(lock), os.fstat(descriptor))

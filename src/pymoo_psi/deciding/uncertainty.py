@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.arguments import Received, boolean, broken_rule, integer, job_count
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.host import require_problem
-from pymoo_psi.investigation.layout import EQ_TOLERANCE
+from pymoo_psi.pareto.feasibility import meets_constraints
 from pymoo_psi.pareto.robustness import Robustness, ScenarioRanking, rank_scenario, tally
 from pymoo_psi.sequences import lp_tau
 
@@ -193,7 +193,7 @@ def _rank_in(
         shown = Received(f"{m} and {problem.n_obj}")
         raise broken_rule("make_problem", "of one number of objectives", shown)
     out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-    feasible = (out["G"] <= 0).all(axis=1) & (np.abs(out["H"]) <= EQ_TOLERANCE).all(axis=1)
+    feasible = meets_constraints(out["G"], out["H"])
     if keep_bounds and designs.ndim == 2:
         for bound, sign in ((problem.xl, 1), (problem.xu, -1)):
             if bound is not None:

@@ -12,9 +12,8 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.investigation import Layout
 
-__all__ = ["DesignSpace", "Variable", "design_space", "problem_layout"]
+__all__ = ["DesignSpace", "Variable", "design_space"]
 
 Array = NDArray[np.float64]
 
@@ -129,19 +128,6 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
         kinds = ", ".join(sorted({variable.kind for variable in space.variables}))
         raise ArgumentTypeError(f"{problem.name()} must have continuous variables, got {kinds}")
     return space
-
-
-def problem_layout(problem: Any, space: DesignSpace) -> Layout:
-    """Return the columns of the test table of a problem: names and bounds."""
-    discrete = np.array([variable.kind in ("binary", "choice") for variable in space.variables])
-    return Layout.of(
-        space.names,
-        problem.n_obj,
-        problem.n_ieq_constr,
-        problem.n_eq_constr,
-        lower=np.where(discrete, np.nan, space.lower),
-        upper=np.where(discrete, np.nan, space.upper),
-    )
 
 
 def _vector_space(problem: Any) -> DesignSpace:

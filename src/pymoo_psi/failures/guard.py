@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi.errors import EvaluationError
+from pymoo_psi.pareto.feasibility import meets_constraints
 from pymoo_psi.runners.outcome import Values, one_line
 
 __all__ = ["FAILED", "Guard", "columns"]
 
 FAILED = 1e10  # the violation of a failed design: above any other, and finite for sums and ratios
-
-_FEASIBLE_H = 1e-4  # pymoo's tolerance of equality constraints
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ class Guard:
         for name, size in zip("FGH", self.sizes, strict=True):
             row[name] = self._numbers(name, row.get(name, () if size == 0 else None), size)
         F, G, H = row["F"], row["G"], row["H"]
-        if np.isinf(F).any() and (G <= 0).all() and (np.abs(H) <= _FEASIBLE_H).all():
+        if np.isinf(F).any() and meets_constraints(G, H):
             raise _BadValues(f"F is {F.tolist()} though the design is feasible")
         row["G"] = np.append(G, 0.0)
         if "dG" in row:

@@ -22,7 +22,7 @@ __all__ = ["SelectorComparison", "compare_selectors"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SelectorComparison:
     """What k selectors choose from the same designs.
 
@@ -37,6 +37,15 @@ class SelectorComparison:
     chosen: Mapping[str, NDArray[np.intp]]
     ranking: EfficiencyRanking
     agreement: Array
+
+    def __repr__(self) -> str:
+        """Return how many choose from how many, and what most of them choose."""
+        votes = self.votes
+        best = int(votes.argmax())
+        return (
+            f"SelectorComparison({len(self.chosen)} selectors, {len(votes)} designs: row {best} is "
+            f"chosen most often, by {votes[best]})"
+        )
 
     @property
     def votes(self) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""What the package asks of pymoo, its host: checks before a run, and where releases differ."""
+"""What the package checks before it hands anything to pymoo, its host."""
 
 from __future__ import annotations
 
@@ -7,22 +7,11 @@ import inspect
 from collections.abc import Collection, Mapping
 from typing import Any
 
-import numpy as np
 from pymoo.core.problem import Problem
 
 from pymoo_psi.errors import ArgumentTypeError
 
-__all__ = ["random_generator", "require_known_keywords", "require_problem"]
-
-
-def random_generator(handed: np.random.Generator | None) -> np.random.Generator:
-    """Return the generator that pymoo hands to an operator, so that its seed decides.
-
-    Before 0.6.1.6 pymoo hands none, and seeds NumPy's global generator instead.
-    """
-    if handed is not None:
-        return handed
-    return np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002 - that global one
+__all__ = ["require_known_keywords", "require_problem"]
 
 
 def require_known_keywords(

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
 from pymoo_psi.arguments import Received, broken_rule, objective_matrix
+from pymoo_psi.deciding.selectors import checked_weights
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.selectors import checked_weights
 
 __all__ = ["McdmMethod"]
 

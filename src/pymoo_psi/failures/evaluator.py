@@ -1,85 +1,29 @@
-"""Evaluating designs some of which may fail."""
+"""pymoo's evaluator, guarded: a block is evaluated, and stored, in pieces; failures are kept."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
 from pymoo_psi.arguments import known_name
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.failures import FailureTolerant
+from pymoo_psi.failures.evaluation import evaluate_guarded
 
-__all__ = ["Evaluated", "GuardedEvaluator", "evaluate_guarded", "failure_action", "unguarded"]
-
-Array = NDArray[np.float64]
-
+__all__ = ["GuardedEvaluator", "failure_action"]
 
 _SECONDS = 2.0  # a piece of a block should take about so long
 _FIRST_PIECE = 16  # designs in the first piece that goes to several workers
 
 
-class Evaluated(NamedTuple):
-    """The values of n designs, and why those that failed did.
-
-    Attributes:
-        F: ``(n, m)`` objectives, infinite where a design failed.
-        G: ``(n, n_ieq)`` inequality constraints.
-        H: ``(n, n_eq)`` equality constraints.
-        reasons: n reasons, empty for a design that did not fail.
-    """
-
-    F: Array
-    G: Array
-    H: Array
-    reasons: list[str]
-
-
 def failure_action(name: str, value: object) -> str:
     """Return ``value``: ``"record"`` or ``"raise"``."""
     return known_name(name, value, ("record", "raise"))
-
-
-def unguarded(problem: Any) -> Any:
-    """Return the problem within a ``FailureTolerant``: PSI guards every problem itself."""
-    return problem.wrapped if isinstance(problem, FailureTolerant) else problem
-
-
-def evaluate_guarded(problem: Any, X: Any) -> Evaluated:
-    """Evaluate designs; one that raises, gives NaN or the wrong shape, or is lost, has failed.
-
-    Args:
-        problem: A pymoo problem.
-        X: n designs as the problem takes them.
-    """
-    if not problem.elementwise:
-        values = _sound_values(problem, X)
-        if values is not None:
-            return values
-    out = FailureTolerant(problem).evaluate(
-        X, return_values_of=["F", "G", "H", "failure"], return_as_dictionary=True
-    )
-    reasons = [str(reason) for reason in out["failure"]]
-    return Evaluated(out["F"], out["G"][:, :-1], out["H"], reasons)
-
-
-def _sound_values(problem: Any, X: Any) -> Evaluated | None:
-    """Evaluate a vectorised problem at once; ``None`` if a design may have failed."""
-    try:
-        out = problem.evaluate(X, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
-    except Exception:  # whose fault it is, the guarded evaluation will find
-        return None
-    infinite = ~np.isfinite(F).all(axis=1) & (G <= 0).all(axis=1)
-    if infinite.any() or any(np.isnan(values).any() for values in (F, G, H)):
-        return None
-    return Evaluated(F, G, H, [""] * len(F))
 
 
 class GuardedEvaluator(Evaluator):

@@ -9,11 +9,11 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from pymoo_psi.arguments import known_name
-from pymoo_psi.guard import FAILED, Guard, columns
+from pymoo_psi.failures.guard import Guard, columns
 from pymoo_psi.host import require_problem
 from pymoo_psi.runners.outcome import Values
 
-__all__ = ["FAILED", "Failure", "FailureTolerant"]
+__all__ = ["Failure", "FailureTolerant", "unguarded"]
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,11 @@ class FailureTolerant(Problem):
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         """Evaluate as pymoo's wrappers of problems do."""
         out.update(self.do(x, ["F", "G", "H"], *args, **kwargs))
+
+
+def unguarded(problem: Any) -> Any:
+    """Return the problem within a ``FailureTolerant``: PSI guards every problem itself."""
+    return problem.wrapped if isinstance(problem, FailureTolerant) else problem
 
 
 class _Guarded:

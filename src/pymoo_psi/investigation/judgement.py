@@ -1,0 +1,77 @@
+"""Which tests are feasible, which compete and which are Pareto optimal, under limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi.arguments import Received, broken_rule
+from pymoo_psi.investigation.layout import Key, Limits
+from pymoo_psi.investigation.limits import limit_vector, within_limits
+from pymoo_psi.investigation.records import Records
+from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto.feasibility import competes
+from pymoo_psi.pareto.objectives import Objectives
+from pymoo_psi.pareto.ranking import ranking_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+__all__ = ["JudgedRecords"]
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JudgedRecords(Records):
+    """Tested points with the sets of designs that limits on criteria leave."""
+
+    def feasible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are "ok" and keep the limits.
+
+        Raises:
+            ArgumentValueError: A criterion is not known, or a limit is NaN.
+            ArgumentTypeError: The limits are no mapping to numbers.
+        """
+        ok: Mask = self.status == "ok"
+        return ok & within_limits(self.F, limit_vector(limits, self.layout))
+
+    def eligible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are feasible and have finite criteria, so that they compete."""
+        return competes(self.F, self.feasible(limits))
+
+    def pareto(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are Pareto optimal among the eligible ones."""
+        mask = self.eligible(limits)
+        if self.F.shape[1] > 0:  # without criteria no design is better than another
+            mask[mask] = nondominated(self.F[mask])
+        return mask
+
+    def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
+        """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
+
+        Returns:
+            The ranking of ``self.F[self.pareto(limits)]``, in that order, without another search
+            for the Pareto set.
+
+        Raises:
+            ArgumentValueError: There is no design to rank, or a limit does not fit.
+        """
+        front = self.F[self.pareto(limits)]
+        if len(front) == 0:
+            raise broken_rule("the table", "one with a feasible design", Received("none"))
+        known = np.ones(len(front), dtype=bool)
+        return ranking_of(Objectives.of(front), known, normalize=normalize)
+
+    def sorted_by(self, criterion: Key, limits: Limits | None = None) -> Self:
+        """Return the ordered test table of a criterion: the feasible designs, the best first.
+
+        It is a table again, for the next question, a frame or a file. Equal designs stay in the
+        order of testing; those whose criterion is NaN come last.
+        """
+        values = self.F[:, self.layout.objective(criterion)]
+        rows = np.flatnonzero(self.feasible(limits))
+        return self.rows(rows[np.argsort(values[rows], kind="stable")])
