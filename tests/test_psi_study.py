@@ -17,6 +17,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     FailureTolerant,
+    JoblibRunner,
     PsiError,
     QMCSampling,
     SphereChute,
@@ -115,6 +116,21 @@ def test_a_foreign_file_is_refused_untouched(tmp_path):
     with pytest.raises(StudyCorruptError):
         run(Counted(), 16, path)
     assert path.read_text() == "f1,f2\n1,2\n"
+
+
+class Watched(JoblibRunner):
+    """A runner that notes how many designs it is given at a time."""
+
+    def __call__(self, f, X):
+        self.given = [*getattr(self, "given", []), len(X)]
+        return [f(x) for x in X]
+
+
+def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
+    monkeypatch.setattr("pymoo_psi.failures.evaluator._SECONDS", 0.0)  # every model is slow
+    problem = SphereChute(0.4, elementwise_runner=Watched(n_jobs=3))
+    run(problem, 16, tmp_path / "s.db")
+    assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
 
 
 @pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])

@@ -196,7 +196,11 @@ def test_frame():
         ([[1.0, 2.0], [3.0]], ValueError, "F must be a rectangular array of numbers"),
         ([["a", "b"]], TypeError, "F must be an array of real numbers, got dtype"),
         ([[1j, 2]], TypeError, "F must be an array of real numbers, got dtype complex128"),
-        (None, TypeError, "F must be an array of real numbers, got dtype object"),
+        (
+            None,
+            TypeError,
+            "F must be an array of real numbers, got dtype object; of a pymoo result, res.F",
+        ),
     ],
 )
 def test_bad_objectives(F, kind, message):

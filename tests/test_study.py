@@ -25,6 +25,7 @@ from pymoo_psi.errors import (
 )
 from pymoo_psi.investigation import Layout
 from pymoo_psi.investigation.study import Study, database, read_study
+from pymoo_psi.investigation.study.reservation import holder, put_holder, reserve
 from tests.studies import LAYOUT, PROBLEM, bits, block, contents, new_study
 
 
@@ -345,3 +346,26 @@ def test_the_hold_is_nested_shared_by_threads_and_let_go(study):
         assert Path(f"{study.path}-lock").exists()
     assert not Path(f"{study.path}-lock").exists()
     assert len(study.table()) == 4
+
+
+def test_a_lock_has_no_journal_beside_it(tmp_path):
+    """SQLite finds a journal by name. A lock whose file was removed would roll back, and delete,
+    that of the file which has the name now."""
+    path = tmp_path / "s.db-lock"
+    with closing(database.connected(str(path), "mode=rwc", 0)) as db:
+        assert reserve(db)
+        db.execute("CREATE TABLE what_is_written (x)")
+        assert db.in_transaction
+        assert [file.name for file in tmp_path.iterdir()] == ["s.db-lock"]
+
+
+def test_what_a_lock_says_is_written_at_once(tmp_path):
+    """One page is written whole, so that being killed meanwhile leaves no half of it."""
+    path = tmp_path / "s.db-lock"
+    with closing(database.connected(str(path), "mode=rwc", 0)) as db:
+        for who in ("first", "it's me " * 40):
+            assert reserve(db)
+            put_holder(db, who)
+            assert holder(db) == who
+            assert db.execute("PRAGMA page_count").fetchone() == (1,)
+    assert [file.name for file in tmp_path.iterdir()] == ["s.db-lock"]

@@ -11,6 +11,8 @@ Decision-making
     :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
     :class:`McdmMethod`; :func:`compare_selectors` and its :class:`SelectorComparison`;
     :func:`robustness` and its :class:`Robustness`.
+Comparison
+    :func:`compare` of PSI with NSGA-III and others, and its :class:`Comparison`.
 Running
     :class:`JoblibRunner`, :class:`FailureTolerant`.
 Errors
@@ -49,6 +51,8 @@ if TYPE_CHECKING:  # "as" tells them that the names are public
     from pymoo_psi.sampling import LPTauSampling as LPTauSampling
     from pymoo_psi.sampling import QMCSampling as QMCSampling
     from pymoo_psi.sequences import lp_tau as lp_tau
+    from pymoo_psi.studies.comparison import Comparison as Comparison
+    from pymoo_psi.studies.comparison import compare as compare
 
     __version__: str
 
@@ -77,6 +81,9 @@ _HOME = {
     "compare_selectors": "deciding",
     "rank_of_efficiency": "pareto",
     "robustness": "deciding",
+    # Comparison
+    "Comparison": "studies.comparison",
+    "compare": "studies.comparison",
     # Running
     "FailureTolerant": "failures",
     "JoblibRunner": "runners",

@@ -121,7 +121,7 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
     return value
 
 
-def real_array(name: str, value: ArrayLike) -> Array:
+def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a new or shared float64 array; text and objects are refused."""
     try:
         array = np.asarray(value)
@@ -131,7 +131,7 @@ def real_array(name: str, value: ArrayLike) -> Array:
         ) from error
     if array.dtype.kind not in "fiub":
         raise ArgumentTypeError(
-            _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"))
+            _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"), remedy)
         )
     return array.astype(np.float64, copy=False)
 
@@ -149,7 +149,7 @@ def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
 
 def objective_matrix(name: str, value: Any) -> Array:
     """Return an ``(n, m)`` float64 array of finite objective values with n, m >= 1."""
-    array = real_array(name, value)
+    array = real_array(name, value, "of a pymoo result, res.F, unless that is None")
     shape = Received(f"an array of shape {array.shape}")
     if array.ndim != 2:
         raise broken_rule(

@@ -9,6 +9,7 @@ __all__ = [
     "ArgumentValueError",
     "EvaluationError",
     "PsiError",
+    "RunError",
     "StudyAccessError",
     "StudyCorruptError",
     "StudyError",
@@ -20,31 +21,106 @@ __all__ = [
 
 
 class PsiError(Exception):
-    """Base class of every error raised on purpose by ``pymoo_psi``."""
+    """Base class of every error raised on purpose by ``pymoo_psi``.
+
+    Example:
+        >>> from pymoo_psi import lp_tau
+        >>> try:
+        ...     lp_tau(4, 60)
+        ... except PsiError as error:
+        ...     print(error)
+        n_dim must be at most 51 for LPτ, got 60; use QMCSampling, whose engines have no such limit
+    """
 
 
 class ArgumentValueError(PsiError, ValueError):
-    """An argument has the right type but a value that breaks a rule."""
+    """An argument has the right type but a value that breaks a rule.
+
+    Example:
+        >>> from pymoo_psi import lp_tau
+        >>> lp_tau(-1, 2)
+        Traceback (most recent call last):
+        pymoo_psi.errors.ArgumentValueError: n_points must be an integer >= 0, got -1
+    """
 
 
 class ArgumentTypeError(PsiError, TypeError):
-    """An argument has a type that cannot be used."""
+    """An argument has a type that cannot be used.
+
+    Example:
+        >>> from pymoo_psi import lp_tau
+        >>> lp_tau(2.5, 2)
+        Traceback (most recent call last):
+        pymoo_psi.errors.ArgumentTypeError: n_points must be an integer >= 0, got 2.5
+    """
 
 
 class StudyError(PsiError):
-    """A study file cannot be used as asked; what is stored in it is as it was."""
+    """A study file cannot be used as asked; what is stored in it is as it was.
+
+    Example:
+        Whatever is wrong with a study, a damaged file or another problem's, it is caught so:
+
+        >>> from pymoo_psi import TestTable
+        >>> try:
+        ...     TestTable.read_study("absent.db")
+        ... except StudyError as error:
+        ...     print("no study:", error)
+        no study: study ...absent.db does not exist; check the name
+    """
 
 
 class StudyMismatchError(StudyError):
-    """The study file belongs to another problem."""
+    """The study file belongs to another problem.
+
+    Example:
+        >>> import os, tempfile
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     study = os.path.join(folder, "chute.db")
+        ...     table = investigate(VectorizedSphereChute(mu=0.2), 8, study=study)
+        ...     try:
+        ...         investigate(VectorizedSphereChute(mu=0.4), 8, study=study)
+        ...     except StudyMismatchError as error:
+        ...         print("mu" in str(error))
+        True
+    """
 
 
 class StudyCorruptError(StudyError):
-    """The file is damaged, or is not a study file; it is left untouched."""
+    """The file is damaged, or is not a study file; it is left untouched.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> from pymoo_psi import TestTable
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder, "notes.db")
+        ...     size = path.write_text("no study at all")
+        ...     try:
+        ...         TestTable.read_study(path)
+        ...     except StudyCorruptError:
+        ...         print(path.read_text())
+        no study at all
+    """
 
 
 class StudyVersionError(StudyError):
-    """The study file was written by a later version of the package."""
+    """The study file was written by a later version of the package.
+
+    Example:
+        >>> import contextlib, os, sqlite3, tempfile
+        >>> from pymoo_psi import TestTable
+        >>> later = "PRAGMA application_id = 0x50534931; PRAGMA user_version = 99;"
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = os.path.join(folder, "chute.db")
+        ...     with contextlib.closing(sqlite3.connect(path)) as file:
+        ...         done = file.executescript(later + "CREATE TABLE t (x);")
+        ...     try:
+        ...         TestTable.read_study(path)
+        ...     except StudyVersionError as error:
+        ...         print(error)
+        study ...chute.db has format 99, but this version of pymoo-psi knows formats up to ...
+    """
 
 
 class StudyLockedError(StudyError):
@@ -52,7 +128,16 @@ class StudyLockedError(StudyError):
 
 
 class StudyAccessError(StudyError, OSError):
-    """The study file is not there, or cannot be read or written: rights, a full disk."""
+    """The study file is not there, or cannot be read or written: rights, a full disk.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> try:
+        ...     TestTable.read_study("absent.db")
+        ... except OSError as error:
+        ...     print(type(error).__name__)
+        StudyAccessError
+    """
 
 
 class EvaluationError(PsiError, RuntimeError):
@@ -63,6 +148,18 @@ class EvaluationError(PsiError, RuntimeError):
         reason: Why, as one line.
         original: What the model raised, if it did and if it can travel between processes.
         trace: The traceback in the process of the evaluation, if that was another one.
+
+    Example:
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from pymoo_psi import PSI
+        >>> def model(x):
+        ...     raise ArithmeticError("no convergence")
+        >>> try:
+        ...     minimize(FunctionalProblem(1, [model], xl=0, xu=1), PSI(4, on_failure="raise"))
+        ... except EvaluationError as error:
+        ...     print(error.design, error.reason)
+        [0.] ArithmeticError: no convergence
     """
 
     def __init__(
@@ -77,7 +174,7 @@ class EvaluationError(PsiError, RuntimeError):
             shown = f"{shown[:197]}..."
         super().__init__(
             f"design {shown} cannot be evaluated: {reason}; "
-            "FailureTolerant(problem) records such designs and goes on"
+            "FailureTolerant(problem), or PSI with on_failure='record', keeps them and goes on"
         )
         self.design = design
         self.reason = reason
@@ -89,5 +186,34 @@ class EvaluationError(PsiError, RuntimeError):
         return type(self), (self.design, self.reason, self.original, self.trace)
 
 
+class RunError(PsiError, RuntimeError):
+    """A run of a comparison ended in an error of the algorithm or of the problem."""
+
+    def __init__(self, run: str, reason: str) -> None:
+        super().__init__(
+            f"the run of {run} ended in {reason}; FailureTolerant(problem) goes on where designs "
+            "fail, and an algorithm that does not suit the problem is left out of algorithms"
+        )
+        self.run, self.reason = run, reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments of the constructor, not by the message."""
+        return type(self), (self.run, self.reason)
+
+
 class WorkerError(PsiError, RuntimeError):
-    """Worker processes cannot be used: the problem does not travel, or they do not start."""
+    """Worker processes cannot be used: the problem does not travel, or they do not start.
+
+    Example:
+        >>> import threading
+        >>> from pymoo_psi import JoblibRunner
+        >>> lock = threading.Lock()
+        >>> def model(x):
+        ...     with lock:
+        ...         return {"F": [0.0]}
+        >>> try:
+        ...     JoblibRunner(timeout=60)(model, [[0.5]])
+        ... except WorkerError as error:
+        ...     print(error)
+        the problem cannot be sent to worker processes: ...keep open files, locks and connections...
+    """

@@ -72,7 +72,10 @@ class LPTauSampling(UniformSampling):
 
     Example:
         >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+        >>> from pymoo_psi import SphereChute
         >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
+        >>> LPTauSampling().do(SphereChute(mu=0.4), 2).get("X")  # corner, centre
+        array([[0.  , 0.1 ], [0.7 , 3.05]])
     """
 
     def __init__(self, *, first: int = 1) -> None:
@@ -82,7 +85,12 @@ class LPTauSampling(UniformSampling):
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:
-        """Return consecutive LPτ points; ``first`` counts from the operator's own first."""
+        """Return consecutive LPτ points; ``first`` counts from the operator's own first.
+
+        Example:
+            >>> LPTauSampling(first=2).unit_points(2, 2)
+            array([[0.5 , 0.5 ], [0.25, 0.75]])
+        """
         return lp_tau(n_points, n_dim, first=self.first + first - 1)
 
 
@@ -113,7 +121,12 @@ class QMCSampling(UniformSampling):
 
     @property
     def randomised(self) -> bool:
-        """Whether the points depend on a seed."""
+        """Whether the points depend on a seed.
+
+        Example:
+            >>> QMCSampling("halton").randomised, QMCSampling("halton", scramble=False).randomised
+            (True, False)
+        """
         return self.scramble or self.engine not in ("sobol", "halton")
 
     def unit_points(
@@ -123,6 +136,10 @@ class QMCSampling(UniformSampling):
 
         Only the sequences of Sobol' and Halton can be continued; the points of the other engines
         depend on how many there are, so that ``first`` must be 1.
+
+        Example:
+            >>> QMCSampling("sobol", scramble=False).unit_points(1, 2, first=2)
+            array([[0.5, 0.5]])
         """
         if first > 1 and self.engine not in ("sobol", "halton"):
             raise broken_rule(

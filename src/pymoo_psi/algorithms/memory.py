@@ -17,7 +17,7 @@ from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.study import Study
 from pymoo_psi.sampling import LPTauSampling, QMCSampling, UniformSampling
 
-__all__ = ["Memory", "fingerprint", "points_to_retry"]
+__all__ = ["Memory", "fingerprint", "points_to_retry", "problem_identity"]
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,15 @@ def fingerprint(
     A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
     with its parameters; the user adds a key.
     """
+    return {
+        **problem_identity(problem, space),
+        "sampling": _sampling_name(sampling, n_points, seed),
+        "key": key,
+    }
+
+
+def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
+    """Return what is known of a problem without its bounds, as plain values."""
     own = getattr(problem, "fingerprint", None)
     return {
         "problem": problem.name(),
@@ -87,9 +96,7 @@ def fingerprint(
         "objectives": problem.n_obj,
         "inequality constraints": problem.n_ieq_constr,
         "equality constraints": problem.n_eq_constr,
-        "sampling": _sampling_name(sampling, n_points, seed),
         "parameters": own() if callable(own) else {},
-        "key": key,
     }
 
 

@@ -11,6 +11,7 @@ from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.core.termination import NoTermination
 from pymoo.util.ref_dirs import get_reference_directions
 
+from pymoo_psi.algorithms.budget import population_size, run_within_budget
 from pymoo_psi.arguments import broken_rule, integer
 from pymoo_psi.host import require_known_keywords, require_problem
 
@@ -54,28 +55,12 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
             problem.n_obj,
             "use one of pymoo's single-objective algorithms",
         )
-    size = max(problem.n_obj, math.ceil(1.5 * math.sqrt(budget)))
+    size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
-
-    # A termination is asked only after a generation, so the budget is kept here.
     kwargs.setdefault("termination", NoTermination())
-    algorithm = NSGA3(seed=seed, **kwargs)
-    algorithm.setup(problem, **shown)
-    while algorithm.has_next():
-        left = budget - algorithm.evaluator.n_eval
-        infills = algorithm.infill()
-        if infills is None or left == 0:
-            break
-        infills = infills[:left]
-        algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
-        if left == len(infills):
-            algorithm.termination.terminate()
-        algorithm.advance(infills=infills)
-    result = algorithm.result()
-    result.algorithm = algorithm
-    return result
+    return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
 
 
 def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:

@@ -120,7 +120,14 @@ class PSI(Algorithm):
 
     @property
     def n_tested(self) -> int:
-        """How many points are tested so far."""
+        """How many points are tested so far.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import SphereChute
+            >>> minimize(SphereChute(), PSI(8)).algorithm.n_tested
+            8
+        """
         return len(self.table)
 
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
@@ -159,7 +166,12 @@ class PSI(Algorithm):
 
     @property
     def remembers(self) -> bool:
-        """Whether there is a study."""
+        """Whether there is a study.
+
+        Example:
+            >>> PSI(8).remembers, PSI(8, study="chute.db").remembers  # the file is made by a run
+            (False, True)
+        """
         return self.memory.study is not None
 
     def keep(self, evaluated: Population) -> None:

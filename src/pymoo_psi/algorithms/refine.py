@@ -31,6 +31,20 @@ class Refinement:
         start: ``(n_var,)`` the design it started from.
         start_distance: The distance μ1 of that one: how far the best test point was from U.
         n_evaluations: Evaluations spent.
+
+    Example:
+        The nearest of 64 points is a little off the optimum of x² and (x − 2)², which is at x = 1.
+
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from pymoo_psi import PSI, rank_of_efficiency
+        >>> squares = [lambda x: x[0] ** 2, lambda x: (x[0] - 2) ** 2]
+        >>> problem = FunctionalProblem(1, squares, xl=0, xu=2.1)
+        >>> res = minimize(problem, PSI(64))
+        >>> ranking = rank_of_efficiency(res.F, ideal=[0, 0], nadir=[4, 4])
+        >>> refined = refine(problem, res.X[ranking.salukvadze[0]], ranking)
+        >>> refined.start.round(2), refined.x.round(6)
+        (array([0.98]), array([1.]))
     """
 
     x: Array

@@ -61,7 +61,12 @@ class ChuteParameters:
 
     @property
     def columns(self) -> tuple[Any, ...]:
-        """The six entries in the order μ, c, r, ω_X0, ω_Y0, ω_Z0."""
+        """The six entries in the order μ, c, r, ω_X0, ω_Y0, ω_Z0.
+
+        Example:
+            >>> ChuteParameters(mu=0.4, c=0.5, r=0.1, omega0=(0, 1, 0)).columns
+            (0.4, 0.5, 0.1, 0.0, 1.0, 0.0)
+        """
         return (self.mu, self.c, self.r, *self.omega0)
 
 

@@ -53,6 +53,12 @@ def integrate(
     Raises:
         ArgumentValueError: As for :func:`motion`.
         ArgumentTypeError: As for :func:`motion`.
+
+    Example:
+        >>> from pymoo_psi.chute import motion
+        >>> moved, checked = motion(0.2635, 0.1072), integrate(0.2635, 0.1072)
+        >>> bool(abs(moved.time - checked.time) < 1e-9)
+        True
     """
     columns = broadcast(u1, v_p, parameters)
     shape = columns[0].shape

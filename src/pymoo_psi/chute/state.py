@@ -37,6 +37,21 @@ class Motion:
         dissipation: Energy D that friction takes, so that ΔE = u1 + W − D with
             E = ½(v_C² + 0.4 r² ω²).
         reached: η reached, 1 at the exit.
+
+    Example:
+        The first sphere slips, then rolls; on the steep chute the second slips all the way.
+
+        >>> from pymoo_psi.chute import motion
+        >>> moved = motion([0.2, 0.7], 0.1)
+        >>> moved.slip_end.round(2), moved.reached
+        (array([...,  nan]), array([1., 1.]))
+
+        What the sphere gains in energy is what slope and plane give, less what friction takes.
+
+        >>> spin = (moved.exit_spin**2).sum(axis=-1)
+        >>> start, end = 0.5 * 0.3193**2, 0.5 * (moved.exit_speed**2 + 0.4 * 0.1**2 * spin)
+        >>> np.allclose(end - start, moved.u1 + moved.plane_work - moved.dissipation)
+        True
     """
 
     u1: Array

@@ -37,6 +37,17 @@ class Trajectory:
         slipping: ``(n,)`` whether the sphere slips.
         slip_end: η1 where slip ends; NaN if it does not, 0 if the sphere rolls from the start.
         slip_time: Time t1 at which slip ends; NaN and 0 likewise.
+
+    Example:
+        Once the sphere rolls it keeps on the plane: the contact point does not slip.
+
+        >>> path = trajectory(0.2635, 0.1072, ChuteParameters(mu=0.4), n=5)
+        >>> path.eta.round(2)
+        array([0.  , 0.09, 0.09, 0.25, 0.5 , 0.75, 1.  ])
+        >>> path.slipping
+        array([ True,  True, False, False, False, False, False])
+        >>> float(abs(path.slip_velocity[~path.slipping]).max())
+        0.0
     """
 
     eta: Array

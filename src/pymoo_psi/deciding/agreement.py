@@ -32,6 +32,17 @@ class SelectorComparison:
         agreement: ``(k, k)`` share of the designs chosen by either of two selectors that both
             choose: 1 for the same choice, 0 for none in common. One that chooses nothing agrees
             with nobody.
+
+    Example:
+        >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+        >>> F = [[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]
+        >>> selectors = {"near U": SalukvadzeOptimum(), "f2": CompromiseProgramming(weights=[0, 1])}
+        >>> comparison = compare_selectors(F, selectors)
+        >>> comparison.chosen
+        {'near U': array([1]), 'f2': array([2])}
+        >>> comparison.agreement
+        array([[1., 0.],
+               [0., 1.]])
     """
 
     chosen: Mapping[str, NDArray[np.intp]]
@@ -49,7 +60,14 @@ class SelectorComparison:
 
     @property
     def votes(self) -> NDArray[np.int64]:
-        """``(n,)`` by how many selectors each row is chosen."""
+        """``(n,)`` by how many selectors each row is chosen.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> selectors = {"near U": SalukvadzeOptimum(), "L2": CompromiseProgramming(2)}
+            >>> compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors).votes
+            array([0, 2, 0])
+        """
         votes = np.zeros(len(self.ranking.rank), dtype=np.int64)
         for indices in self.chosen.values():
             votes[indices] += 1
@@ -62,6 +80,16 @@ class SelectorComparison:
             Columns: ``selector``, ``design`` (its row, or its label in the data frame that was
             given), the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``, ``votes`` of all
             selectors for it. A selector that chooses nothing has one row without a design.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> least_f2 = CompromiseProgramming(weights=[0, 1])
+            >>> selectors = {"near U": SalukvadzeOptimum(), "f2": least_f2}
+            >>> comparison = compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors)
+            >>> print(comparison.to_frame()[["selector", "design", "f1", "f2", "votes"]])
+              selector  design   f1   f2  votes
+            0   near U       1  0.3  0.4      1
+            1       f2       2  1.0  0.0      1
         """
         import pandas as pd
 
@@ -76,7 +104,16 @@ class SelectorComparison:
         return frame
 
     def agreement_frame(self) -> pd.DataFrame:
-        """Return :attr:`agreement` with the names of the selectors on both sides."""
+        """Return :attr:`agreement` with the names of the selectors on both sides.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> selectors = {"near U": SalukvadzeOptimum(), "L2": CompromiseProgramming(2)}
+            >>> print(compare_selectors([[0, 3], [1, 1], [3, 0]], selectors).agreement_frame())
+                    near U   L2
+            near U     1.0  1.0
+            L2         1.0  1.0
+        """
         import pandas as pd
 
         names = list(self.chosen)

@@ -61,7 +61,13 @@ class McdmMethod(Indicator):
         self.weights = None if weights is None else checked_weights(weights)
 
     def do(self, F: Any, *args: Any, **kwargs: Any) -> NDArray[np.intp]:
-        """Return the indices of the rows of ``(n, m)`` ``F`` that the method ranks first."""
+        """Return the indices of the rows of ``(n, m)`` ``F`` that the method ranks first.
+
+        Example:
+            >>> from pymcdm.methods import TOPSIS
+            >>> McdmMethod(TOPSIS()).do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
+            array([1])
+        """
         F = np.asarray(F)
         F = objective_matrix("F", F[None, :] if F.ndim == 1 else F)
         weights = np.ones(F.shape[1]) if self.weights is None else self.weights

@@ -34,7 +34,12 @@ class _RankingSelector(Indicator):
         self.normalize = boolean("normalize", normalize)
 
     def do(self, F: Any, *args: Any, **kwargs: Any) -> NDArray[np.intp]:
-        """Return the indices of the chosen rows of the ``(n, m)`` matrix ``F``, nearest U first."""
+        """Return the indices of the chosen rows of the ``(n, m)`` matrix ``F``, nearest U first.
+
+        Example:
+            >>> SalukvadzeOptimum().do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
+            array([1])
+        """
         F = np.asarray(F)
         return self._choose(
             rank_of_efficiency(F[None, :] if F.ndim == 1 else F, normalize=self.normalize)
@@ -65,7 +70,9 @@ class SalukvadzeOptimum(_RankingSelector):
 
 
 class EfficientSubset(_RankingSelector):
-    """The designs M_Re of one rank of efficiency; the set may be empty.
+    """The designs M_Re of exactly one rank of efficiency; the set may be empty.
+
+    For "this rank or better" take ``rank_of_efficiency(F).rank >= rank``.
 
     Args:
         rank: The rank of efficiency, 1 to 6.
@@ -73,9 +80,9 @@ class EfficientSubset(_RankingSelector):
 
     Example:
         >>> import numpy as np
-        >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.52, 0.19], [1.0, 0.0]])
-        >>> EfficientSubset(6).do(F), EfficientSubset(5).do(F)
-        (array([1]), array([], dtype=int64))
+        >>> F = np.array([[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0]])
+        >>> EfficientSubset(6).do(F), EfficientSubset(5).do(F), EfficientSubset(4).do(F)
+        (array([2]), array([1]), array([3]))
     """
 
     def __init__(self, rank: int, *, normalize: bool = True) -> None:

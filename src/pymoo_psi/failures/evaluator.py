@@ -14,11 +14,11 @@ from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo_psi.arguments import known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.failures.evaluation import evaluate_guarded
+from pymoo_psi.runners.backend import active_workers
 
 __all__ = ["GuardedEvaluator", "failure_action"]
 
 _SECONDS = 2.0  # a piece of a block should take about so long
-_FIRST_PIECE = 16  # designs in the first piece that goes to several workers
 
 
 def failure_action(name: str, value: object) -> str:
@@ -60,20 +60,27 @@ class GuardedEvaluator(Evaluator):
         """Cut a block into what is evaluated, and stored, at a time.
 
         A study keeps each piece, so that an interruption loses no more than some seconds of a
-        slow model; the pieces grow until one takes that long.
+        slow model; the pieces grow until one takes that long. However slow the model, a piece has
+        a design for every worker.
         """
         one_by_one = isinstance(problem.elementwise_runner, LoopedElementwiseEvaluation)
         if not problem.elementwise or not (timed or self.on_failure == "raise"):
             yield pop
             return
-        start, size = 0, 1 if one_by_one else _FIRST_PIECE
+        least = 1 if one_by_one else _worker_count(problem.elementwise_runner)
+        start, size = 0, least
         while start < len(pop):
             began = time.monotonic()
             yield pop[start : start + size]
             start += size
             if not (one_by_one and self.on_failure == "raise"):
                 took = max(time.monotonic() - began, 1e-6)
-                size = max(1, min(len(pop), int(size * min(_SECONDS / took, 100))))
+                size = max(least, min(len(pop), int(size * min(_SECONDS / took, 100))))
+
+
+def _worker_count(runner: Any) -> int:
+    """Return how many designs a runner evaluates at a time; of another's, one for each core."""
+    return active_workers(getattr(runner, "n_jobs", -1)).count
 
 
 def _forget(piece: Population) -> None:

@@ -114,7 +114,13 @@ class FailureTolerant(Problem):
         return getattr(self.wrapped, name)
 
     def name(self) -> str:
-        """Return the name of the wrapped problem."""
+        """Return the name of the wrapped problem.
+
+        Example:
+            >>> from pymoo_psi import SphereChute
+            >>> FailureTolerant(SphereChute()).name()
+            'SphereChute'
+        """
         return str(self.wrapped.name())
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:

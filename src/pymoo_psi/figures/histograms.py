@@ -64,6 +64,13 @@ def draw_histogram(
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
+        >>> ax = draw_histogram(table.histogram("x1", limits={"f1": 2}))
+        >>> [text.get_text() for text in ax.get_legend().get_texts()]
+        ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
     """
     legend, numbers = boolean("legend", legend), boolean("numbers", numbers)
     edges = histogram.edges

@@ -38,6 +38,14 @@ def draw_plane(
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi.figures import criteria_plane
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0, 1.0], [1.0, 2.0]])
+        >>> ax = draw_plane(criteria_plane(table, "f1", "f2"))
+        >>> ax.get_xlabel(), ax.get_ylabel(), ax.get_title()
+        ('f1', 'f2', '2 designs tested')
     """
     legend = boolean("legend", legend)
     with on_axes(ax) as axes:

@@ -43,6 +43,12 @@ class DesignPlane:
         prototype_name: What it is called.
         not_drawn: How many tested designs are not among the n: failed ones, and those that
             :meth:`nearby` left out.
+
+    Example:
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
+        >>> plane = variable_plane(table, "f1", "x1")
+        >>> plane.names, plane.values.tolist()
+        (('x1', 'f1'), [[0.1, 2.0], [0.5, 1.0]])
     """
 
     names: tuple[str, str]
@@ -58,7 +64,13 @@ class DesignPlane:
     not_drawn: int
 
     def groups(self) -> dict[str, NDArray[np.intp]]:
-        """Return the indices of the designs of each group; feasible ones also if there is none."""
+        """Return the indices of the designs of each group; feasible ones also if there is none.
+
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
+            >>> variable_plane(table, "f1", "x1").groups()
+            {'feasible, dominated': array([0]), 'Pareto optimal': array([1])}
+        """
         groups = {name: np.flatnonzero(self.group == name) for name in GROUPS}
         kept = (FEASIBLE, PARETO)
         return {name: members for name, members in groups.items() if len(members) or name in kept}
@@ -73,6 +85,16 @@ class DesignPlane:
 
         Raises:
             ArgumentValueError: The margin is below 0.
+
+        Example:
+            The infeasible design far off would leave no room for the others.
+
+            >>> table = TestTable.of(
+            ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[2.0], [1.0], [99.0]], G=[[0], [0], [1]]
+            ... )
+            >>> near = variable_plane(table, "f1", "x1").nearby()
+            >>> near.numbers, near.not_drawn
+            (array([1, 2]), 1)
         """
         if not margin >= 0:
             raise broken_rule("margin", "0 or more", margin)
@@ -95,6 +117,12 @@ class DesignPlane:
         """``(n, 2)`` where the designs are drawn: those with the same single value side by side.
 
         Where follows from the number of the test point, so that a picture can be repeated.
+
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[3], [3]], F=[[2.0], [1.0]])
+            >>> places = variable_plane(table, "f1", "x1").spread()
+            >>> places[:, 1], bool(places[0, 0] != places[1, 0])
+            (array([2., 1.]), True)
         """
         places = self.values.copy()
         if self.is_spread:
@@ -103,7 +131,14 @@ class DesignPlane:
 
     @property
     def is_spread(self) -> bool:
-        """Whether the variable takes single values, with room between them."""
+        """Whether the variable takes single values, with room between them.
+
+        Example:
+            >>> whole = TestTable.of([1, 2], X=[[1], [4]], F=[[2.0], [1.0]])
+            >>> real = TestTable.of([1, 2], X=[[1.0], [4.0]], F=[[2.0], [1.0]])
+            >>> [variable_plane(table, "f1", "x1").is_spread for table in (whole, real)]
+            [True, False]
+        """
         x = self.values[:, 0]
         return self.abscissa == "option" or (
             self.abscissa == "integer" and len(x) > 0 and float(np.ptp(x)) <= 30
@@ -118,6 +153,11 @@ def dependence_plane(dependence: Dependence) -> DesignPlane:
 
     Args:
         dependence: From :meth:`TestTable.dependence`.
+
+    Example:
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
+        >>> dependence_plane(table.dependence("f1", "x1")).group.tolist()
+        ['feasible, dominated', 'Pareto optimal']
     """
     dependence = instance("dependence", dependence, Dependence, "take that of a TestTable")
     group = np.where(dependence.feasible, FEASIBLE, INFEASIBLE)
@@ -169,6 +209,12 @@ def criteria_plane(
     Raises:
         ArgumentValueError: A criterion is not in the table, or a limit is NaN.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+
+    Example:
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0, 1.0], [1.0, 2.0]])
+        >>> plane = criteria_plane(table, "f1", "f2", limits={"f1": 1.5})
+        >>> plane.limits, plane.group.tolist()
+        ((1.5, inf), ['beyond the limits', 'Pareto optimal'])
     """
     layout, prototype = checked_table(table).layout, table.prototype
     columns = [layout.objective(first), layout.objective(second)]

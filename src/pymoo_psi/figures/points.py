@@ -38,6 +38,12 @@ class RankedPoints:
         values: ``(n, k)`` the points.
         rank: ``(n,)`` their ranks of efficiency, 0 for the unranked.
         optimum: ``(n,)`` which of them is the Salukvadze optimum.
+
+    Example:
+        >>> from pymoo_psi.studies.paper import solve_case
+        >>> points = design_points(solve_case(0.4, "rolling", 64))
+        >>> points.names, int(points.optimum.sum())
+        (('u1', 'u2'), 1)
     """
 
     model: str
@@ -49,12 +55,26 @@ class RankedPoints:
 
     @property
     def distinguished(self) -> NDArray[np.bool_]:
-        """``(n,)`` which points are ranked or the optimum."""
+        """``(n,)`` which points are ranked or the optimum.
+
+        Example:
+            >>> values, rank = np.array([[1.0], [2.0]]), np.array([0, 6])
+            >>> points = RankedPoints("full", 0.4, ("u1",), values, rank, optimum=rank == 6)
+            >>> points.distinguished
+            array([False,  True])
+        """
         distinguished: NDArray[np.bool_] = (self.rank > 0) | self.optimum
         return distinguished
 
     def groups(self) -> dict[str, NDArray[np.intp]]:
-        """Return what the legend tells apart, and the indices of the points of each group."""
+        """Return what the legend tells apart, and the indices of the points of each group.
+
+        Example:
+            >>> values, rank = np.array([[1.0], [2.0]]), np.array([0, 6])
+            >>> points = RankedPoints("full", 0.4, ("u1",), values, rank, optimum=rank == 6)
+            >>> points.groups()
+            {'unranked': array([0]), 'Salukvadze optimum (rank 6)': array([1])}
+        """
         others = ~self.optimum
         groups = {"unranked": np.flatnonzero(others & (self.rank == 0))}
         for rank in (3, 4, 5, 6):
@@ -67,6 +87,12 @@ class RankedPoints:
 
         Args:
             margin: By how much of its length the box is longer on each side.
+
+        Example:
+            >>> values, rank = np.array([[1.0], [1.4], [9.0], [2.0]]), np.array([5, 0, 0, 6])
+            >>> points = RankedPoints("full", 0.4, ("u1",), values, rank, optimum=rank == 6)
+            >>> points.nearby().values.ravel()
+            array([1. , 1.4, 2. ])
         """
         core = self.values[self.distinguished]
         low, high = core.min(axis=0), core.max(axis=0)
@@ -78,12 +104,26 @@ class RankedPoints:
 
 
 def geometric_points(case: Case) -> RankedPoints:
-    """Return the Pareto set in the space of the geometric criteria μ1, μ2, μ3 (Figure 3)."""
+    """Return the Pareto set in the space of the geometric criteria μ1, μ2, μ3 (Figure 3).
+
+    Example:
+        >>> from pymoo_psi.studies.paper import solve_case
+        >>> mu1, mu2, mu3 = geometric_points(solve_case(0.4, "rolling", 64)).values.T
+        >>> np.allclose(mu1**2, mu2**2 + mu3**2)
+        True
+    """
     return _ranked_points(case, ("mu1", "mu2", "mu3"), case.ranking.criteria)
 
 
 def design_points(case: Case) -> RankedPoints:
-    """Return the Pareto set in the design box, u1 and u2 (Figure 4)."""
+    """Return the Pareto set in the design box, u1 and u2 (Figure 4).
+
+    Example:
+        >>> from pymoo_psi.studies.paper import solve_case
+        >>> u1, u2 = design_points(solve_case(0.4, "rolling", 64)).values.T
+        >>> bool(0 <= u1.min() and u1.max() <= 3.5 * 0.4)
+        True
+    """
     return _ranked_points(case, ("u1", "u2"), case.X)
 
 
@@ -96,6 +136,11 @@ def objective_points(case: Case, names: Sequence[str] = ("f1", "f2", "f3")) -> R
 
     Raises:
         ArgumentValueError: A name is unknown.
+
+    Example:
+        >>> from pymoo_psi.studies.paper import solve_case
+        >>> objective_points(solve_case(0.4, "rolling", 64), ("f1", "f4")).names
+        ('f1', 'f4')
     """
     columns = [_CRITERIA.index(known_name("names", name, _CRITERIA)) for name in names]
     return _ranked_points(case, tuple(names), case.F[:, columns])
@@ -120,6 +165,12 @@ def draw_points(
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo_psi.studies.paper import solve_case
+        >>> ax = draw_points(design_points(solve_case(0.4, "rolling", 64)), title="Designs")
+        >>> [text.get_text() for text in ax.get_legend().get_texts()][-1]
+        'Salukvadze optimum (rank 6) (1)'
     """
     in_space = len(points.names) == 3
     with on_axes(ax, three_d=in_space) as axes:

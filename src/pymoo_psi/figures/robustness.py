@@ -38,6 +38,17 @@ class RobustDesigns:
         mean_regret: ``(k,)`` mean regret, NaN for a design that is never feasible.
         worst_regret: ``(k,)`` largest regret, likewise.
         n_scenarios: Number of scenarios.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> designs = robust_designs(result, labels=["heavy", "light"])
+        >>> designs.labels, designs.optimum_share
+        (('light', 'heavy'), array([1., 0.]))
     """
 
     indices: NDArray[np.intp]
@@ -62,6 +73,16 @@ def robust_designs(
 
     Raises:
         ArgumentValueError: ``top`` is below 1, or the number of labels is not n.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> robust_designs(result, top=1).indices
+        array([1])
     """
     robustness = instance("robustness", robustness, Robustness, "robustness(...) gives one")
     n = len(robustness.optimum_share)
@@ -89,6 +110,16 @@ def draw_shares(designs: RobustDesigns, *, ax: Axes | None = None) -> Axes:
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> draw_shares(robust_designs(result)).get_xlabel()
+        'share of 256 scenarios (%)'
     """
     looks = (
         ("rank 5 or 6", designs.efficient_share, MARKERS[5].colour, "", 0.3),
@@ -118,6 +149,17 @@ def draw_regret(designs: RobustDesigns, *, ax: Axes | None = None) -> Axes:
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> ax = draw_regret(robust_designs(result, labels=["heavy", "light"]))
+        >>> [text.get_text() for text in ax.get_yticklabels()]  # the best on top
+        ['light', 'heavy']
     """
     with on_axes(ax) as axes:
         place = np.arange(len(designs.indices))
@@ -151,6 +193,16 @@ def robustness_page(
         top: How many designs, the most robust first.
         labels: Names of all n designs; their rows unless given.
         title: What the designs are; the uncertain parameters follow it.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> len(robustness_page(result, title="Rods").axes)
+        2
     """
     designs = robust_designs(robustness, top=top, labels=labels)
     with page_style():

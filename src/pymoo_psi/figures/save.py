@@ -46,6 +46,13 @@ def paper_figures(
 
     Raises:
         ArgumentValueError: The model is unknown or has no case with μ = 0.4.
+
+    Example:
+        >>> from pymoo_psi.studies.paper import Reproduction, solve_case
+        >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
+        >>> number, figure = next(paper_figures(small))
+        >>> number
+        2
     """
     case = _case(reproduction, known_name("model", model, MODELS))
     yield 2, surfaces_page([criterion_surfaces(mu, model=model) for mu in _SURFACES_MU])
@@ -90,6 +97,13 @@ def save_figures(
     Raises:
         ArgumentValueError: The model is unknown or has no case with μ = 0.4.
         OSError: The folder does not exist or cannot be written to.
+
+    Example:
+        >>> from pymoo_psi.studies.paper import Reproduction, solve_case
+        >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in save_figures(small, folder, dpi=20)][:2]
+        ['figure_2.png', 'figure_3.png']
     """
     dpi = integer("dpi", dpi, minimum=1)
     target = Path(directory)

@@ -38,6 +38,14 @@ class Section:
         F: ``(k, m)`` criteria; NaN or infinite where a design failed.
         feasible: ``(k,)`` which designs meet the constraints and keep the limits.
         limits: ``(m,)`` limits on the criteria; infinity where there is none.
+
+    Example:
+        >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0]])
+        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> F = X.sum(axis=1, keepdims=True)
+        >>> curves = section(table, 1, "x1", X, F, limits={"f1": 6.5})
+        >>> curves.x, curves.feasible
+        (array([0., 1., 2.]), array([ True,  True, False]))
     """
 
     layout: Layout
@@ -50,7 +58,15 @@ class Section:
     limits: Array
 
     def runs(self, criterion: Key) -> list[slice]:
-        """Return where the curve of a criterion is whole: runs of designs that did not fail."""
+        """Return where the curve of a criterion is whole: runs of designs that did not fail.
+
+        Example:
+            >>> table = TestTable.of([1], X=[[1.0]], F=[[1.0]])
+            >>> X, F = [[0.0], [1.0], [2.0], [3.0]], [[0], [1], [np.nan], [3]]
+            >>> curves = section(table, 1, "x1", X, F)
+            >>> curves.runs("f1")
+            [slice(0, 2, None), slice(3, 4, None)]
+        """
         known = np.isfinite(self.F[:, self.layout.objective(criterion)])
         steps = np.flatnonzero(np.diff(np.r_[False, known, False]))
         return [slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True)]
@@ -141,6 +157,13 @@ def draw_section(
 
     Raises:
         ArgumentValueError: There is no such criterion.
+
+    Example:
+        >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0]])
+        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> curves = section(table, 1, "x1", X, F=X.sum(axis=1, keepdims=True))
+        >>> draw_section(curves, "f1").get_title()
+        'section through test point 1: 3 designs'
     """
     legend = boolean("legend", legend)
     i = curves.layout.objective(criterion)

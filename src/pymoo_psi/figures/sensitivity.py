@@ -52,6 +52,11 @@ class SalukvadzeFunctions:
         test_point: ``(k,)`` numbers of the optimal test points.
         F: ``(k, 4)`` their criteria f1 to f4, of which f3 and f4 are the design.
         exit_speed: ``(k,)`` their exit speeds.
+
+    Example:
+        >>> functions = salukvadze_functions(0.4, [0.2, 0.8], n_points=256)
+        >>> functions.F.shape, bool(functions.exit_speed[0] < functions.exit_speed[1])
+        ((2, 4), True)
     """
 
     model: str
@@ -63,7 +68,15 @@ class SalukvadzeFunctions:
     exit_speed: Array
 
     def curve(self, name: str) -> Array:
-        """Return the ``(k,)`` values of ``"f1S"`` … ``"f4S"`` or ``"vCfS"``."""
+        """Return the ``(k,)`` values of ``"f1S"`` … ``"f4S"`` or ``"vCfS"``.
+
+        Example:
+            A sphere that enters faster is sooner at the exit.
+
+            >>> f1 = salukvadze_functions(0.4, [0.2, 0.8], n_points=256).curve("f1S")
+            >>> bool(f1[0] > f1[1])
+            True
+        """
         return self.exit_speed if name == "vCfS" else self.F[:, _NAMES.index(name)]
 
 
@@ -138,6 +151,12 @@ def draw_salukvadze_functions(
 
     Raises:
         ArgumentValueError: A name is unknown, or there are more than three.
+
+    Example:
+        >>> functions = salukvadze_functions(0.4, [0.2, 0.8], n_points=64)
+        >>> ax = draw_salukvadze_functions(functions, ["vCfS"])
+        >>> len(ax.lines)  # the curve, and the paper's c
+        2
     """
     names = [known_name("names", name, _NAMES) for name in names]
     if not 1 <= len(names) <= len(CURVES):

@@ -34,6 +34,11 @@ class CriterionSurfaces:
         u2: ``(n, n)`` speeds of the plane, growing along the second axis.
         f1: ``(n, n)`` times, NaN where the sphere stalls before the exit.
         f2: ``(n, n)`` energy balances, likewise.
+
+    Example:
+        >>> surfaces = criterion_surfaces(0.2, n=3)
+        >>> surfaces.u1[:, 0].round(2), surfaces.u2[0]
+        (array([0.  , 0.35, 0.7 ]), array([0.1 , 3.05, 6.  ]))
     """
 
     model: str
@@ -89,6 +94,10 @@ def draw_surface(
 
     Raises:
         ArgumentValueError: The criterion is neither f1 nor f2.
+
+    Example:
+        >>> draw_surface(criterion_surfaces(0.2, n=5), "f2").name
+        '3d'
     """
     criterion = known_name("criterion", criterion, _DRAWN)
     with on_axes(ax, three_d=True) as axes:

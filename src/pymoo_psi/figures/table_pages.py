@@ -48,6 +48,13 @@ def table_page(
         ArgumentValueError: A variable or criterion is not in the table, there is no variable, or
             the margin is below 0.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+
+    Example:
+        A column for each variable: its histogram, and below it a plane for each criterion.
+
+        >>> table = TestTable.of([1, 2], X=[[0.1, 3.0], [0.5, 4.0]], F=[[2.0, 1.0], [1.0, 2.0]])
+        >>> len(table_page(table, {"f1": 1.5}).axes)
+        6
     """
     layout = checked_table(table).layout
     columns = _chosen(variables, layout.variables, layout.variable)
@@ -102,6 +109,13 @@ def criteria_page(
         ArgumentValueError: A criterion is not in the table, there are too few or too many, or the
             margin is below 0.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+
+    Example:
+        Of three criteria there are three pairs.
+
+        >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0, 1.0, 0.0], [1.0, 2.0, 0.0]])
+        >>> sum(ax.axison for ax in criteria_page(table).axes)
+        3
     """
     layout = checked_table(table).layout
     chosen = _chosen(criteria, layout.objectives, layout.objective)
@@ -132,6 +146,14 @@ def section_page(curves: Section, *, title: str = "") -> Figure:
     Args:
         curves: From :func:`section`.
         title: What is drawn; the design follows it.
+
+    Example:
+        >>> from pymoo_psi.figures import section
+        >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0, 5.0]])
+        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> F = [[x1 + x2, x1 * x2] for x1, x2 in X]
+        >>> [ax.get_ylabel() for ax in section_page(section(table, 1, "x1", X, F)).axes]
+        ['f1', 'f2']
     """
     curves = instance("curves", curves, Section, "section(...) makes one")
     count = len(curves.layout.objectives)

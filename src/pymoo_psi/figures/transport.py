@@ -36,6 +36,12 @@ class MotionPanel:
         slipping: ``(n,)`` which points are before the transition from slip to rolling.
         slip_end: η1 of the transition; NaN if the sphere slips all the way, 0 if it never does.
         slip_time: t1 of the transition, likewise.
+
+    Example:
+        >>> from pymoo_psi.chute import trajectory
+        >>> speed = motion_panels(trajectory(0.2635, 0.1072))[0]
+        >>> speed.symbols
+        ('$v_C$, speed', '$t$, time')
     """
 
     letter: str
@@ -57,6 +63,11 @@ def motion_panels(trajectory: Trajectory) -> tuple[MotionPanel, ...]:
 
     Returns:
         Panels (a) to (e).
+
+    Example:
+        >>> from pymoo_psi.chute import trajectory
+        >>> [panel.letter for panel in motion_panels(trajectory(0.2635, 0.1072))]
+        ['a', 'b', 'c', 'd', 'e']
     """
     way = trajectory
 
@@ -118,6 +129,12 @@ def draw_motion_panel(panel: MotionPanel, *, ax: Axes | None = None) -> Axes:
 
     Returns:
         The axes.
+
+    Example:
+        >>> from pymoo_psi.chute import trajectory
+        >>> friction = motion_panels(trajectory(0.2635, 0.1072))[3]
+        >>> draw_motion_panel(friction).get_title(loc="left")
+        '(d) friction force, full model'
     """
     with on_axes(ax) as axes:
         phases = [panel.slipping, ~panel.slipping]

@@ -29,6 +29,15 @@ class FiledRecords(JudgedRecords):
             Index ``test_point``; a column for each variable, criterion and constraint under its
             name; ``status``; ``broken``, the names of the constraints a design breaks;
             ``reason``, why it failed; ``pareto``.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
+            >>> print(table.to_frame().drop(columns="reason"))
+                         x1   f1   g1      status broken  pareto
+            test_point
+            1           0.0  1.0  0.0          ok           True
+            2           0.5  2.0  0.1  infeasible     g1   False
         """
         return table_frame(self)
 
@@ -37,9 +46,23 @@ class FiledRecords(JudgedRecords):
 
         The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
         a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
-        them by ``pd.read_csv(path, comment="#", index_col="test_point")``, before pandas 3 with
+        them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
         ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
         file as it was.
+
+        Example:
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = os.path.join(folder, "table.csv")
+            ...     table.to_csv(path)
+            ...     print(pd.read_csv(path, comment="#", index_col="test_point")[["x1", "f1"]])
+                         x1   f1
+            test_point
+            1           0.0  3.0
+            2           0.5  4.0
         """
         write_csv(self, path)
 
@@ -53,6 +76,15 @@ class FiledRecords(JudgedRecords):
         Raises:
             ArgumentValueError: The file is not such a table, or is damaged.
             OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_csv(os.path.join(folder, "table.csv"))
+            ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
+            True
         """
         return read_csv(path, cls)
 
@@ -61,6 +93,16 @@ class FiledRecords(JudgedRecords):
 
         Raises:
             PsiError: pyarrow is not installed.
+
+        Example:
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     pd.read_parquet(os.path.join(folder, "table.parquet"))["f1"].tolist()
+            [3.0, 4.0]
         """
         write_parquet(self, path)
 
@@ -72,5 +114,14 @@ class FiledRecords(JudgedRecords):
             PsiError: pyarrow is not installed.
             ArgumentValueError: The file is not such a table, or is damaged.
             OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
+            True
         """
         return read_parquet(path, cls)

@@ -43,6 +43,11 @@ class Layout:
         lower: ``(n_var,)`` lower bounds of the box; NaN where there is none or it is not known.
         upper: ``(n_var,)`` upper bounds likewise.
         eq_tolerance: How far an equality constraint may be from 0.
+
+    Example:
+        >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
+        >>> layout.variables, layout.upper
+        (('width', 'height'), array([2., 5.]))
     """
 
     variables: tuple[str, ...]
@@ -128,28 +133,58 @@ class Layout:
 
     @property
     def constraints(self) -> tuple[str, ...]:
-        """Names of all constraints, the inequalities first."""
+        """Names of all constraints, the inequalities first.
+
+        Example:
+            >>> Layout.of(1, 1, ["stress"], ["volume"]).constraints
+            ('stress', 'volume')
+        """
         return self.inequalities + self.equalities
 
     @property
     def is_blank(self) -> bool:
-        """Whether nothing is said yet: no variable and no criterion."""
+        """Whether nothing is said yet: no variable and no criterion.
+
+        Example:
+            >>> Layout.of().is_blank, Layout.of(1, 1).is_blank
+            (True, False)
+        """
         return not self.variables and not self.objectives
 
     def variable(self, key: Key) -> int:
-        """Return the index of a variable given by name or index."""
+        """Return the index of a variable given by name or index.
+
+        Example:
+            >>> Layout.of(["width", "height"], 1).variable("height")
+            1
+        """
         return _index("variable", key, self.variables)
 
     def objective(self, key: Key) -> int:
-        """Return the index of a criterion given by name or index."""
+        """Return the index of a criterion given by name or index.
+
+        Example:
+            >>> Layout.of(1, ["mass", "cost"]).objective("cost")
+            1
+        """
         return _index("criterion", key, self.objectives)
 
     def constraint(self, key: Key) -> int:
-        """Return the index of a constraint, the inequalities first, given by name or index."""
+        """Return the index of a constraint, the inequalities first, given by name or index.
+
+        Example:
+            >>> Layout.of(1, 1, ["stress"], ["volume"]).constraint("volume")
+            1
+        """
         return _index("constraint", key, self.constraints)
 
     def difference(self, other: Layout) -> str:
-        """Say in what another layout differs first; empty if in nothing."""
+        """Say in what another layout differs first; empty if in nothing.
+
+        Example:
+            >>> Layout.of(1, ["mass"]).difference(Layout.of(1, ["cost"]))
+            'objectives mass against cost'
+        """
         if other is self:
             return ""
         for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):

@@ -28,6 +28,12 @@ class Prototype:
         f: ``(m,)`` its criteria, finite.
         g: ``(n_ieq,)`` its inequality constraints; NaN where not known.
         h: ``(n_eq,)`` its equality constraints; NaN where not known.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> table = TestTable.of([1], [[0.0]], [[1.0]], G=[[-1.0]]).with_prototype([0.3], [3.0])
+        >>> table.prototype.f, table.prototype.g  # its constraint was not said
+        (array([3.]), array([nan]))
     """
 
     name: str

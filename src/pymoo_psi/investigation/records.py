@@ -159,6 +159,12 @@ class Records:
         Args:
             layout: Names, bounds and tolerance. Without one the table takes the layout of the
                 first block it is extended by.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.empty()
+            >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
+            (0, 1)
         """
         layout = Layout.of() if layout is None else layout
         blocks = {name: np.zeros((0, width)) for name, width in widths(layout).items()}
@@ -180,7 +186,14 @@ class Records:
 
     @property
     def broken_constraints(self) -> Mask:
-        """``(n, n_ieq + n_eq)`` which constraints a design breaks; one that is NaN is broken."""
+        """``(n, n_ieq + n_eq)`` which constraints a design breaks; one that is NaN is broken.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
+            >>> table.broken_constraints
+            array([[False], [ True]])
+        """
         return breaks_constraints(self.G, self.H, self.layout.eq_tolerance)
 
     def extended(self, *blocks: Self) -> Self:
@@ -190,6 +203,12 @@ class Records:
 
         Raises:
             ArgumentValueError: A block has another layout, or a test point occurs twice.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> first, second = (TestTable.of([n], [[0.1 * n]], [[1.0]]) for n in (1, 2))
+            >>> first.extended(second).numbers
+            array([1, 2])
         """
         tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
         if len(tables) < 2:
@@ -218,6 +237,12 @@ class Records:
         Raises:
             ArgumentValueError: A mask of another length, an index out of range or twice.
             ArgumentTypeError: The selection is neither mask nor indices.
+
+        Example:
+            >>> from pymoo_psi import TestTable
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.rows([2, 0]).numbers, table.rows(table.F[:, 0] > 1).numbers
+            (array([3, 1]), array([2, 3]))
         """
         chosen = np.asarray(selection)
         if chosen.size == 0 and chosen.dtype != bool:

@@ -33,6 +33,13 @@ class Histogram:
         tested: ``(k,)`` numbers of tested designs.
         feasible: ``(k,)`` numbers of feasible ones within the limits.
         pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
+        >>> histogram = table.histogram("x1", bins=2)
+        >>> histogram.tested, histogram.pareto
+        (array([2, 1]), array([1, 0]))
     """
 
     variable: str
@@ -63,6 +70,12 @@ class Dependence:
         feasible: ``(n,)`` which designs are feasible within the limits.
         pareto: ``(n,)`` which are Pareto optimal among these.
         limit: The limit on the criterion; infinity if there is none.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> seen = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]]).dependence("f1", "x1")
+        >>> seen.x[seen.pareto], seen.f[seen.pareto]
+        (array([0.5]), array([2.]))
     """
 
     variable: str

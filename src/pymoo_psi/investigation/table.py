@@ -97,6 +97,17 @@ class TestTable(FiledRecords):
             exceed; ``rejects``, how many designs break it; ``alone``, how many it alone rejects;
             and for each criterion the best value among the feasible designs (``f1_feasible``) and
             among those it alone rejects (``f1_alone``); NaN where there are none.
+
+        Example:
+            Test 2 breaks the constraint only; without it f1 = 1 would be had instead of 2.
+
+            >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
+            >>> table = TestTable.of([1, 2, 3], X, F, G)
+            >>> print(table.constraint_costs({"f1": 3}))
+                        limit  rejects  alone  f1_feasible  f1_alone
+            constraint
+            g1            0.0        1      1          2.0       1.0
+            f1            3.0        1      1          2.0       4.0
         """
         return cost_of_constraints(self, limits)
 
@@ -109,6 +120,14 @@ class TestTable(FiledRecords):
 
         Raises:
             ArgumentValueError: There is no such constraint.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[2], [1]], G=[[-1.0], [0.5]])
+            >>> freed = table.with_constraint_as_criterion("g1")
+            >>> freed.layout.objectives, freed.status.tolist()
+            (('f1', 'g1'), ['ok', 'ok'])
+            >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
+            [True, False]
         """
         return constraint_as_criterion(self, constraint)
 
@@ -123,13 +142,26 @@ class TestTable(FiledRecords):
             variable: Name or index of the variable.
             bins: Equal bins of the box of a real variable; others have one bin for each value.
             limits: Limits on criteria.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
+            >>> histogram = table.histogram("x1", bins=2, limits={"f1": 2})
+            >>> histogram.edges, histogram.tested, histogram.feasible
+            (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
         """
         return histogram_of_variable(self, variable, bins=bins, limits=limits)
 
     def dependence(
         self, criterion: Key, variable: Key, *, limits: Limits | None = None
     ) -> Dependence:
-        """Return the projection of all designs onto a variable and a criterion, as data to draw."""
+        """Return the projection of all designs onto a variable and a criterion, as data to draw.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]])
+            >>> seen = table.dependence("f1", "x1", limits={"f1": 2.5})
+            >>> seen.x, seen.f, seen.feasible
+            (array([0.1, 0.5]), array([3., 2.]), array([False,  True]))
+        """
         return dependence_on_variable(self, criterion, variable, limits=limits)
 
     def section_points(
@@ -155,6 +187,11 @@ class TestTable(FiledRecords):
         Raises:
             ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
                 choice or a boolean.
+
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
+            >>> table.section_points(2, "x1", 3, lower=0, upper=4)
+            array([[0., 4.], [2., 4.], [4., 4.]])
         """
         return section_of_table(self, design, variable, n, lower, upper)
 
@@ -204,6 +241,11 @@ class TestTable(FiledRecords):
         Raises:
             ArgumentValueError: A value is missing, or a criterion is not finite.
             ArgumentTypeError: A value is not a number, the name is not text.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
+            >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.name
+            'model of 2019'
         """
         return self._with(prototype=make_prototype(self, name, x, f, g, h))
 
@@ -240,11 +282,22 @@ class TestTable(FiledRecords):
             ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
                 have other results for the same test point.
             ArgumentTypeError: ``other`` is no table.
+
+        Example:
+            >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
+            >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
+            array([1, 2, 3, 4])
         """
         return merged(self, other)
 
     def equals(self, other: TestTable) -> bool:
-        """Say whether another table is the same in everything; NaN is equal to NaN."""
+        """Say whether another table is the same in everything; NaN is equal to NaN.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
+            >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
+            (True, False)
+        """
         return not difference_of_tables(self, other)
 
     @staticmethod
@@ -255,6 +308,15 @@ class TestTable(FiledRecords):
             StudyCorruptError: The file is damaged, or no study.
             StudyVersionError: A later version of the package wrote it.
             StudyAccessError: It does not exist or cannot be read.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     study = os.path.join(folder, "chute.db")
+            ...     table = investigate(VectorizedSphereChute(), 8, study=study)
+            ...     TestTable.read_study(study).equals(table)
+            True
         """
         from pymoo_psi.investigation.study import read_study  # which needs this module
 

@@ -27,6 +27,14 @@ class PageData:
         group: ``(n,)`` groups of drawing (:mod:`pymoo_psi.page.groups`).
         n_designs: How many designs there are, shown or not, without prototypes.
         remarks: What a reader must know, in short sentences.
+
+    Example:
+        >>> import pandas as pd
+        >>> from pymoo_psi.page import decision_page
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
+        >>> data = decision_page(frame, ["cost", "mass"])
+        >>> data.labels.tolist(), data.rank.tolist()
+        (['A', 'C', 'B'], [0, 0, 6])
     """
 
     title: str
@@ -39,16 +47,41 @@ class PageData:
     remarks: tuple[str, ...]
 
     def having(self, *roles: Role) -> list[Column]:
-        """Return the columns with one of these roles."""
+        """Return the columns with one of these roles.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0], "width": [1, 2, 3]})
+            >>> data = decision_page(frame, ["cost", "mass"], variables=["width"])
+            >>> [column.name for column in data.having("criterion", "variable")]
+            ['cost', 'mass', 'width']
+        """
         return [column for column in self.columns if column.role in roles]
 
     @property
     def marks(self) -> NDArray[np.object_]:
-        """``(n,)`` what is special about a design; empty for most."""
+        """``(n,)`` what is special about a design; empty for most.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4, 5], "mass": [4, 1, 0, 5]})
+            >>> decision_page(frame, ["cost", "mass"]).marks.tolist()
+            ['dominated', '', '', 'Salukvadze optimum']
+        """
         special = (PROTOTYPE, OPTIMUM, DOMINATED)
         return text_column([group_name(g) if g in special else "" for g in self.group.tolist()])
 
     @property
     def optima(self) -> list[str]:
-        """The labels of the Salukvadze optimum."""
+        """The labels of the Salukvadze optimum.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
+            >>> decision_page(frame, ["cost", "mass"]).optima
+            ['B']
+        """
         return [str(label) for label in self.labels[self.group == OPTIMUM]]

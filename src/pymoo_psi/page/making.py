@@ -67,6 +67,13 @@ def decision_page(
         ArgumentValueError: A name is not a column or occurs twice; there are fewer than two
             designs; an objective is missing somewhere or infinite.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
+
+    Example:
+        >>> import pandas as pd
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
+        >>> page = decision_page(frame, ["cost", "mass"], units={"mass": "kg"}, title="Brackets")
+        >>> page, page.optima
+        (DecisionPage('Brackets': 3 of 3 designs), ['B'])
     """
     import pandas as pd
 

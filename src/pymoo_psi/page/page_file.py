@@ -19,6 +19,13 @@ class DecisionPage(PageData):
     """A page to decide on a Pareto set with; :func:`decision_page` makes it.
 
     See :class:`PageData` for the attributes.
+
+    Example:
+        >>> import pandas as pd
+        >>> from pymoo_psi.page import decision_page
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+        >>> decision_page(frame, ["cost", "mass"], title="Brackets")
+        DecisionPage('Brackets': 3 of 3 designs)
     """
 
     def __repr__(self) -> str:
@@ -31,6 +38,14 @@ class DecisionPage(PageData):
 
         Raises:
             PsiError: Bokeh is not installed.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> html = decision_page(frame, ["cost", "mass"], title="Brackets").html()
+            >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
+            (True, True)
         """
         try:
             import_module("bokeh")
@@ -46,6 +61,17 @@ class DecisionPage(PageData):
         Raises:
             OSError: The file cannot be written there.
             PsiError: Bokeh is not installed.
+
+        Example:
+            >>> import pathlib, tempfile
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = pathlib.Path(folder, "page.html")
+            ...     decision_page(frame, ["cost", "mass"], title="Brackets").save(path)
+            ...     "Brackets" in path.read_text("utf-8")
+            True
         """
         html = self.html()
         with whole_file(path) as written:

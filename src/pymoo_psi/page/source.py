@@ -35,6 +35,12 @@ class PageTable:
         variables: Names of the columns with design variables.
         label: Name of the column with the designs' numbers; None: the frame's index.
         prototype: Rows of existing designs, or None.
+
+    Example:
+        >>> import pandas as pd
+        >>> frame = pd.DataFrame({"f1": [0, 1, 4], "f2": [4, 1, 0], "x1": [1, 2, 3]})
+        >>> PageTable(frame, objectives=("f1", "f2"), variables=("x1",)).label is None
+        True
     """
 
     frame: pd.DataFrame
@@ -63,6 +69,16 @@ def table_from_file(
         ArgumentValueError: The file is empty, no table, or lacks a column.
         StudyError: It is a database but no study, or a damaged one.
         OSError: The file cannot be opened.
+
+    Example:
+        >>> import os, tempfile
+        >>> import pandas as pd
+        >>> designs = pd.DataFrame({"name": ["A", "B"], "x1": [1, 2], "f1": [0, 4], "f2": [4, 0]})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     designs.to_csv(os.path.join(folder, "designs.csv"), index=False)
+        ...     table = table_from_file(os.path.join(folder, "designs.csv"))
+        >>> table.objectives, table.variables, table.label
+        (('f1', 'f2'), ('x1',), 'name')
     """
     with open(path, "rb") as file:
         start = file.read(64)
@@ -104,10 +120,12 @@ def table_of_tests(table: TestTable) -> PageTable:
 def _read_csv(path: str | PathLike[str]) -> pd.DataFrame:
     import pandas as pd
 
+    # pandas reads the last digit of a number as it was written only if asked to, and from 3.1 on
+    # always, and warns of being asked.
+    before = tuple(int(part) for part in pd.__version__.split(".")[:2]) < (3, 1)
+    exact: dict[str, Any] = {"float_precision": "round_trip"} if before else {}
     try:
-        frame = pd.read_csv(
-            path, encoding="utf-8-sig", index_col=False, float_precision="round_trip"
-        )
+        frame: pd.DataFrame = pd.read_csv(path, encoding="utf-8-sig", index_col=False, **exact)
     except pd.errors.EmptyDataError:
         raise broken_rule(str(path), "a CSV with a header", Received("an empty file")) from None
     except (pd.errors.ParserError, UnicodeDecodeError) as error:

@@ -20,6 +20,10 @@ def nondominated(F: Array) -> Mask:
 
     Returns:
         ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
+
+    Example:
+        >>> nondominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
+        array([ True,  True, False,  True])
     """
     if len(F) == 0:
         return np.zeros(0, dtype=bool)

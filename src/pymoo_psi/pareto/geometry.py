@@ -31,6 +31,12 @@ class UtopianFrame:
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
         normalize: Measure every objective in units of N − U; an objective with N = U, which
             tells no design from another, then counts for nothing.
+
+    Example:
+        >>> frame = UtopianFrame(np.array([0.0, 0.0]), np.array([4.0, 4.0]), normalize=False)
+        >>> frame.distances(np.array([[0.0, 4.0], [3.0, 3.0]])).round(3)
+        array([[4.   , 2.828, 2.828],
+               [4.243, 0.   , 4.243]])
     """
 
     ideal: Array

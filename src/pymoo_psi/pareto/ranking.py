@@ -53,6 +53,13 @@ class EfficiencyRanking:
             up to rounding. They are the rows of rank 6, and there is usually one. Only if several
             rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
             empty and are they all listed here.
+
+    Example:
+        The last row is dominated; of the others, the second is nearest to U = (0, 0).
+
+        >>> ranking = rank_of_efficiency([[0, 4], [1, 1], [4, 0], [4, 4]])
+        >>> ranking.pareto.tolist(), ranking.salukvadze.tolist()
+        ([True, True, True, False], [1])
     """
 
     criteria: Array
@@ -74,16 +81,34 @@ class EfficiencyRanking:
 
     @property
     def ideal(self) -> Array:
-        """``(m,)`` the point U in the user's sense."""
+        """``(m,)`` the point U in the user's sense.
+
+        Example:
+            >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).ideal
+            array([1., 1.])
+        """
         return self.objectives.in_users_sense(self.frame.ideal)
 
     @property
     def nadir(self) -> Array:
-        """``(m,)`` the point N in the user's sense."""
+        """``(m,)`` the point N in the user's sense.
+
+        Example:
+            The dominated row does not count.
+
+            >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1], [9, 9]]).nadir
+            array([4., 4.])
+        """
         return self.objectives.in_users_sense(self.frame.nadir)
 
     def subset(self, rank: int) -> NDArray[np.intp]:
-        """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first."""
+        """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first.
+
+        Example:
+            >>> ranking = rank_of_efficiency([[1, 4], [2, 2], [4, 1], [9, 9]])
+            >>> ranking.subset(6), ranking.subset(0)
+            (array([1]), array([0, 2]))
+        """
         rank = integer("rank", rank, minimum=0)
         if rank > 6:
             raise broken_rule("rank", "0 to 6", rank)
@@ -108,6 +133,14 @@ class EfficiencyRanking:
         Raises:
             ArgumentValueError: ``F`` has another shape, the number of names differs, or an
                 objective has the name of one of the other columns.
+
+        Example:
+            >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
+            >>> print(ranking.to_frame(names=["cost", "mass"]).round(2))
+               cost  mass   mu1   mu2   mu3  rank  pareto
+            1   3.0   3.0  0.71  0.00  0.71     6    True
+            0   1.0   5.0  1.00  0.71  0.71     0    True
+            2   5.0   1.0  1.00  0.71  0.71     0    True
         """
         import pandas as pd
 
@@ -128,7 +161,12 @@ class EfficiencyRanking:
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """``(n,)`` indices, the best rank and the nearest to U first, the dominated rows last."""
+        """``(n,)`` indices, the best rank and the nearest to U first, the dominated rows last.
+
+        Example:
+            >>> rank_of_efficiency([[9, 9], [1, 4], [2, 2], [4, 1]]).order
+            array([2, 1, 3, 0])
+        """
         return np.lexsort((self.criteria[:, 0], -self.rank, ~self.pareto))
 
 

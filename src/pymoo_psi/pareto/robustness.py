@@ -91,6 +91,21 @@ class Robustness:
         worst: ``(n, m)`` largest value of every criterion.
         mean_regret: ``(n,)`` mean regret.
         worst_regret: ``(n,)`` largest regret.
+
+    Example:
+        A lighter rod bends more; whatever the load, the middle one of three is the optimum.
+
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> def rod(load):
+        ...     return FunctionalProblem(1, [lambda x: x[0], lambda x: load / x[0]], xl=0, xu=9)
+        >>> loads = {"load": uniform(0.5, 1.0)}
+        >>> result = robustness(rod, [[0.5], [1.0], [2.0]], uncertainty=loads)
+        >>> result.optimum_share
+        array([0., 1., 0.])
+        >>> result.mean.round(2)  # the mean load is 1
+        array([[0.5, 2. ], [1. , 1. ], [2. , 0.5]])
     """
 
     X: Any
@@ -122,6 +137,15 @@ class Robustness:
 
         By the share as optimum, then in rank 5 or better, then by rarely being infeasible, then
         by mean regret.
+
+        Example:
+            >>> from pymoo.problems.functional import FunctionalProblem
+            >>> from scipy.stats import uniform
+            >>> from pymoo_psi import robustness
+            >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+            >>> loads = {"load": uniform(1, 2)}
+            >>> robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads).order
+            array([1, 0])
         """
         return np.lexsort(
             (self.mean_regret, self.infeasible_share, -self.efficient_share, -self.optimum_share)
@@ -133,6 +157,18 @@ class Robustness:
         Returns:
             Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``, and
             ``f1_mean``, ``f1_spread``, ``f1_worst`` for every objective.
+
+        Example:
+            >>> from pymoo.problems.functional import FunctionalProblem
+            >>> from scipy.stats import uniform
+            >>> from pymoo_psi import robustness
+            >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+            >>> loads = {"load": uniform(1, 2)}
+            >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+            >>> print(result.to_frame()[["x1", "optimum_share", "f1_worst"]])
+                x1  optimum_share  f1_worst
+            1  0.2            1.0       0.2
+            0  0.9            0.0       0.9
         """
         import pandas as pd
 

@@ -65,7 +65,12 @@ class _ChuteProblem(Problem):
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return what a study of this problem depends on besides bounds and sizes."""
+        """Return what a study of this problem depends on besides bounds and sizes.
+
+        Example:
+            >>> SphereChute(mu=0.4, model="rolling").fingerprint()["mu"]
+            0.4
+        """
         names = ("mu", "c", "r", "omega_X0", "omega_Y0", "omega_Z0")
         return {"model": self.model, **dict(zip(names, self.parameters.columns, strict=True))}
 

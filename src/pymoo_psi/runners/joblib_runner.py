@@ -67,9 +67,10 @@ class JoblibRunner:
     Example:
         >>> import numpy as np
         >>> from pymoo_psi import SphereChute
-        >>> problem = SphereChute(0.4, model="rolling", elementwise_runner=JoblibRunner())
-        >>> problem.evaluate(np.array([[0.2635, 0.1072], [0.3, 0.2]]))[0].shape
-        (2, 4)
+        >>> X = np.array([[0.2635, 0.1072], [0.3, 0.2]])
+        >>> F, G = SphereChute(0.4, elementwise_runner=JoblibRunner(n_jobs=2)).evaluate(X)
+        >>> np.array_equal(F, SphereChute(0.4).evaluate(X)[0])
+        True
     """
 
     def __init__(

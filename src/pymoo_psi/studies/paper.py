@@ -44,6 +44,11 @@ class Case:
         F: ``(n, 4)`` their criteria.
         ranking: Their ranks of efficiency.
         refined: The continuous Salukvadze optimum, against the same U and N.
+
+    Example:
+        >>> case = solve_case(0.4, "rolling", 4096)
+        >>> case.test_point[case.ranking.salukvadze]  # the paper's design for mu = 0.4
+        array([3085])
     """
 
     model: str
@@ -55,14 +60,27 @@ class Case:
     refined: Refinement
 
     def cheaper(self, rank: int) -> NDArray[np.intp]:
-        """Return the rows of this rank whose f4 is below the Salukvadze optimum's."""
+        """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
+
+        Example:
+            >>> case = solve_case(0.4, "rolling", 4096)
+            >>> case.test_point[case.cheaper(5)]  # the row of Table 6.2 for mu = 0.4
+            array([2571])
+        """
         members = self.ranking.subset(rank)
         limit = self.F[self.ranking.salukvadze, 3].min()
         cheaper: NDArray[np.intp] = members[self.F[members, 3] < limit]
         return cheaper
 
     def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
-        """Return designs as rows of the paper's tables, ordered by test point."""
+        """Return designs as rows of the paper's tables, ordered by test point.
+
+        Example:
+            >>> case = solve_case(0.4, "rolling", 4096)
+            >>> print(case.rows(case.ranking.salukvadze).round(4))
+                 model   mu  test_point      f1      f2      f3      f4
+            0  rolling  0.4        3085  2.0458  0.0476  0.2635  0.1072
+        """
         chosen = indices[np.argsort(self.test_point[indices])]
         frame = pd.DataFrame(self.F[chosen], columns=_CRITERIA)
         frame.insert(0, "test_point", self.test_point[chosen])
@@ -73,7 +91,13 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """All cases of the paper, computed with ``n_points`` test points each."""
+    """All cases of the paper, computed with ``n_points`` test points each.
+
+    Example:
+        >>> cases = [solve_case(0.4, model, 64) for model in ("rolling", "full")]
+        >>> [case.model for case in Reproduction(64, tuple(cases)).cases]
+        ['rolling', 'full']
+    """
 
     n_points: int
     cases: tuple[Case, ...]
@@ -83,6 +107,12 @@ class Reproduction:
 
         Returns:
             Columns ``model, mu, test_point, f1 … f4, paper_f1 … paper_f4``.
+
+        Example:
+            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            >>> print(one.table_6_1()[["test_point", "f1", "paper_f1", "f2", "paper_f2"]].round(4))
+               test_point      f1  paper_f1      f2  paper_f2
+            0        3085  2.0458    2.0454  0.0476    0.0476
         """
         computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         printed = published_table("6.1").drop(columns="test_point")
@@ -93,6 +123,12 @@ class Reproduction:
 
         A printed row stands beside the same test point of the same μ; elsewhere the columns
         ``paper_f1`` … ``paper_f4`` are empty.
+
+        Example:
+            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            >>> print(one.table_6_2()[["test_point", "f2", "paper_f2", "f4", "paper_f4"]].round(4))
+               test_point      f2  paper_f2      f4  paper_f4
+            0        2571  0.0683    0.0683  0.1043    0.1043
         """
         computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
         return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
@@ -103,6 +139,14 @@ class Reproduction:
         Returns:
             Columns ``model, mu, f1 … f4``; ``distance`` to U, and ``best_point_distance``, how
             far the best of the test points was from U.
+
+        Example:
+            No test point is nearer to U than the continuous optimum.
+
+            >>> one = Reproduction(64, (solve_case(0.4, "rolling", 64),))
+            >>> optimum = one.continuous_optima().iloc[0]
+            >>> bool(optimum["distance"] < optimum["best_point_distance"])
+            True
         """
         return pd.DataFrame(
             [
@@ -121,6 +165,13 @@ class Reproduction:
 
         Returns:
             Each statement with whether it holds.
+
+        Example:
+            Fewer test points than the paper's are other designs.
+
+            >>> cases = [solve_case(mu, "rolling", 64) for mu in PAPER_MU]
+            >>> Reproduction(64, tuple(cases)).findings()["the same seven designs"]
+            False
         """
         tables = {"6.1": self.table_6_1(), "6.2": self.table_6_2()}
         ours = pd.concat([table[table["model"] == model] for table in tables.values()])
@@ -142,7 +193,13 @@ class Reproduction:
 
 
 def solve_case(mu: float, model: str, n_points: int) -> Case:
-    """Investigate the chute for one μ under one model and rank its Pareto set."""
+    """Investigate the chute for one μ under one model and rank its Pareto set.
+
+    Example:
+        >>> case = solve_case(0.2, "full", 64)
+        >>> case.refined.distance <= case.refined.start_distance
+        True
+    """
     problem = VectorizedSphereChute(mu, model=model)
     result = minimize(problem, PSI(n_points))
     ranking = rank_of_efficiency(result.F, normalize=False)

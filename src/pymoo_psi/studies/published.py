@@ -23,6 +23,13 @@ def published_table(number: str) -> pd.DataFrame:
 
     Returns:
         One row per printed row; columns ``mu``, ``test_point``, ``paper_f1`` … ``paper_f4``.
+
+    Example:
+        >>> print(published_table("6.1"))
+            mu  test_point  paper_f1  paper_f2  paper_f3  paper_f4
+        0  0.2        3599    1.9829    0.0532    0.3074    0.1130
+        1  0.4        3085    2.0454    0.0476    0.2635    0.1072
+        2  0.6        1029    2.0454    0.0476    0.2635    0.1144
     """
     text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
     rows = json.loads(text)[f"table_{number.replace('.', '_')}"]

@@ -8,7 +8,7 @@ from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.investigation import TestTable
 from pymoo_psi.investigation.study import database
-from pymoo_psi.investigation.study.failures import corrupt
+from pymoo_psi.investigation.study.errors import corrupt
 from pymoo_psi.investigation.study.identity import Identity
 from pymoo_psi.investigation.study.rows import DIGEST_SIZE, Row, checked, combined, table_of_rows
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from pymoo_psi.errors import StudyError, StudyVersionError
 from pymoo_psi.investigation.study import files
-from pymoo_psi.investigation.study.failures import corrupt, foreign, translated
+from pymoo_psi.investigation.study.errors import corrupt, foreign, translated
 
 __all__ = [
     "Head",
@@ -108,7 +108,7 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
     """Give a connection in a transaction: committed after the body, undone if it raises.
 
     Raises:
-        StudyError: See :func:`pymoo_psi.investigation.study.failures.translated`.
+        StudyError: See :func:`pymoo_psi.investigation.study.errors.translated`.
     """
     with translated(path):
         files.require_there(path)
@@ -138,7 +138,7 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     """Return what a query says of one state of the file, without changing file or log.
 
     Raises:
-        StudyError: See :func:`pymoo_psi.investigation.study.failures.translated`.
+        StudyError: See :func:`pymoo_psi.investigation.study.errors.translated`.
     """
     with translated(path):
         files.require_there(path)

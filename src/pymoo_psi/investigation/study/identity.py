@@ -90,7 +90,7 @@ class Identity:
         if differences:
             raise StudyMismatchError(
                 f"study {path} belongs to another problem: {'; '.join(differences)}. Give the "
-                "name of another file, or the problem with which this study was begun"
+                "name of another file, or the problem (and study_key) with which it was begun"
             )
 
 

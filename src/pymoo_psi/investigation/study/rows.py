@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi.errors import PsiError
 from pymoo_psi.investigation import Layout, TestTable
-from pymoo_psi.investigation.study.failures import corrupt
+from pymoo_psi.investigation.study.errors import corrupt
 
 __all__ = ["DIGEST_SIZE", "Row", "checked", "combined", "rows_of_table", "table_of_rows"]
 

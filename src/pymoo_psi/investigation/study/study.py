@@ -18,7 +18,7 @@ from pymoo_psi.errors import ArgumentTypeError, StudyMismatchError
 from pymoo_psi.investigation import Layout, TestTable
 from pymoo_psi.investigation.study import database
 from pymoo_psi.investigation.study.contents import LAST, changes, everything, identity_of
-from pymoo_psi.investigation.study.failures import corrupt
+from pymoo_psi.investigation.study.errors import corrupt
 from pymoo_psi.investigation.study.identity import Identity
 from pymoo_psi.investigation.study.rows import (
     DIGEST_SIZE,

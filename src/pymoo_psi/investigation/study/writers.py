@@ -21,7 +21,7 @@ from datetime import datetime, timezone
 
 from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.investigation.study.database import connected
-from pymoo_psi.investigation.study.failures import translated
+from pymoo_psi.investigation.study.errors import translated
 from pymoo_psi.investigation.study.reservation import holder, put_holder, reserve
 
 __all__ = ["writing"]

@@ -1,0 +1,108 @@
+"""Algorithms side by side on one problem, at equal numbers of evaluations."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pymoo_psi.arguments import known_name
+from pymoo_psi.studies.comparison.reference import Reference
+from pymoo_psi.studies.comparison.run import Run
+from pymoo_psi.studies.comparison.statistics import INDICATORS, pairwise_tests
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Comparison"]
+
+_KEYS = ["algorithm", "evaluations", "seed"]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The runs of several algorithms on one problem, measured by the same reference.
+
+    Attributes:
+        problem: Name of the problem.
+        objectives: Number of objectives.
+        runs: Every run, by algorithm, budget and seed.
+        assess: What is measured of a run: ``"evaluated"``, the non-dominated feasible designs
+            among all that it evaluated, or ``"returned"``, those that the algorithm returned.
+        reference: What it is measured against.
+        measures: One row per run, see :meth:`to_frame`.
+    """
+
+    problem: str
+    objectives: int
+    runs: tuple[Run, ...]
+    assess: str
+    reference: Reference
+    measures: pd.DataFrame
+
+    def __repr__(self) -> str:
+        """Return problem, algorithms and the number of runs."""
+        names = ", ".join(self.algorithms)
+        return f"Comparison({self.problem}: {names}; {len(self.runs)} runs)"
+
+    @property
+    def algorithms(self) -> tuple[str, ...]:
+        """Names of the algorithms."""
+        return tuple(dict.fromkeys(run.task.algorithm for run in self.runs))
+
+    @property
+    def evaluations(self) -> tuple[int, ...]:
+        """The budgets, rising."""
+        return tuple(sorted({run.task.n_evaluations for run in self.runs}))
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row per run.
+
+        Returns:
+            Columns ``algorithm``, ``evaluations``, ``seed`` (missing where nothing is left to
+            chance), ``evaluated`` (designs, counted by the problem), ``hypervolume`` (share of the
+            box from U to the reference point), ``igd_plus``, ``epsilon``, ``optimum_distance``,
+            ``n_nondominated``, ``seconds``, ``evaluation_seconds``.
+        """
+        return self.measures.copy()
+
+    def summary(self) -> pd.DataFrame:
+        """Return median and quartiles of every measure.
+
+        Returns:
+            One row per algorithm and budget: ``algorithm``, ``evaluations``, ``runs``, and of each
+            measure, such as ``hypervolume``, its median under its own name and its quartiles as
+            ``hypervolume_q1`` and ``hypervolume_q3``.
+        """
+        import pandas as pd
+
+        rows = []
+        for budget, name in itertools.product(self.evaluations, self.algorithms):
+            chosen = (self.measures["evaluations"] == budget) & (self.measures["algorithm"] == name)
+            group = self.measures[chosen]
+            row: dict[str, Any] = {"algorithm": name, "evaluations": budget, "runs": len(group)}
+            for column in group.columns.drop([*_KEYS, "evaluated"]):
+                row[column] = group[column].median()
+                # Values that occurred, as there is no mean of an infinite and a finite one.
+                row[f"{column}_q1"] = group[column].quantile(0.25, interpolation="lower")
+                row[f"{column}_q3"] = group[column].quantile(0.75, interpolation="higher")
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
+        """Return for every pair of algorithms and every budget which is better, and how surely.
+
+        See :mod:`pymoo_psi.studies.comparison.statistics` for the tests.
+
+        Args:
+            indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
+
+        Returns:
+            Columns ``evaluations``, ``better``, ``worse``, ``effect`` (the probability that a run
+            of ``better`` is the better one, 0.5 to 1), ``p``, and ``p_holm``, corrected for all
+            pairs and budgets of the indicator.
+
+        Raises:
+            ArgumentValueError: The indicator is unknown.
+        """
+        return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))

@@ -1,0 +1,178 @@
+"""The algorithms that are compared: each spends a budget on a problem and returns what it found.
+
+``psi``
+    Parameter Space Investigation with the LPτ points, which leave nothing to chance: one run.
+``psi-scrambled``
+    The same with SciPy's scrambled Sobol' points, whose seed shows the spread that the choice of
+    points makes.
+``nsga3``
+    NSGA-III (:func:`pymoo_psi.nsga3`).
+``psi+nsga3``
+    Half the budget for PSI, the rest for NSGA-III, which starts from the best test points.
+
+Further algorithms of pymoo go by their short names, such as ``nsga2``, with a population that grows
+with the budget as that of :func:`pymoo_psi.nsga3` does.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
+from pymoo.core.termination import NoTermination
+from pymoo.optimize import minimize
+
+from pymoo_psi.algorithms import PSI, investigate, nsga3
+from pymoo_psi.algorithms.budget import population_size, run_within_budget
+from pymoo_psi.algorithms.nsga3 import reference_directions
+from pymoo_psi.arguments import broken_rule, known_name
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.sampling import QMCSampling
+
+__all__ = ["DEFAULT_ALGORITHMS", "Contender", "contenders"]
+
+Array = NDArray[np.float64]
+
+DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
+
+_PYMOO = {
+    "moead": "moead:MOEAD",
+    "nsga2": "nsga2:NSGA2",
+    "sms": "sms:SMSEMOA",
+    "spea2": "spea2:SPEA2",
+    "unsga3": "unsga3:UNSGA3",
+}
+
+
+@dataclass(frozen=True)
+class Contender:
+    """An algorithm with a name.
+
+    Attributes:
+        name: What tables call it.
+        search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
+            objectives of the feasible designs that the algorithm presents as its result.
+        seeded: Whether the seed makes a difference.
+    """
+
+    name: str
+    search: Callable[[Any, int, int], Array]
+    seeded: bool = True
+
+
+def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contender, ...]:
+    """Return the algorithms asked for.
+
+    Args:
+        algorithms: Names; or a mapping from names of the user's to such names, or to functions
+            that take a number of evaluations and return a new pymoo algorithm.
+
+    Raises:
+        ArgumentValueError: A name is unknown, or there is none.
+        ArgumentTypeError: The argument is something else.
+    """
+    if isinstance(algorithms, str) or not isinstance(algorithms, Collection):
+        raise ArgumentTypeError(f"algorithms must be names or a mapping, got {algorithms!r:.80}")
+    if not isinstance(algorithms, Mapping):
+        algorithms = {name: name for name in algorithms}
+    if not algorithms:
+        raise broken_rule("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
+    return tuple(_contender(str(name), what) for name, what in algorithms.items())
+
+
+def _contender(name: str, what: Any) -> Contender:
+    if callable(what):
+        return Contender(name, _Searching(what))
+    known_name("algorithms", what, {*_OURS, *_PYMOO})
+    if what in _OURS:
+        return Contender(name, *_OURS[what])
+    return Contender(name, _Searching(_Sized(_PYMOO[what])))
+
+
+def _psi(problem: Any, n_evaluations: int, seed: int) -> Array:
+    table = investigate(problem, n_evaluations)
+    return table.F[table.pareto()]
+
+
+def _psi_scrambled(problem: Any, n_evaluations: int, seed: int) -> Array:
+    table = investigate(problem, n_evaluations, sampling=QMCSampling("sobol"), seed=seed)
+    return table.F[table.pareto()]
+
+
+def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
+    return _presented(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
+
+
+def _psi_then_nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
+    n_points = n_evaluations // 2
+    if n_points == 0:
+        return _nsga3(problem, n_evaluations, seed)
+    tested = minimize(problem, PSI(n_points)).pop
+    left = n_evaluations - n_points
+    size = population_size(problem.n_obj, left)
+    survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
+    # NSGA-III's own choice among the test points: feasible ones first, the best, well spread.
+    start = survival.do(
+        problem, tested, n_survive=min(size, len(tested)), random_state=np.random.default_rng(seed)
+    )
+    result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
+    return _presented(result, problem.n_obj)
+
+
+_OURS: dict[str, tuple[Callable[[Any, int, int], Array], bool]] = {
+    "psi": (_psi, False),
+    "psi-scrambled": (_psi_scrambled, True),
+    "nsga3": (_nsga3, True),
+    "psi+nsga3": (_psi_then_nsga3, True),
+}
+
+
+@dataclass(frozen=True)
+class _Searching:
+    """A search by the algorithm that a function makes for a number of evaluations."""
+
+    algorithm_for: Callable[..., Any]
+
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        sized = isinstance(self.algorithm_for, _Sized)
+        algorithm = (
+            self.algorithm_for(n_evaluations, problem.n_obj)
+            if sized
+            else self.algorithm_for(n_evaluations)
+        )
+        algorithm.seed = seed
+        if algorithm.termination is None:
+            algorithm.termination = NoTermination()
+        return _presented(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """An algorithm of pymoo's with a population that suits the budget."""
+
+    home: str
+
+    def __call__(self, n_evaluations: int, n_obj: int) -> Any:
+        module, _, name = self.home.partition(":")
+        cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
+        size = population_size(n_obj, n_evaluations)
+        arguments = inspect.signature(cls).parameters
+        options: dict[str, Any] = {}
+        if "ref_dirs" in arguments:
+            options["ref_dirs"] = reference_directions(n_obj, size)
+        if "pop_size" in arguments:
+            options["pop_size"] = size
+        return cls(**options)
+
+
+def _presented(result: Any, n_obj: int) -> Array:
+    """Return the objectives of a pymoo result, none where no feasible design was found."""
+    if result.F is None:
+        return np.zeros((0, n_obj))
+    return np.asarray(result.F, dtype=np.float64).reshape(-1, n_obj)
