@@ -1,13 +1,27 @@
-"""Test tables that several files draw; a table never changes."""
+"""What the tests share: examples without a time limit, what they run on, tables to draw."""
+
+from importlib.metadata import version
 
 import numpy as np
 import pytest
+from hypothesis import settings
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.figures import section
 from pymoo_psi.investigation import Layout
 from tests.drawn import METALS, sphere
+
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
+
+
+def pytest_report_header():
+    names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "typer")
+    return " ".join(f"{name}-{version(name)}" for name in names)
+
+
+# Test tables that several files draw; a table never changes.
 
 
 @pytest.fixture(scope="session")

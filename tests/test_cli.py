@@ -9,6 +9,7 @@ import pytest
 
 from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency
 from pymoo_psi.cli import main
+from tests.exact_csv import EXACT
 
 
 def run(capsys, *arguments):
@@ -43,7 +44,7 @@ def test_solve_chute_by_psi(capsys, tmp_path):
     from pymoo.optimize import minimize
 
     result = minimize(VectorizedSphereChute(0.4, model="rolling"), PSI(256))
-    written = pd.read_csv(file).set_index("test_point").loc[result.opt.get("test_point")]
+    written = pd.read_csv(file, **EXACT).set_index("test_point").loc[result.opt.get("test_point")]
     np.testing.assert_array_equal(written[["f1", "f2", "f3", "f4"]], result.F)
     np.testing.assert_array_equal(written[["x1", "x2"]], result.X)
     assert written["rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()

@@ -9,6 +9,7 @@ import pytest
 from pymoo_psi import VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import main
 from pymoo_psi.cli.pareto_file import read_pareto_file
+from tests.exact_csv import EXACT
 
 DESIGNS = """name,cost [k€],mass [kg],yield
 "A, the first",1,2000000,0.1
@@ -107,7 +108,7 @@ def test_ranks_are_the_librarys(rank, tmp_path):
         ),
     ):
         assert rank(frame.to_csv(index=False), *options, "--out", out)[0] == 0
-        written = pd.read_csv(out).sort_values("row")
+        written = pd.read_csv(out, **EXACT).sort_values("row")
         assert written["rank"].tolist() == expected.rank.tolist()
         assert written["pareto"].tolist() == expected.pareto.tolist()
         np.testing.assert_allclose(written[["mu1", "mu2", "mu3"]], expected.criteria, rtol=1e-12)
@@ -169,7 +170,7 @@ def test_a_test_table_of_this_package(rank, tmp_path):
     assert (code, err) == (0, "")
     feasible = table.rows(table.feasible())
     expected = rank_of_efficiency(feasible.F, normalize=False)
-    written = pd.read_csv(out).sort_values("row")
+    written = pd.read_csv(out, **EXACT).sort_values("row")
     assert written["rank"].tolist() == expected.rank.tolist()
     assert written["test_point"].tolist() == feasible.numbers.tolist()
     assert "minimise f4" in printed

@@ -13,6 +13,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.page.groups import DOMINATED, OPTIMUM, PROTOTYPE
 from pymoo_psi.page.making import MOST_ROWS
 from tests.beams import CRITERIA, SETTINGS, beams
+from tests.exact_csv import EXACT
 
 pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
 
@@ -253,7 +254,12 @@ def test_export_gives_exactly_the_rows_shown(reader, data):
     assert 4 < len(rows) < 20
     text = reader.export()
     assert reader.file_name == "Beams_such.csv"
-    exported = pd.read_csv(io.StringIO(text), dtype={"number": str}, keep_default_na=False)
+    exported = pd.read_csv(
+        io.StringIO(text),
+        dtype={"number": str},
+        keep_default_na=False,
+        **EXACT,
+    )
     names = ["number", *CRITERIA, "width", "material", "mu1", "mu2", "mu3", "rank", "mark"]
     assert list(exported.columns) == names
     assert exported["number"].tolist() == [str(data.labels[i]) for i in rows]
@@ -269,7 +275,7 @@ def test_export_gives_the_selection_if_there_is_one(reader, data):
     selected = reader.selected
     assert 2 < len(selected) < 300
     assert f"Export {len(selected)} selected" in reader.page.inner_text("#export")
-    exported = pd.read_csv(io.StringIO(reader.export()))
+    exported = pd.read_csv(io.StringIO(reader.export()), **EXACT)
     assert sorted(exported["number"].astype(str)) == sorted(str(data.labels[i]) for i in selected)
     reader.page.click("#keep")
     expected = {*selected, len(data.labels) - 1}  # the prototype stays
@@ -286,7 +292,7 @@ def test_the_table_sorts(fresh, data):
         assert cells == sorted(cells, reverse=descending)
         mass = data.columns[0].values[fresh.left]
         assert (np.diff(mass) * (-1 if descending else 1) >= 0).all()
-        exported = pd.read_csv(io.StringIO(fresh.export()))
+        exported = pd.read_csv(io.StringIO(fresh.export()), **EXACT)
         np.testing.assert_array_equal(exported["mass"], mass)
 
 

@@ -248,56 +248,67 @@ def test_history_copies_and_pickles_hold_no_connection(tmp_path):
     assert [entry.n_tested for entry in result.history] == [16, 32, 48]
 
 
-CHILD = """
-import json, sys, time
+# The modules are imported once: every run is a fork of this script, begun by the name of its log.
+SCRIPT = """
+import json, os, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo_psi import PSI
 
 class Logged(ElementwiseProblem):
-    def __init__(self):
+    def __init__(self, log):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+        self.log = log
 
     def _evaluate(self, x, out, *args, **kwargs):
-        with open(sys.argv[2], "a") as log:
+        with open(self.log, "a") as log:
             log.write(json.dumps(list(x)) + "\\n")
         time.sleep(0.001)
         out["F"] = [x[0] ** 2 + x[1], (1 - x[0]) ** 2 + x[1]]
         out["G"] = [x[0] - 0.9]
 
-print("ready", flush=True)
-minimize(Logged(), PSI(400, study=sys.argv[1], block_size=5))
-print("done", flush=True)
+for line in sys.stdin:
+    pid = os.fork()
+    if pid:
+        print(pid, flush=True)
+        print(os.waitpid(pid, 0)[1], flush=True)
+    else:
+        minimize(Logged(line.strip()), PSI(400, study=sys.argv[1], block_size=5))
+        os._exit(0)
 """
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of this test are forks")
 def test_a_study_killed_thirty_times_is_the_study_of_one_run(tmp_path):
     """SIGKILL at random moments: the finished table is that of an uninterrupted run, bit for bit,
     and no run evaluates a point that was committed before it."""
-    path, script = tmp_path / "s.db", tmp_path / "child.py"
-    script.write_text(CHILD)
-    rng, kills = random.Random(1), 0
+    path = tmp_path / "s.db"
+    rng, kills, ended = random.Random(1), 0, None
     whole = minimize(Counted(), PSI(400)).algorithm.table
     by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
-    for attempt in range(200):
-        committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
-        log = tmp_path / f"log{attempt}"
-        child = subprocess.Popen(
-            [sys.executable, str(script), str(path), str(log)], stdout=subprocess.PIPE, text=True
-        )
-        assert child.stdout.readline() == "ready\n"
-        if kills < 30:
-            time.sleep(rng.uniform(0, 0.12))
-            os.kill(child.pid, signal.SIGKILL)
-        out = child.communicate()[0]
-        kills += child.returncode == -signal.SIGKILL
-        evaluated = _evaluated(log, by_design)
-        assert not evaluated & committed
-        if out == "done\n" and kills >= 30:
-            break
-        if out == "done\n":  # finished before its kill: begin a new study
-            path.unlink()
-    assert kills >= 30
+    server = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with server:
+        while kills < 30 or ended != 0:
+            committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
+            if ended == 0:  # finished before its kill: begin a new study
+                path.unlink()
+                committed = set()
+            log = tmp_path / f"log{kills}"
+            log.unlink(missing_ok=True)
+            print(log, file=server.stdin, flush=True)
+            pid = int(server.stdout.readline())
+            if kills < 30:
+                time.sleep(rng.uniform(0, 0.12))
+                os.kill(pid, signal.SIGKILL)
+            ended = int(server.stdout.readline())
+            kills += ended == signal.SIGKILL
+            assert ended in (0, signal.SIGKILL)
+            assert not _evaluated(log, by_design) & committed
     assert TestTable.read_study(path).equals(whole)
     assert [p.name for p in tmp_path.glob("s.db*")] == ["s.db"]
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import pymoo_psi
 from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli.app import app
@@ -71,6 +72,10 @@ def test_both_optima_are_as_in_the_table(mu):
             moved = criteria(motion(*best.X.T, ChuteParameters(mu=mu)))[0, :2].round(4).tolist()
     printed = published_table("6.1").set_index("mu").loc[mu, "paper_f1":].tolist()
     assert shown == [printed, optimum["rolling"], moved, optimum["full"]]
+
+
+def test_the_citation_is_of_this_version():
+    assert f"version = {{{pymoo_psi.__version__}}}" in README.read_text("utf-8")
 
 
 def test_there_are_two_commands_for_a_fresh_machine():

@@ -11,7 +11,7 @@ import pytest
 from tests.processes import gone, posix
 
 PROGRAM = """
-import os, sys, time
+import os, signal, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import JoblibRunner
 import numpy as np
@@ -24,6 +24,7 @@ class Slow(ElementwiseProblem):  # in the main script, which has no guard
         time.sleep(SECONDS)
         out["F"] = x[0]
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
 print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """

@@ -40,6 +40,16 @@ def test_engines_fill_the_box_repeatably(engine):
     assert (draw[0] <= problem.xu).all()
 
 
+def test_the_seed_of_a_run_decides_on_its_points():
+    def started(seed):
+        algorithm = NSGA2(pop_size=20, sampling=QMCSampling("sobol"))
+        return minimize(PROBLEM, algorithm, ("n_gen", 1), seed=seed).pop.get("X").tolist()
+
+    first = started(1)
+    assert started(1) == first
+    assert started(2) != first
+
+
 def test_plain_engines_are_scipys():
     np.testing.assert_array_equal(
         QMCSampling("sobol", scramble=False).unit_points(16, 60),

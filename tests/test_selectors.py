@@ -1,5 +1,7 @@
 """Selectors in one pipeline, those of pymoo and pymcdm included, and who agrees with whom."""
 
+import functools
+import inspect
 import warnings
 
 import numpy as np
@@ -186,8 +188,18 @@ def test_methods_of_pymcdm():
     # VIKOR's S, R and Q at v = 1 is compromise programming at p = 1, at v = 0 at p = inf.
     for v, p in ((1.0, 1), (0.0, np.inf)):
         assert (
-            McdmMethod(methods.VIKOR(v=v)).do(F).tolist() == CompromiseProgramming(p).do(F).tolist()
+            McdmMethod(vikor(methods, v)).do(F).tolist() == CompromiseProgramming(p).do(F).tolist()
         )
+
+
+def vikor(methods, v):
+    """Before pymcdm 1.3 the call takes v, not the constructor."""
+    if "v" in inspect.signature(methods.VIKOR).parameters:
+        return methods.VIKOR(v=v)
+    method = methods.VIKOR()
+    called = functools.partial(method, v=v)
+    called.rank = method.rank
+    return called
 
 
 def selectors(m):

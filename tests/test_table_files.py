@@ -15,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from pymoo_psi import PsiError, TestTable
 from pymoo_psi.investigation import Layout
 from pymoo_psi.investigation.layout import RESERVED
+from tests.exact_csv import EXACT
 
 SLOW = settings(deadline=None)  # files, and pandas imported by the first example
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
@@ -144,7 +145,7 @@ def test_columns_have_the_types_of_their_values():
 
 def test_pandas_reads_the_csv(tmp_path):
     EXAMPLE.to_csv(tmp_path / "t.csv")
-    frame = pd.read_csv(tmp_path / "t.csv", comment="#", index_col="test_point")
+    frame = pd.read_csv(tmp_path / "t.csv", comment="#", index_col="test_point", **EXACT)
     expected = EXAMPLE.to_frame().replace({"broken": {"": np.nan}, "reason": {"": np.nan}})
     pd.testing.assert_frame_equal(frame, expected, check_dtype=False, rtol=1e-14)
 

@@ -26,27 +26,33 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from pymoo_psi import chute
-    from pymoo_psi.algorithms import PSI, investigate, nsga3, refine
-    from pymoo_psi.deciding import (
-        CompromiseProgramming,
-        EfficientSubset,
-        McdmMethod,
-        SalukvadzeOptimum,
-        SelectorComparison,
-        compare_selectors,
-        robustness,
-    )
-    from pymoo_psi.errors import PsiError
-    from pymoo_psi.failures import FailureTolerant
-    from pymoo_psi.investigation import TestTable
-    from pymoo_psi.pareto import EfficiencyRanking, Robustness, rank_of_efficiency
-    from pymoo_psi.problems import SphereChute, VectorizedSphereChute
-    from pymoo_psi.runners import JoblibRunner
-    from pymoo_psi.sampling import LPTauSampling, QMCSampling
-    from pymoo_psi.sequences import lp_tau
-    from pymoo_psi.studies.comparison import Comparison, compare
+if TYPE_CHECKING:  # "as" tells them that the names are public
+    from pymoo_psi import chute as chute
+    from pymoo_psi.algorithms import PSI as PSI
+    from pymoo_psi.algorithms import investigate as investigate
+    from pymoo_psi.algorithms import nsga3 as nsga3
+    from pymoo_psi.algorithms import refine as refine
+    from pymoo_psi.deciding import CompromiseProgramming as CompromiseProgramming
+    from pymoo_psi.deciding import EfficientSubset as EfficientSubset
+    from pymoo_psi.deciding import McdmMethod as McdmMethod
+    from pymoo_psi.deciding import SalukvadzeOptimum as SalukvadzeOptimum
+    from pymoo_psi.deciding import SelectorComparison as SelectorComparison
+    from pymoo_psi.deciding import compare_selectors as compare_selectors
+    from pymoo_psi.deciding import robustness as robustness
+    from pymoo_psi.errors import PsiError as PsiError
+    from pymoo_psi.failures import FailureTolerant as FailureTolerant
+    from pymoo_psi.investigation import TestTable as TestTable
+    from pymoo_psi.pareto import EfficiencyRanking as EfficiencyRanking
+    from pymoo_psi.pareto import Robustness as Robustness
+    from pymoo_psi.pareto import rank_of_efficiency as rank_of_efficiency
+    from pymoo_psi.problems import SphereChute as SphereChute
+    from pymoo_psi.problems import VectorizedSphereChute as VectorizedSphereChute
+    from pymoo_psi.runners import JoblibRunner as JoblibRunner
+    from pymoo_psi.sampling import LPTauSampling as LPTauSampling
+    from pymoo_psi.sampling import QMCSampling as QMCSampling
+    from pymoo_psi.sequences import lp_tau as lp_tau
+    from pymoo_psi.studies.comparison import Comparison as Comparison
+    from pymoo_psi.studies.comparison import compare as compare
 
     __version__: str
 

@@ -10,7 +10,7 @@ from pymoo.core.sampling import Sampling
 
 from pymoo_psi.arguments import Received, boolean, broken_rule, integer, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.host import design_space
+from pymoo_psi.host import design_space, random_generator
 from pymoo_psi.sequences import lp_tau
 
 __all__ = ["LPTauSampling", "QMCSampling", "UniformSampling", "require_uniform"]
@@ -33,7 +33,9 @@ class UniformSampling(Sampling):
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> Any:
         space = design_space(problem)
-        points = self.unit_points(n_samples, len(space.variables), random_state=random_state)
+        points = self.unit_points(
+            n_samples, len(space.variables), random_state=random_generator(random_state)
+        )
         return space.designs(space.matrix(points))
 
     def unit_points(

@@ -156,7 +156,7 @@ class PSI(Algorithm):
             self.n_points,
             len(self.space.variables),
             first=self.first,
-            random_state=self.random_state,
+            random_state=np.random.default_rng(self.seed),
         )
 
     def next(self) -> None:

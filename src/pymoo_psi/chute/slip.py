@@ -52,7 +52,8 @@ class Rule(NamedTuple):
 def _rule(m: int, power: int, reach: float) -> Rule:
     """Gauss-Lobatto in zeta, lambda = length zeta**power; power 2 crowds the step's beginning."""
     p = Legendre.basis(m)
-    x = np.array([-1.0, *p.deriv().roots(), 1.0])
+    roots = p.deriv().roots().real  # all are real; NumPy 2.5 gives them a complex type
+    x = np.array([-1.0, *roots, 1.0])
     zeta, weight = 0.5 * (x + 1.0), 1.0 / (m * (m + 1) * p(x) ** 2)
     weight *= power * zeta ** (power - 1)
     return Rule(zeta[1:, None] ** power, weight[1:], float(weight[0]), reach)

@@ -46,8 +46,9 @@ class FiledRecords(JudgedRecords):
 
         The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
         a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
-        them by ``pd.read_csv(path, comment="#", index_col="test_point")``. An interrupted
-        writing leaves the old file as it was.
+        them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
+        ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
+        file as it was.
 
         Example:
             >>> import os, tempfile

@@ -1,0 +1,86 @@
+"""What a stranger installs: metadata, types, a light import, a command that completes."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib import import_module
+from importlib.metadata import entry_points, metadata, requires
+
+import pytest
+
+HEAVY = ("bokeh", "typer", "matplotlib", "pymoo", "numpy", "pandas")
+
+
+def loaded(code, modules):
+    """Which of the modules a bare interpreter with warnings as errors has after the code."""
+    ask = f"import sys; print([m for m in {modules!r} if m in sys.modules], file=sys.stderr)"
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", f"{code}\n{ask}"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stderr.strip()
+
+
+def test_no_public_name_brings_a_face():
+    code = "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)"
+    assert loaded(code, ("matplotlib.pyplot", "bokeh", "typer")) == "[]"
+
+
+def test_type_checkers_find_every_public_name(tmp_path):
+    """Under mypy's strict rules, which want names to be public explicitly, and a py.typed."""
+    names = [
+        f"from {module} import {name}"
+        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.figures", "pymoo_psi.page")
+        for name in import_module(module).__all__
+    ]
+    (tmp_path / "names.py").write_text("\n".join(names))
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "names.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout
+
+
+def test_help_loads_nothing_heavy():
+    code = "from pymoo_psi.cli import main\nassert main(['--help']) == 0"
+    assert loaded(code, HEAVY) == "['typer']"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion(shell):
+    def command(**environment):
+        return subprocess.run(
+            [sys.executable, "-c", "from pymoo_psi.cli import run; run()"],
+            env=os.environ | {"_PYMOO_PSI_COMPLETE": "", **environment},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+
+    assert "_PYMOO_PSI_COMPLETE" in command(_PYMOO_PSI_COMPLETE=f"source_{shell}")
+    completed = command(
+        _PYMOO_PSI_COMPLETE=f"complete_{shell}",
+        COMP_WORDS="pymoo-psi repr",
+        COMP_CWORD="1",
+        _TYPER_COMPLETE_ARGS="pymoo-psi repr",
+        _TYPER_COMPLETE_FISH_ACTION="get-args",
+    )
+    assert "reproduce" in completed
+    assert "solve" not in completed
+
+
+def test_every_dependency_has_a_floor():
+    """The oldest releases of the matrix are these floors."""
+    own = metadata("pymoo-psi")["Name"]
+    for requirement in requires("pymoo-psi"):
+        assert requirement.startswith(own) or re.match(r"[\w-]+(\[\w+\])?>=\d", requirement)
+
+
+def test_metadata():
+    about = metadata("pymoo-psi")
+    assert about["License-Expression"] == "Apache-2.0"
+    assert about["Requires-Python"] == ">=3.10"
+    assert "Parameter Space Investigation" in about["Keywords"]
+    assert "Preference" not in about["Keywords"]
+    assert about["Description-Content-Type"] == "text/markdown"
+    (script,) = entry_points(group="console_scripts", name="pymoo-psi")
+    assert script.value == "pymoo_psi.cli:run"
