@@ -9,6 +9,7 @@ from typing import Any
 from pymoo.problems import get_problem
 
 from pymoo_psi import VectorizedSphereChute
+from pymoo_psi.algorithms.nsga3 import reference_directions
 
 PROBLEMS: dict[str, Callable[[], Any]] = {
     **{
@@ -27,3 +28,10 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "dtlz2": partial(get_problem, "dtlz2", n_var=13, n_obj=4),
     "dtlz7": partial(get_problem, "dtlz7", n_var=23, n_obj=4),
 }
+
+
+def known_front(name: str, problem: Any) -> Any:
+    """Return points of the true Pareto front where there is a formula for them, else nothing."""
+    if name == "dtlz2":
+        return problem.pareto_front(reference_directions(problem.n_obj, 1000))
+    return problem.pareto_front() if name in ("bnh", "zdt1", "zdt2", "zdt3") else None

@@ -31,6 +31,14 @@ class Comparison:
             among all that it evaluated, or ``"returned"``, those that the algorithm returned.
         reference: What it is measured against.
         measures: One row per run, see :meth:`to_frame`.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> bnh = get_problem("bnh")
+        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+        >>> result, len(result.runs)  # psi needs no seeds
+        (Comparison(BNH: psi, nsga3; 8 runs), 8)
     """
 
     problem: str
@@ -47,12 +55,30 @@ class Comparison:
 
     @property
     def algorithms(self) -> tuple[str, ...]:
-        """Names of the algorithms."""
+        """Names of the algorithms.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> result.algorithms
+            ('psi', 'nsga3')
+        """
         return tuple(dict.fromkeys(run.task.algorithm for run in self.runs))
 
     @property
     def evaluations(self) -> tuple[int, ...]:
-        """The budgets, rising."""
+        """The budgets, rising.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> result.evaluations
+            (32, 64)
+        """
         return tuple(sorted({run.task.n_evaluations for run in self.runs}))
 
     def to_frame(self) -> pd.DataFrame:
@@ -63,6 +89,15 @@ class Comparison:
             chance), ``evaluated`` (designs, counted by the problem), ``hypervolume`` (share of the
             box from U to the reference point), ``igd_plus``, ``epsilon``, ``optimum_distance``,
             ``n_nondominated``, ``seconds``, ``evaluation_seconds``.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> runs = result.to_frame()
+            >>> bool((runs["evaluated"] == runs["evaluations"]).all())
+            True
         """
         return self.measures.copy()
 
@@ -73,6 +108,18 @@ class Comparison:
             One row per algorithm and budget: ``algorithm``, ``evaluations``, ``runs``, and of each
             measure, such as ``hypervolume``, its median under its own name and its quartiles as
             ``hypervolume_q1`` and ``hypervolume_q3``.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> print(result.summary()[["algorithm", "evaluations", "runs"]])
+              algorithm  evaluations  runs
+            0       psi           32     1
+            1     nsga3           32     3
+            2       psi           64     1
+            3     nsga3           64     3
         """
         import pandas as pd
 
@@ -104,5 +151,14 @@ class Comparison:
 
         Raises:
             ArgumentValueError: The indicator is unknown.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> tests = result.tests("igd_plus")
+            >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
+            True
         """
         return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))

@@ -9,6 +9,12 @@
     NSGA-III (:func:`pymoo_psi.nsga3`).
 ``psi+nsga3``
     Half the budget for PSI, the rest for NSGA-III, which starts from the best test points.
+``psi-scrambled+nsga3``
+    The same with scrambled points.
+
+The first LPτ points are the corner of the lower bounds and the middle of the box. Many test
+problems have Pareto-optimal designs just there, which is luck and says nothing of a method; the
+entries with scrambled points do not have it.
 
 Further algorithms of pymoo go by their short names, such as ``nsga2``, with a population that grows
 with the budget as that of :func:`pymoo_psi.nsga3` does.
@@ -33,7 +39,7 @@ from pymoo_psi.algorithms.budget import population_size, run_within_budget
 from pymoo_psi.algorithms.nsga3 import reference_directions
 from pymoo_psi.arguments import broken_rule, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.sampling import QMCSampling
+from pymoo_psi.sampling import LPTauSampling, QMCSampling, UniformSampling
 
 __all__ = ["DEFAULT_ALGORITHMS", "Contender", "contenders"]
 
@@ -95,41 +101,53 @@ def _contender(name: str, what: Any) -> Contender:
     return Contender(name, _Searching(_Sized(_PYMOO[what])))
 
 
-def _psi(problem: Any, n_evaluations: int, seed: int) -> Array:
-    table = investigate(problem, n_evaluations)
-    return table.F[table.pareto()]
+@dataclass(frozen=True)
+class _Investigating:
+    """Parameter Space Investigation with the points of a sampling."""
 
+    sampling: UniformSampling
 
-def _psi_scrambled(problem: Any, n_evaluations: int, seed: int) -> Array:
-    table = investigate(problem, n_evaluations, sampling=QMCSampling("sobol"), seed=seed)
-    return table.F[table.pareto()]
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        table = investigate(problem, n_evaluations, sampling=self.sampling, seed=seed)
+        return table.F[table.pareto()]
 
 
 def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
     return _presented(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
 
 
-def _psi_then_nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
-    n_points = n_evaluations // 2
-    if n_points == 0:
-        return _nsga3(problem, n_evaluations, seed)
-    tested = minimize(problem, PSI(n_points)).pop
-    left = n_evaluations - n_points
-    size = population_size(problem.n_obj, left)
-    survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
-    # NSGA-III's own choice among the test points: feasible ones first, the best, well spread.
-    start = survival.do(
-        problem, tested, n_survive=min(size, len(tested)), random_state=np.random.default_rng(seed)
-    )
-    result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
-    return _presented(result, problem.n_obj)
+@dataclass(frozen=True)
+class _ThenNSGA3:
+    """Half the budget for PSI with the points of a sampling, the rest for NSGA-III from there."""
+
+    sampling: UniformSampling
+
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        n_points = n_evaluations // 2
+        if n_points == 0:
+            return _nsga3(problem, n_evaluations, seed)
+        tested = minimize(problem, PSI(n_points, sampling=self.sampling), seed=seed).pop
+        left = n_evaluations - n_points
+        size = population_size(problem.n_obj, left)
+        survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
+        # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
+        start = survival.do(
+            problem,
+            tested,
+            n_survive=min(size, len(tested)),
+            random_state=np.random.default_rng(seed),
+        )
+        result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
+        return _presented(result, problem.n_obj)
 
 
+_SCRAMBLED = QMCSampling("sobol")
 _OURS: dict[str, tuple[Callable[[Any, int, int], Array], bool]] = {
-    "psi": (_psi, False),
-    "psi-scrambled": (_psi_scrambled, True),
+    "psi": (_Investigating(LPTauSampling()), False),
+    "psi-scrambled": (_Investigating(_SCRAMBLED), True),
     "nsga3": (_nsga3, True),
-    "psi+nsga3": (_psi_then_nsga3, True),
+    "psi+nsga3": (_ThenNSGA3(LPTauSampling()), True),
+    "psi-scrambled+nsga3": (_ThenNSGA3(_SCRAMBLED), True),
 }
 
 

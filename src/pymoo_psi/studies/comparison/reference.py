@@ -52,6 +52,15 @@ class Reference:
         optimum: ``(m,)`` objectives of the continuous Salukvadze optimum, the feasible design
             nearest to U: the nearest of all points, polished by :func:`pymoo_psi.refine`.
         optimum_evaluations: Evaluations that the polishing took; no algorithm is charged for them.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> bnh = get_problem("bnh")
+        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+        >>> reference = result.reference
+        >>> (reference.points >= 0).all() and (reference.points <= 1).all()
+        np.True_
     """
 
     frame: UtopianFrame
@@ -76,6 +85,15 @@ class Reference:
             runs: All runs, of every algorithm, budget and seed.
             front: ``(k, m)`` objectives known to be attainable, such as a true Pareto front.
             polish: Whether to search the continuous optimum from the best point on.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> again = Reference.of(bnh, result.runs, None, polish=False)
+            >>> again.n_union == result.reference.n_union
+            True
         """
         m = problem.n_obj
         known = np.zeros((0, m)) if front is None else objective_matrix("reference_front", front)
@@ -88,13 +106,30 @@ class Reference:
             nowhere = np.full(m, np.nan)
             return cls(UtopianFrame(nowhere, nowhere, True), F, 0, nowhere, 0)
         frame = UtopianFrame(F.min(axis=0), F.max(axis=0), normalize=True)
-        scaled = (F - frame.ideal) / frame.scale
+        scaled = _scaled(F, frame)
         points = scaled[spread_subset(scaled, REFERENCE_SIZE)]
         optimum, spent = _optimum(problem, runs, F, frame, polish)
         return cls(frame, points, len(F), optimum, spent)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the reference, so that later runs can be measured against it."""
+        """Write the reference, so that later runs can be measured against it.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = os.path.join(folder, "bnh.npz")
+            ...     result.reference.save(path)
+            ...     reference = Reference.load(path)
+            >>> one = compare(bnh, n_evaluations=64, algorithms=["psi"], reference=reference)
+            >>> rows = [frame.query("algorithm == 'psi' and evaluations == 64")
+            ...         for frame in (one.to_frame(), result.to_frame())]
+            >>> rows[0]["hypervolume"].item() == rows[1]["hypervolume"].item()
+            True
+        """
         values = {
             "ideal": self.frame.ideal,
             "nadir": self.frame.nadir,
@@ -110,6 +145,17 @@ class Reference:
         Raises:
             ArgumentValueError: The file is no reference.
             OSError: It cannot be read.
+
+        Example:
+            See :meth:`save`; a file of another kind is refused.
+
+            >>> import os, tempfile
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = os.path.join(folder, "other.npz")
+            ...     np.savez(path, F=np.zeros(3))
+            ...     Reference.load(path)
+            Traceback (most recent call last):
+            pymoo_psi.errors.ArgumentValueError: reference must be a file with a reference, got ...
         """
         try:
             with np.load(path, allow_pickle=False) as stored:
@@ -121,15 +167,35 @@ class Reference:
         return cls(frame, points, int(n_union), optimum, int(spent))
 
     def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` objectives in the scale: U is 0 and N is 1."""
-        scaled: Array = (F - self.frame.ideal) / self.frame.scale
-        return scaled
+        """Return ``(n, m)`` objectives in the scale: U is 0 and N is 1.
+
+        An objective in which U and N are the same keeps its own unit.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> frame = result.reference.frame
+            >>> result.reference.scaled(np.array([frame.ideal, frame.nadir]))
+            array([[0., 0.],
+                   [1., 1.]])
+        """
+        return _scaled(F, self.frame)
 
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.
 
         ``optimum_distance`` is the distance, in the scale, from the Salukvadze optimum among them,
         by their own U and N as a user would find it, to the continuous one.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
+            0.0
         """
         if len(F) == 0:
             return {
@@ -150,6 +216,12 @@ class Reference:
             ),
             "n_nondominated": len(F),
         }
+
+
+def _scaled(F: Array, frame: UtopianFrame) -> Array:
+    span = frame.nadir - frame.ideal
+    scaled: Array = (F - frame.ideal) / np.where(span > 0, span, 1.0)
+    return scaled
 
 
 def _optimum(

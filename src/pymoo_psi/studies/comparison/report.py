@@ -42,10 +42,10 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
         >>> result = compare(
-        ...     get_problem("zdt1"), n_evaluations=256, seeds=6, algorithms=["psi", "nsga3"]
+        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
         ... )
         >>> print(conclusions(result)[0])
-        256 evaluations: nsga3 has the largest hypervolume (median 0.0...). It is better than psi
+        512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
         (effect 1.00, p = 0.031).
     """
     known_name("indicator", indicator, INDICATORS)
@@ -132,6 +132,7 @@ def _table(comparison: Comparison) -> list[str]:
 
 def _method(comparison: Comparison) -> list[str]:
     reference: Reference = comparison.reference
+    size = len(reference.points)
     assessed = {
         "evaluated": "the non-dominated feasible designs among all that a run evaluated",
         "returned": "the designs that the algorithm returned",
@@ -139,8 +140,8 @@ def _method(comparison: Comparison) -> list[str]:
     return [
         f"- Measured are {assessed}.",
         "- Objectives are scaled by the ideal and the nadir of the non-dominated union of all "
-        f"runs ({reference.n_union} points); the reference set is {len(reference.points)} of these, "
-        f"farthest first; the reference point is {REFERENCE_POINT} in every scaled objective.",
+        f"runs ({reference.n_union} points); the reference set is {size} of these, farthest first; "
+        f"the reference point is {REFERENCE_POINT} in every scaled objective.",
         "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
         f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",

@@ -29,6 +29,10 @@ class Task:
         algorithm: Name of the algorithm.
         n_evaluations: The budget.
         seed: The seed; ``None`` if the algorithm leaves nothing to chance.
+
+    Example:
+        >>> print(Task("nsga3", 1024, 7))
+        nsga3, 1024 evaluations, seed 7
     """
 
     algorithm: str
@@ -53,6 +57,15 @@ class Run:
         n_evaluated: Designs evaluated, counted by the problem.
         seconds: Wall time of the run, without the counting.
         evaluation_seconds: The part of it that was spent in the problem.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> bnh = get_problem("bnh")
+        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+        >>> run = result.runs[0]
+        >>> run.task, run.n_evaluated, run.evaluation_seconds < run.seconds
+        (Task(algorithm='psi', n_evaluations=32, seed=None), 32, True)
     """
 
     task: Task
@@ -68,7 +81,17 @@ class Run:
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
     def found(self, assess: str) -> Array:
-        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``."""
+        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> psi = result.runs[0]  # PSI returns the best of all that it evaluated
+            >>> bool((psi.found("evaluated") == psi.found("returned")).all())
+            True
+        """
         return self.F if assess == "evaluated" else self.returned
 
 

@@ -32,6 +32,10 @@ def holm(p: Array) -> Array:
 
     Args:
         p: ``(n,)`` p values.
+
+    Example:
+        >>> holm(np.array([0.01, 0.04, 0.03])).round(2)
+        array([0.03, 0.06, 0.06])
     """
     corrected = np.full(len(p), np.nan)
     tested = np.flatnonzero(~np.isnan(p))
@@ -42,7 +46,12 @@ def holm(p: Array) -> Array:
 
 
 def effect_size(a: Array, b: Array) -> float:
-    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half."""
+    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half.
+
+    Example:
+        >>> effect_size(np.array([1, 3]), np.array([1, 2]))
+        0.625
+    """
     above = (a[:, None] > b).mean() + 0.5 * (a[:, None] == b).mean()
     return float(above)
 

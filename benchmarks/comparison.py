@@ -1,0 +1,174 @@
+"""PSI against NSGA-III on sixteen problems: the study in ``benchmarks/README.md``.
+
+The whole study, some thirty minutes on two cores; it continues after an interruption:
+
+    python -m benchmarks.comparison
+
+Some rows of it again, measured against the references kept from the whole study, so that PSI's
+numbers are the same to the last digit and the others' come from the same seeds:
+
+    python -m benchmarks.comparison zdt1 --algorithms psi,nsga3 --evaluations 256,1024
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from benchmarks.comparison_problems import PROBLEMS, known_front
+from benchmarks.machine import describe_machine
+from pymoo_psi.figures import (
+    attainment_page,
+    draw_indicator,
+    fronts_page,
+    indicator_curves,
+    time_page,
+)
+from pymoo_psi.studies.comparison import INDICATORS, Comparison, Reference, compare
+
+HERE = Path(__file__).parent
+REFERENCES = HERE / "references"
+PICTURES = HERE / "pictures"
+README = HERE / "README.md"
+BUDGETS = (256, 1024, 4096, 16384)
+ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
+SEEDS = 11
+SHOWN = {"fronts": "chute-full-0.4", "attainment": "zdt1", "time": "chute-full-0.4"}
+
+
+def whole_study(folder: Path, jobs: int) -> None:
+    """Run everything; write references, pictures, CSV files and the tables of the README."""
+    comparisons: dict[str, Comparison] = {}
+    for name, make in PROBLEMS.items():
+        problem = make()
+        comparisons[name] = compare(
+            problem, n_evaluations=BUDGETS, seeds=SEEDS, algorithms=ALGORITHMS,
+            reference_front=known_front(name, problem), folder=folder / name, n_jobs=jobs,
+        )  # fmt: skip
+        REFERENCES.mkdir(exist_ok=True)
+        comparisons[name].reference.save(REFERENCES / f"{name}.npz")
+        print(f"{name}: {len(comparisons[name].runs)} runs measured", flush=True)
+    every = _joined(comparisons, lambda c: c.summary())
+    every.to_csv(HERE / "comparison.csv", index=False)
+    pictures(comparisons)
+    text = "\n".join([*wins(comparisons), "", *table(comparisons)])
+    marks = "<!-- comparison: written by python -m benchmarks.comparison -->", "<!-- end -->"
+    block = f"{marks[0]}\n\nOn {describe_machine()}.\n\n{text}\n\n{marks[1]}"
+    pattern = f"{re.escape(marks[0])}.*?{re.escape(marks[1])}"
+    README.write_text(
+        re.sub(pattern, lambda _: block, README.read_text("utf-8"), flags=re.DOTALL), "utf-8"
+    )
+
+
+def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:
+    """Run rows of the study again and print their measures."""
+    for name in names:
+        result = compare(
+            PROBLEMS[name](), n_evaluations=budgets, seeds=SEEDS, algorithms=algorithms,
+            reference=Reference.load(REFERENCES / f"{name}.npz"), n_jobs=jobs,
+        )  # fmt: skip
+        columns = ["evaluations", "algorithm", "runs"]
+        for indicator in INDICATORS:
+            columns += [indicator, f"{indicator}_q1", f"{indicator}_q3"]
+        print(f"{name}\n{result.summary()[columns].to_string(index=False)}\n", flush=True)
+
+
+def _joined(comparisons: dict[str, Comparison], frame_of: Any) -> pd.DataFrame:
+    frames = [frame_of(c).assign(problem=name) for name, c in comparisons.items()]
+    joined = pd.concat(frames, ignore_index=True)
+    return joined[["problem", *joined.columns.drop("problem")]]
+
+
+def table(comparisons: dict[str, Comparison]) -> list[str]:
+    """Return the hypervolumes as a table in Markdown."""
+    lines = [
+        f"| problem | evaluations | {' | '.join(ALGORITHMS)} |",
+        f"|---|---|{'---|' * len(ALGORITHMS)}",
+    ]
+    for name, comparison in comparisons.items():
+        summary, tests = comparison.summary(), comparison.tests()
+        for budget in BUDGETS:
+            rows = summary[summary["evaluations"] == budget].set_index("algorithm")
+            best = rows["hypervolume"].idxmax()
+            at = tests[(tests["evaluations"] == budget) & (tests["p_holm"] < 0.05)]
+            beaten = set(at[at["better"] == best]["worse"])
+            cells = []
+            for algorithm in ALGORITHMS:
+                row = rows.loc[algorithm]
+                cell = f"{row['hypervolume']:.4f}"
+                if algorithm not in beaten:
+                    cell = f"**{cell}**"
+                if row["runs"] > 1:
+                    cell += f" ({row['hypervolume_q1']:.4f}–{row['hypervolume_q3']:.4f})"
+                cells.append(cell)
+            lines.append(f"| {name} | {budget} | {' | '.join(cells)} |")
+    return lines
+
+
+def wins(comparisons: dict[str, Comparison]) -> list[str]:
+    """Return how often PSI is surely better or worse than NSGA-III, by number of variables."""
+    few = [name for name, make in PROBLEMS.items() if make().n_var <= 4]
+    groups = {"2 to 4 variables": few, "6 to 30 variables": [n for n in PROBLEMS if n not in few]}
+    lines = [
+        "| indicator | problems | " + " | ".join(f"{b} evaluations" for b in BUDGETS) + " |",
+        f"|---|---|{'---|' * len(BUDGETS)}",
+    ]
+    for indicator in INDICATORS:
+        for group, names in groups.items():
+            cells = []
+            for budget in BUDGETS:
+                count = {"psi": 0, "nsga3": 0, "": 0}
+                for name in names:
+                    tests = comparisons[name].tests(indicator)
+                    pair = tests[
+                        (tests["evaluations"] == budget)
+                        & tests["better"].isin(["psi", "nsga3"])
+                        & tests["worse"].isin(["psi", "nsga3"])
+                    ].iloc[0]
+                    count[pair["better"] if pair["p_holm"] < 0.05 else ""] += 1
+                cells.append(f"{count['psi']} : {count['nsga3']} ({count['']})")
+            lines.append(f"| {indicator} | {group} | {' | '.join(cells)} |")
+    return lines
+
+
+def pictures(comparisons: dict[str, Comparison]) -> None:
+    """Draw the hypervolume of every problem on one page, and three pages of single problems."""
+    figure = Figure(figsize=(11, 11.5), layout="constrained")
+    panels = np.ravel(figure.subplots(4, 4))
+    for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
+        curves = indicator_curves(comparison, "hypervolume")
+        draw_indicator(curves, legend=axes is panels[0], ax=axes)
+        axes.set_title(f"{name}, {PROBLEMS[name]().n_var} variables", fontsize=9)
+        axes.tick_params(labelsize=7)
+    figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)
+    for kind, page in (
+        ("fronts", fronts_page), ("attainment", attainment_page), ("time", time_page)
+    ):  # fmt: skip
+        drawn = page(comparisons[SHOWN[kind]])
+        drawn.savefig(PICTURES / f"comparison_{kind}.png", dpi=110)
+
+
+def main() -> None:
+    """Run the whole study, or rows of it."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("problems", nargs="*", choices=[[], *PROBLEMS], metavar="PROBLEM")
+    parser.add_argument("--algorithms", default=",".join(ALGORITHMS))
+    parser.add_argument("--evaluations", default=",".join(map(str, BUDGETS)))
+    parser.add_argument("--jobs", type=int, default=-1)
+    parser.add_argument("--folder", type=Path, default=HERE / "runs", help="keeps finished runs")
+    given = parser.parse_args()
+    if given.problems:
+        budgets = [int(word) for word in given.evaluations.split(",")]
+        some_rows(given.problems, given.algorithms.split(","), budgets, given.jobs)
+    else:
+        whole_study(given.folder, given.jobs)
+
+
+if __name__ == "__main__":
+    main()
