@@ -185,9 +185,13 @@ def test_a_test_table(tmp_path):
     table = table_from_file(file)
     assert isinstance(TestTable.read_csv(file), TestTable)
     assert (table.objectives, table.variables) == (("f1", "f2", "f3", "f4"), ("x1", "x2"))
-    assert table.frame.index.tolist() == tests.numbers[tests.eligible()].tolist()
+    assert table.frame["test_point"].tolist() == tests.numbers[tests.eligible()].tolist()
     data = page_data(
-        table.frame, table.objectives, variables=table.variables, prototype=table.prototype
+        table.frame,
+        table.objectives,
+        variables=table.variables,
+        label=table.label,
+        prototype=table.prototype,
     )
     assert data.label_name == "test_point"
     assert data.labels[-1] == "P1"
@@ -209,17 +213,17 @@ def test_the_command(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("content", "options", "message"),
     [
-        ("", [], "must be a CSV with a header, got an empty file"),
-        ("a,b\n", [], "must be a CSV with a row per design, got a header only"),
+        ("", [], "set.csv: it is empty; it must hold a line of column names"),
+        ("a,b\n", [], "set.csv: it holds column names, but no row"),
         ("a,b\n1,2\n", [], "frame must be of at least two designs to decide between, got 1 rows"),
-        ("a,b\nx,y\nz,w\n", [], "must be a table with numeric columns, got a, b"),
-        ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "column 'b' must be numbers, got 'n/e' in row 2"),
+        ("a,b\nx,y\nz,w\n", [], "set.csv: no column holds numbers"),
+        ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
-        ("a,b\n1,2\n3,n/e\n", [], "column 'b' of set.csv must be numbers only or text only, got 'n/e' in row 2"),
+        ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
         ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),
-        ("a,b\n1\n3,1,2\n", [], "must be a CSV file"),
+        ("a,b\n1\n3,1,2\n", [], "row 1 (line 2) has 1 cells, the header 2"),
         ("SQLite format 3\0", [], "must be a study file of pymoo-psi, but it is none"),
     ],
 )  # fmt: skip

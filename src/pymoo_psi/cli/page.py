@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import pandas as pd
 
 from pymoo_psi.arguments import Received, broken_rule
-from pymoo_psi.cli.output import require_folder, say
+from pymoo_psi.cli.output import require_output, say
+from pymoo_psi.cli.words import listed_names
 from pymoo_psi.page import save_page, table_from_file
 
 __all__ = ["run_page"]
@@ -39,10 +39,10 @@ def run_page(
         normalize: Rank with each objective in units of its range.
         title: Heading of the page; the file's name unless given.
     """
-    require_folder(out)
-    if out.resolve() == file.resolve():
-        raise broken_rule("--out", "another file than the one that is read", str(out))
-    table = table_from_file(file, objectives=_names(objectives), variables=_names(variables))
+    require_output(out, (), file)
+    table = table_from_file(
+        file, objectives=listed_names(objectives), variables=listed_names(variables)
+    )
     known = table.prototype
     if prototype is not None:
         found = table_from_file(prototype, objectives=table.objectives, variables=())
@@ -53,27 +53,22 @@ def run_page(
         table.objectives,
         out,
         variables=table.variables,
-        maximize=_names(maximize) or [],
+        maximize=listed_names(maximize) or table.maximize,
         units=_units(units),
         label=table.label,
         normalize=normalize,
         prototype=known,
         title=title or file.stem,
     )
+    for remark in table.remarks:
+        say(remark)
     say(f"{len(table.frame)} designs by {', '.join(table.objectives)}: open {out} in a browser")
     return 0
 
 
-def _names(text: str | None) -> list[str] | None:
-    """Return the names in a list with commas; a name with a comma stands in quotation marks."""
-    if text is None:
-        return None
-    return [name.strip() for name in next(csv.reader([text], skipinitialspace=True), [])]
-
-
 def _units(text: str | None) -> dict[str, str]:
     units = {}
-    for part in _names(text) or []:
+    for part in listed_names(text) or []:
         name, equals, unit = part.rpartition("=")
         if not (name and equals):
             raise broken_rule("--units", "of the form name=unit,name=unit", Received(part))

@@ -11,7 +11,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi.algorithms import PSI, nsga3
 from pymoo_psi.arguments import broken_rule
-from pymoo_psi.cli.output import print_frame, require_folder, run_bar, say, write_csv
+from pymoo_psi.cli.output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.failures import FailureTolerant
 from pymoo_psi.investigation.study import Study
 from pymoo_psi.pareto import rank_of_efficiency
@@ -34,8 +34,7 @@ def run_solve(
     """Search, print the best-ranked designs, and write the Pareto set if a file is named."""
     if study is not None and algorithm != "psi":
         raise broken_rule("--study", "used with --algorithm psi", algorithm)
-    if out is not None:
-        require_folder(out)
+    require_output(out, (".csv",), study)
     try:
         with run_bar(f"{algorithm} on {problem.name()}", points) as show:
             if algorithm == "psi":

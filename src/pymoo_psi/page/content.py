@@ -185,7 +185,8 @@ def _prototype_frame(
         rule = "a design with a value for every objective"
         raise broken_rule("prototype", rule, Received(f"none for {missing[0]!r}"))
     if label is not None and label not in prototype:
-        prototype = prototype.assign(**{label: "prototype"})
+        unnamed = isinstance(prototype.index, pd.RangeIndex)
+        prototype = prototype.assign(**{label: "prototype" if unnamed else prototype.index})
     return prototype
 
 
