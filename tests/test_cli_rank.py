@@ -229,7 +229,11 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("a,b\n" + 200_000 * "x" + ",1\n", [], "it is no text in rows and columns: field larger"),
         (DESIGNS, ["--objectives", "mass"], "--objectives must be one of"),
         (DESIGNS, ["--objectives", "yeild"], "did you mean 'yield'?"),
-        (DESIGNS, ["--objectives", "yield,yield"], "--objectives must be columns that are named once, got 'yield'"),
+        (
+            DESIGNS,
+            ["--objectives", "yield,yield"],
+            "--objectives must be columns that are named once, got 'yield'",
+        ),
         (DESIGNS, ["--objectives", ""], "--objectives must be one of"),
         (DESIGNS, ["--maximize", "name"], "--maximize must be one of the objectives"),
         (DESIGNS, ["--maximize", "nothing"], "--maximize must be one of"),

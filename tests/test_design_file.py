@@ -177,9 +177,13 @@ def test_choices_and_booleans_reach_the_page(tmp_path):
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_told_with_a_remedy(written, content, message):
+    def values(path):
+        file = read_designs(path)
+        return file.values(file.roles().objectives)
+
+    path = written(content)
     with pytest.raises(PsiError, match=message):
-        file = read_designs(written(content))
-        file.values(file.roles().objectives)
+        values(path)
 
 
 def test_naming_the_objectives_lets_other_columns_be(written):

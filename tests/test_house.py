@@ -24,7 +24,7 @@ LAYERS = [
         },
     ),
     ("studies", {"studies"}),
-    ("faces", {"figures", "page", "cli"}),
+    ("faces", {"figures", "page", "cli", "__main__"}),
 ]
 LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
 # Outside packages that belong to some layers only.

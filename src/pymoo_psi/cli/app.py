@@ -20,9 +20,11 @@ __all__ = ["app", "main", "run"]
 
 app = typer.Typer(
     name="pymoo-psi",
-    help="Parameter Space Investigation and decision-making on Pareto sets, for pymoo.",
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
 
 # The base of all usage errors of the click that typer carries or depends on.
 _ClickException: Any = typer.BadParameter.__mro__[2]
@@ -40,6 +42,24 @@ class ModelName(str, Enum):
 
     full = "full"
     rolling = "rolling"
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(f"pymoo-psi {version('pymoo-psi')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it, exit."),
+    ] = False,
+) -> None:
+    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo."""
 
 
 Jobs = Annotated[
@@ -71,6 +91,10 @@ def solve(
     points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
     jobs: Jobs = 1,
+    limits: Annotated[
+        str | None,
+        typer.Option(metavar="F1=2.5,F4=1", help="Limits on criteria, f1 <= 2.5 … (psi)."),
+    ] = None,
     timeout: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
@@ -81,6 +105,10 @@ def solve(
     ] = None,
     study_key: Annotated[
         str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
+    ] = None,
+    retry: Annotated[
+        str | None,
+        typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
@@ -93,7 +121,9 @@ def solve(
     """Find the Pareto set of a problem and rank it by efficiency."""
     from pymoo_psi.cli.problem import load_problem
     from pymoo_psi.cli.solve import run_solve
+    from pymoo_psi.cli.words import points_in, upper_limits_in
 
+    points_again, upper = points_in("--retry", retry), upper_limits_in(limits)
     given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
     options = {name: value for name, value in given.items() if value is not None}
     return run_solve(
@@ -101,16 +131,29 @@ def solve(
         algorithm.value,
         points,
         seed=seed,
+        limits=upper,
         study=study,
         study_key=study_key,
+        retry=points_again,
         out=out,
     )
 
 
 @app.command()
+def export(
+    study: Annotated[Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Write here, .csv or .parquet.")],
+) -> int:
+    """Write all tests of a study as a table for other programs."""
+    from pymoo_psi.cli.export import run_export
+
+    return run_export(study, out)
+
+
+@app.command()
 def page(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A CSV of designs, or a test table.")
+        Path, typer.Argument(metavar="FILE", help="A CSV of designs, a test table, or a study.")
     ],
     out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
         "page.html"
@@ -146,11 +189,11 @@ def page(
 @app.command()
 def rank(
     file: Annotated[
-        Path, typer.Argument(help="CSV of a Pareto set; the first line names columns.")
+        Path, typer.Argument(help="A CSV of designs, a test table, a study, or a ranking.")
     ],
     objectives: Annotated[
         list[str] | None,
-        typer.Option(metavar="A,B,…", help="Columns that are objectives; else all of numbers."),
+        typer.Option(metavar="A,B,…", help="Columns with objectives [f1,f2,… or all numeric]."),
     ] = None,
     maximize: Annotated[
         list[str] | None, typer.Option(metavar="A,…", help="Objectives to be maximised.")
@@ -184,13 +227,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = error.format_message()
     except OSError as error:
         message = f"{error.filename or 'file'}: {error.strerror or error}"
+    except MemoryError:
+        message = "there is not enough memory for that many designs; ask for fewer"
     except (KeyboardInterrupt, typer.Abort):
-        print("pymoo-psi: interrupted", file=sys.stderr)
-        return 130
+        return _interrupted()
     else:
+        if code == _INTERRUPTED:  # as later versions of typer return it
+            return _interrupted()
         return code if isinstance(code, int) else 0
     print(f"pymoo-psi: error: {' '.join(message.split())}", file=sys.stderr)
     return 2
+
+
+def _interrupted() -> int:
+    print("pymoo-psi: interrupted", file=sys.stderr)
+    return _INTERRUPTED
 
 
 def run() -> None:

@@ -26,6 +26,8 @@ from rich.table import Table
 from rich.text import Text
 
 from pymoo_psi.arguments import broken_rule
+from pymoo_psi.investigation import TestTable
+from pymoo_psi.investigation.layout import Limits
 from pymoo_psi.investigation.whole_file import whole_file
 
 __all__ = [
@@ -64,13 +66,20 @@ class _Shown:
 
     def __init__(self, bar: Progress, task: TaskID) -> None:
         self.bar, self.task = bar, task
+        self.tested = self.feasible = self.failed = 0
 
     def psi(self, algorithm: Any) -> None:
         """Show tested, failed and feasible points."""
-        table = algorithm.table
-        failed, feasible = (table.status == "failed").sum(), table.feasible().sum()
-        note = f"{feasible} feasible, {failed} failed"
-        self.bar.update(self.task, completed=len(table), note=note)
+        self.feasible = self.failed = self.tested = 0
+        self.block(algorithm.table, algorithm.limits)
+
+    def block(self, table: TestTable, limits: Limits | None) -> None:
+        """Show one more block of tested points."""
+        self.tested += len(table)
+        self.feasible += int(table.feasible(limits).sum())
+        self.failed += int((table.status == "failed").sum())
+        note = f"{self.feasible} feasible, {self.failed} failed"
+        self.bar.update(self.task, completed=self.tested, note=note)
 
     def evaluations(self, algorithm: Any) -> None:
         """Show the evaluations of any algorithm."""

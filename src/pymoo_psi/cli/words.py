@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 
 from pymoo_psi.arguments import Received, broken_rule, known_name
 
-__all__ = ["limits_in", "listed_names", "names_in", "points_in"]
+__all__ = ["limits_in", "listed_names", "names_in", "points_in", "upper_limits_in"]
 
 _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=]*)", re.DOTALL)
 
@@ -61,6 +61,15 @@ def limits_in(text: str | None) -> dict[str, tuple[str, float]]:
             raise broken_rule("--limits", "given once for each criterion", Received(part))
         limits[name] = sign, limit
     return limits
+
+
+def upper_limits_in(text: str | None) -> dict[str, float]:
+    """Return the limits in a text such as ``f1=2.5,f4<=1``, on criteria that are all minimised."""
+    limits = limits_in(text)
+    if wrong := [name for name, (sign, _) in limits.items() if sign == ">="]:
+        rule = f"an upper limit, as criteria are minimised: {wrong[0]}<=number"
+        raise broken_rule("--limits", rule, Received(f"{wrong[0]}>={limits[wrong[0]][1]:g}"))
+    return {name: limit for name, (_, limit) in limits.items()}
 
 
 def points_in(option: str, text: str | None) -> str | tuple[int, ...]:
