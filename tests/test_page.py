@@ -133,6 +133,10 @@ def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notatio
         ({"maximize": ["width"]}, "maximize must be one of 'cost, total', 'mass', 'strength'"),
         ({"units": {"depth": "m"}}, "units must be one of"),
         ({"label": "name"}, "label must be one of"),
+        ({"limits": {"width": 1.0}}, "limits must be one of 'cost, total', 'mass', 'strength'"),
+        ({"limits": {"mass": "1"}}, "the limit on 'mass' must be a finite number"),
+        ({"limits": {"mass": -9.0}}, "the limit on 'mass' must be at least .*, its best value"),
+        ({"limits": {"strength": 9.0}}, "the limit on 'strength' must be at most .*, its best"),
         ({"normalize": "no"}, "normalize must be True or False"),
         ({"prototype": {"mass": 1.0}}, "prototype must be a design with a value for every objective"),
         ({"prototype": 3}, "prototype must be a mapping or a pandas.DataFrame, got int"),
@@ -203,6 +207,7 @@ def test_the_command(capsys, tmp_path):
     beams().iloc[[3]].to_csv(tmp_path / "old.csv", index=False)
     names = ["--objectives", 'mass, "cost, total",strength', "--maximize", "strength"]
     more = ["--units", "mass=kg", "--prototype", str(tmp_path / "old.csv"), "--out", str(out)]
+    more += ["--limits", "mass=0.9,strength>=-0.9"]
     assert main(["page", str(file), *names, *more]) == 0
     assert "400 designs by mass, cost, total, strength: open" in capsys.readouterr().out
     text = out.read_text("utf-8")
@@ -221,6 +226,9 @@ def test_the_command(capsys, tmp_path):
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a>=2"], "--limits must be a<=number here, got a>=2"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a<=2", "--maximize", "a"], "--limits must be a>=number here"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "c=2"], "limits must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
         ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),
         ("a,b\n1\n3,1,2\n", [], "row 1 (line 2) has 1 cells, the header 2"),
@@ -475,7 +483,7 @@ def test_export_gives_exactly_the_rows_shown(reader, data):
     rows = reader.left
     assert 4 < len(rows) < 20
     text = reader.export()
-    assert reader.file_name == "Beams_such.csv"
+    assert reader.file_name == "Beams_such-shown.csv"
     exported = pd.read_csv(io.StringIO(text), dtype={"number": str}, keep_default_na=False)
     names = ["number", *CRITERIA, "width", "material", "mu1", "mu2", "mu3", "rank", "mark"]
     assert list(exported.columns) == names
@@ -494,6 +502,7 @@ def test_export_gives_the_selection_if_there_is_one(reader, data):
     assert f"Export {len(selected)} selected" in reader.page.inner_text("#export")
     exported = pd.read_csv(io.StringIO(reader.export()))
     assert sorted(exported["number"].astype(str)) == sorted(str(data.labels[i]) for i in selected)
+    assert reader.file_name == "Beams_such-selected.csv"
     reader.page.click("#keep")
     expected = {*selected, len(data.labels) - 1}  # the prototype stays
     assert set(reader.left) == expected
@@ -553,6 +562,78 @@ def test_nothing_left_is_said(reader):
     assert len(reader.left) == 1  # the prototype
     reader.page.click("#reset")
     assert "of 400 designs" in reader.page.inner_text("#count")
+
+
+def test_no_rank_switched_on_is_no_matter_of_limits(reader):
+    for box in reader.page.locator("#ranks input").all():
+        box.set_checked(False)
+    reader.settle()
+    assert reader.page.inner_text("#count") == "No design is left: switch on more ranks"
+    assert reader.page.is_disabled("#fit") == (len(reader.left) == 0)
+    for handle in reader.page.locator("aside .noUi-handle-upper").all():
+        handle.focus()
+        handle.press("Home")
+    reader.settle()
+    assert reader.page.inner_text("#count") == "No design is left: widen the limits"
+
+
+def test_axes_are_fitted_to_what_is_left(reader, data):
+    ends = "[m.x_range.start, m.x_range.end]"
+    before = reader.model("geometric", ends)
+    reader.drag_upper_limit(0.4)
+    assert reader.model("geometric", ends) == before  # limits leave them be
+    reader.page.click("#fit")
+    start, end = reader.model("geometric", ends)
+    mu3 = data.columns[-1].values[reader.left]
+    margin = 0.05 * (mu3.max() - mu3.min())
+    np.testing.assert_allclose([start, end], [mu3.min() - margin, mu3.max() + margin])
+    assert end - start < 0.95 * (before[1] - before[0])
+    reader.page.click("#reset")
+    assert reader.model("geometric", ends) == before
+
+
+def test_ranks_and_distances_are_explained(reader):
+    assert not reader.page.is_visible("details p >> nth=0")
+    reader.page.click("summary")
+    text = reader.page.inner_text("details")
+    for word in ("μ1 is a design's distance to U", "Rank 6", "in units of its range", "dominated"):
+        assert word in text
+    reader.page.click("summary")
+
+
+@pytest.mark.parametrize("width", [1000, 700, 420])
+def test_narrow_windows_have_no_controls_outside(fresh, width):
+    fresh.page.set_viewport_size({"width": width, "height": 800})
+    fresh.settle()
+    fresh.page.wait_for_timeout(300)
+    assert fresh.page.evaluate("document.documentElement.scrollWidth") == width
+    for control in fresh.page.locator("button, select, summary, #ranks label, h1").all():
+        box = control.bounding_box()
+        assert box["x"] >= 0, control
+        assert box["x"] + box["width"] <= width, control
+        assert box["width"] > 10, control
+    for name in ("criteria", "variables", "geometric", "parallel", "table"):
+        box = fresh.page.locator(f"#panel-{name} .plot").bounding_box()
+        assert 250 <= box["width"] <= width
+        assert box["height"] > 200
+
+
+def test_a_page_opens_with_limits(browser, tmp_path, data):
+    limits = {"mass": 0.6, "strength": -0.8}  # at most; at least, as more of it is better
+    save_page(beams(), CRITERIA, tmp_path / "page.html", limits=limits, **SETTINGS)
+    reader = Reader(browser, tmp_path / "page.html")
+    mass, strength = data.columns[0].values, data.columns[2].values
+    within = (mass <= 0.6) & (strength >= -0.8) & (data.group != DOMINATED)
+    expected = np.flatnonzero(within | (data.group == PROTOTYPE))
+    assert 2 < len(expected) < 200
+    assert sorted(reader.left) == expected.tolist()
+    assert reader.model("criteria", "m.x_range.end") == pytest.approx(
+        1.4 + 0.05 * (1.4 - mass[expected].min())  # the prototype's mass
+    )
+    reader.page.click("#reset")
+    assert len(reader.left) == (data.group != DOMINATED).sum()
+    assert reader.trouble == []
+    reader.context.close()
 
 
 @pytest.mark.parametrize(

@@ -175,6 +175,10 @@ def page(
     normalize: Annotated[
         bool, typer.Option(help="Rank with each objective in units of its range.")
     ] = True,
+    limits: Annotated[
+        str | None,
+        typer.Option(metavar="A=2.5,B>=1", help="Limits that are set when the page opens."),
+    ] = None,
     title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
 ) -> int:
     """Make a page to decide on a Pareto set with: one HTML file that works offline."""
@@ -182,7 +186,7 @@ def page(
 
     return run_page(
         file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
-        prototype=prototype, normalize=normalize, title=title,
+        prototype=prototype, normalize=normalize, limits=limits, title=title,
     )  # fmt: skip
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from pymoo_psi.arguments import Received, broken_rule
 from pymoo_psi.cli.output import require_output, say
-from pymoo_psi.cli.words import listed_names
+from pymoo_psi.cli.words import limits_in, listed_names
 from pymoo_psi.page import save_page, table_from_file
 
 __all__ = ["run_page"]
@@ -24,6 +25,7 @@ def run_page(
     units: str | None = None,
     prototype: Path | None = None,
     normalize: bool = True,
+    limits: str | None = None,
     title: str | None = None,
 ) -> int:
     """Write the page and say where it is.
@@ -37,6 +39,7 @@ def run_page(
         units: Such as ``mass=kg,time=s``.
         prototype: A CSV of existing designs to compare with.
         normalize: Rank with each objective in units of its range.
+        limits: Limits the page opens with, such as ``mass=2.5,yield>=0.8``.
         title: Heading of the page; the file's name unless given.
     """
     require_output(out, (), file)
@@ -48,22 +51,33 @@ def run_page(
         found = table_from_file(prototype, objectives=table.objectives, variables=())
         known = found.frame.set_index(found.label) if found.label else found.frame
         known.index = known.index if found.label else pd.Index(["prototype"] * len(known))
+    more_is_better = listed_names(maximize) or table.maximize
     save_page(
         table.frame,
         table.objectives,
         out,
         variables=table.variables,
-        maximize=listed_names(maximize) or table.maximize,
+        maximize=more_is_better,
         units=_units(units),
         label=table.label,
         normalize=normalize,
         prototype=known,
+        limits=_limits(limits, more_is_better),
         title=title or file.stem,
     )
     for remark in table.remarks:
         say(remark)
     say(f"{len(table.frame)} designs by {', '.join(table.objectives)}: open {out} in a browser")
     return 0
+
+
+def _limits(text: str | None, maximize: Sequence[str]) -> dict[str, float]:
+    limits = limits_in(text)
+    for name, (sign, limit) in limits.items():
+        if sign != "=" and (sign == ">=") != (name in maximize):
+            right = f"{name}>=number" if name in maximize else f"{name}<=number"
+            raise broken_rule("--limits", f"{right} here", Received(f"{name}{sign}{limit:g}"))
+    return {name: limit for name, (_, limit) in limits.items()}
 
 
 def _units(text: str | None) -> dict[str, str]:

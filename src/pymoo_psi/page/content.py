@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.arguments import Received, boolean, broken_rule, known_name
+from pymoo_psi.arguments import Received, boolean, broken_rule, finite_number, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.page.columns import Column, Role, checked_values, text_column
 from pymoo_psi.page.groups import DOMINATED, OPTIMUM, PROTOTYPE, group_name, groups_of
@@ -39,6 +39,8 @@ class PageData:
         group: ``(n,)`` groups of drawing (:mod:`pymoo_psi.page.groups`).
         n_designs: How many designs there are, shown or not, without prototypes.
         remarks: What a reader must know, in short sentences.
+        normalize: Whether the criteria are measured in units of their ranges.
+        limits: Limits the page opens with, by name of the criterion.
     """
 
     title: str
@@ -49,6 +51,8 @@ class PageData:
     group: NDArray[np.int32]
     n_designs: int
     remarks: tuple[str, ...]
+    normalize: bool = True
+    limits: Mapping[str, float] = field(default_factory=dict)
 
     def having(self, *roles: Role) -> list[Column]:
         """Return the columns with one of these roles."""
@@ -76,6 +80,7 @@ def page_data(
     label: str | None = None,
     normalize: bool = True,
     prototype: pd.DataFrame | Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
     title: str = "Pareto set",
 ) -> PageData:
     """Rank designs and return what a page shows of them; see :func:`decision_page`."""
@@ -95,6 +100,7 @@ def page_data(
     F = np.column_stack([checked_values(frame, name, complete=True) for name in objectives])
     ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
     order, remarks = _rows_to_show(ranking)
+    _check_limits(limits or {}, frame, objectives, maximize)
 
     extra = _prototype_frame(prototype, objectives, label)
     mu = ranking.criteria[order]
@@ -115,6 +121,8 @@ def page_data(
         ),
         n_designs=len(frame),
         remarks=remarks,
+        normalize=bool(normalize),
+        limits=dict(limits or {}),
     )
 
 
@@ -142,6 +150,21 @@ def _check_columns(
             if name in seen or have.count(name) > 1:
                 raise broken_rule(argument, "columns that are named once", name)
             seen.add(name)
+
+
+def _check_limits(
+    limits: Mapping[str, float],
+    frame: pd.DataFrame,
+    objectives: Sequence[str],
+    maximize: Sequence[str],
+) -> None:
+    for name, limit in limits.items():
+        known_name("limits", name, list(objectives))
+        value, best = finite_number(f"the limit on {name!r}", limit), frame[name].min()
+        if name in maximize and value > (best := frame[name].max()):
+            raise broken_rule(f"the limit on {name!r}", f"at most {best:g}, its best value", value)
+        if name not in maximize and value < best:
+            raise broken_rule(f"the limit on {name!r}", f"at least {best:g}, its best value", value)
 
 
 def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:

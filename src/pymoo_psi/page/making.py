@@ -27,6 +27,7 @@ def decision_page(
     label: str | None = None,
     normalize: bool = True,
     prototype: pd.DataFrame | Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
     title: str = "Pareto set",
 ) -> str:
     """Return a page to decide on a Pareto set with, one HTML file that needs no network.
@@ -49,6 +50,8 @@ def decision_page(
         normalize: Rank with each objective in units of its range.
         prototype: An existing design, or several as a frame, with a value for each objective.
             It is not ranked and stays on the page whatever the limits.
+        limits: Limits on objectives that are set when the page opens and that its reader can move:
+            at most this, or at least for an objective of which more is better.
         title: Heading of the page.
 
     Returns:
@@ -56,13 +59,13 @@ def decision_page(
 
     Raises:
         ArgumentValueError: A name is not a column or occurs twice; there are fewer than two
-            designs; an objective is missing somewhere or infinite.
+            designs; an objective is missing somewhere or infinite; a limit leaves no design.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         PsiError: Bokeh is not installed.
     """
     data = page_data(
         frame, objectives, variables=variables, maximize=maximize, units=units, label=label,
-        normalize=normalize, prototype=prototype, title=title,
+        normalize=normalize, prototype=prototype, limits=limits, title=title,
     )  # fmt: skip
     try:
         import_module("bokeh")
@@ -84,6 +87,7 @@ def save_page(
     label: str | None = None,
     normalize: bool = True,
     prototype: pd.DataFrame | Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
     title: str = "Pareto set",
 ) -> None:
     """Write the page of :func:`decision_page`, whole or not at all.
@@ -94,7 +98,7 @@ def save_page(
     """
     html = decision_page(
         frame, objectives, variables=variables, maximize=maximize, units=units, label=label,
-        normalize=normalize, prototype=prototype, title=title,
+        normalize=normalize, prototype=prototype, limits=limits, title=title,
     )  # fmt: skip
     with whole_file(path) as written:
         written.write_text(html, encoding="utf-8")
