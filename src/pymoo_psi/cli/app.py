@@ -172,9 +172,9 @@ def page(
     prototype: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
     ] = None,
-    normalize: Annotated[
-        bool, typer.Option(help="Rank with each objective in units of its range.")
-    ] = True,
+    no_normalize: Annotated[
+        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+    ] = False,
     limits: Annotated[
         str | None,
         typer.Option(metavar="A=2.5,B>=1", help="Limits that are set when the page opens."),
@@ -186,7 +186,7 @@ def page(
 
     return run_page(
         file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
-        prototype=prototype, normalize=normalize, limits=limits, title=title,
+        prototype=prototype, normalize=not no_normalize, limits=limits, title=title,
     )  # fmt: skip
 
 
