@@ -94,6 +94,14 @@ def test_json_out(rank, tmp_path):
     assert content["designs"][-1]["name"] is None
 
 
+def test_json_has_null_for_what_is_no_number(rank, tmp_path):
+    """Distances of a dominated design that lies farther out than numbers reach."""
+    out = tmp_path / "far.json"
+    assert rank("cost\n1e308\n-1e308\n", "--out", out)[0] == 0
+    content = json.loads(out.read_text("utf-8"), parse_constant=pytest.fail)
+    assert [design["mu1"] for design in content["designs"]] == [0, None]
+
+
 def test_ranks_are_the_librarys(rank, tmp_path):
     F = np.random.default_rng(5).random((60, 3))
     frame = pd.DataFrame(F, columns=["a", "b", "c"])
@@ -196,6 +204,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("", [], "it is empty; it must hold a line of column names, then the designs"),
         ("\n \n", [], "it is empty"),
         ("# only a comment\n", [], "it is empty"),
+        (",\t\n , \n", [], "it is empty"),
         ("a,b\n", [], "it holds column names, but no row"),
         ("1,2\n2,1\n", [], "its first line must name the columns, and holds numbers"),
         (

@@ -127,10 +127,7 @@ def _write_json(
     out: Path,
 ) -> None:
     names = ranking.objectives.names
-    columns = {
-        name: [_value(cell) if isinstance(cell, str) else cell for cell in frame[name].tolist()]
-        for name in frame.columns
-    }
+    columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
         "file": file.path.name,
         "objectives": list(names),
@@ -148,8 +145,10 @@ def _write_json(
         written.write_text(text + "\n", encoding="utf-8")
 
 
-def _value(cell: str) -> Any:
-    """Return what a cell says: a number, None for nothing, else its text."""
+def _value(cell: Any) -> Any:
+    """Return what a cell says: a number, None for nothing or no finite number, else its text."""
+    if not isinstance(cell, str):
+        return None if isinstance(cell, float) and not np.isfinite(cell) else cell
     for kind in (int, float):
         try:
             value = kind(cell)

@@ -18,6 +18,7 @@ __all__ = ["Cells", "Kind", "UnfitError", "kind_of", "parsed"]
 Kind: TypeAlias = Literal["number", "blank", "text"]
 
 _SEPARATORS = ",;\t"
+_EMPTY = "it is empty; it must hold a line of column names, then the designs"
 _BLANK = {"", "nan", "na", "n/a", "null", "none"}
 _WITH_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*")
 
@@ -62,13 +63,15 @@ def parsed(text: str) -> Cells:
     body = lines[skipped:]
     first = next((line for line in body if line.strip()), None)
     if first is None:
-        raise UnfitError("it is empty; it must hold a line of column names, then the designs")
+        raise UnfitError(_EMPTY)
     candidates = [mark for mark in _SEPARATORS if mark in first] or [","]
     try:
         tables = {mark: _rows(body, mark) for mark in candidates}
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
     separator = max(tables, key=lambda mark: _likelihood(tables[mark]))
+    if not tables[separator][0]:
+        raise UnfitError(_EMPTY)
     (first_row, *designs), (_, *ends) = tables[separator]
     header, ends = [name.strip() for name in first_row], [skipped + end for end in ends]
     _require_rectangle(header, designs, ends)
@@ -91,7 +94,7 @@ def _rows(lines: Sequence[str], separator: str) -> _Rows:
 def _likelihood(table: _Rows) -> tuple[bool, int]:
     """Order readings of a text: all rows as long as the header, then many columns."""
     rows, _ = table
-    return len({len(row) for row in rows}) == 1, len(rows[0])
+    return len({len(row) for row in rows}) == 1, len(rows[0]) if rows else 0
 
 
 def _require_rectangle(header: list[str], rows: list[list[str]], ends: list[int]) -> None:
