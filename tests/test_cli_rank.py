@@ -157,6 +157,13 @@ def test_an_objective_called_row(rank):
     assert [name.strip() for name in head.split("┃")[1:3]] == ["row", "b"]
 
 
+def test_an_objective_called_mark(rank, tmp_path):
+    """``mark`` is a column of the page's export only beside the columns of a ranking."""
+    out = tmp_path / "out.csv"
+    assert rank("mark,b\n1,2\n2,1\n", "--out", out)[0] == 0
+    assert pd.read_csv(out)["mark"].tolist() == [1, 2]
+
+
 def test_a_name_with_a_comma(rank):
     text = '"time, s",mass\n1,2\n2,1\n'
     code, printed, _ = rank(text, "--objectives", "time, s", "--objectives", "mass")
@@ -204,7 +211,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("", [], "it is empty; it must hold a line of column names, then the designs"),
         ("\n \n", [], "it is empty"),
         ("# only a comment\n", [], "it is empty"),
-        (",\t\n , \n", [], "it is empty"),
+        (",,\n , , \n", [], "it is empty"),
         ("a,b\n", [], "it holds column names, but no row"),
         ("1,2\n2,1\n", [], "its first line must name the columns, and holds numbers"),
         (

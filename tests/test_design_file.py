@@ -148,6 +148,12 @@ def test_an_export_of_the_page_keeps_its_prototypes(written):
     assert (data.n_designs, len(data.labels)) == (3, 4)
 
 
+def test_row_labels_without_a_heading_are_labels_of_the_page(written):
+    table = table_from_file(written(",a,b\nfirst,1,2\nsecond,2,1\n"))
+    data = page_data(table.frame, table.objectives, label=table.label)
+    assert (sorted(data.labels), data.label_name) == (["first", "second"], "row")
+
+
 def test_choices_and_booleans_reach_the_page(tmp_path):
     tests = TestTable.of(
         [1, 2], [[0.5, "oak", True], [0.25, "ash", False]], [[1.0, 2.0], [2.0, 1.0]]

@@ -31,7 +31,7 @@ def run_page(
     """Write the page and say where it is.
 
     Args:
-        file: A CSV of designs, or a test table.
+        file: A CSV of designs, a test table, a study, or a ranking.
         out: The HTML file to write.
         objectives: Names of columns, separated by commas; guessed unless given.
         variables: Likewise.
@@ -42,7 +42,7 @@ def run_page(
         limits: Limits the page opens with, such as ``mass=2.5,yield>=0.8``.
         title: Heading of the page; the file's name unless given.
     """
-    require_output(out, (), file)
+    require_output(out, (), file, prototype)
     table = table_from_file(
         file, objectives=listed_names(objectives), variables=listed_names(variables)
     )

@@ -41,7 +41,7 @@ def run_rank(
 
     Args:
         path: The file; see :func:`pymoo_psi.investigation.design_file.read_designs`.
-        objectives: Its columns that are objectives; all columns of numbers if empty.
+        objectives: Its columns that are objectives; as the file or their names tell if empty.
         maximize: Those of them to be maximised.
         normalize: Measure each objective in units of its range.
         out: Where to write all designs, CSV or JSON by its suffix.
@@ -82,7 +82,7 @@ def _ranked(file: DesignFile, ranking: EfficiencyRanking) -> pd.DataFrame:
     ``row`` counts the designs of the file from 1, unless the file has a column of that name.
     Columns of an earlier ranking are replaced.
     """
-    frame = file.cells.drop(columns=[*RANKING_COLUMNS, "mark"], errors="ignore")
+    frame = file.cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
         frame.insert(0, "row", np.arange(1, len(frame) + 1))
     frame[["mu1", "mu2", "mu3"]] = ranking.criteria

@@ -60,11 +60,14 @@ def table_from_file(
     file = read_designs(path)
     roles = file.roles(objectives, variables)
     frame = file.frame(roles.objectives)
-    if roles.label is None:
+    label = roles.label
+    if label == "":  # the row labels of a data frame
+        frame, label = frame.set_index(label).rename_axis("row"), None
+    elif label is None:
         frame = frame.set_axis(frame.index + 1).rename_axis("row")
     told = [file.told(roles)] if objectives is None else []
     remarks = (*told, *([file.remark] if file.remark else []))
     return PageTable(
-        frame, roles.objectives, roles.variables, roles.maximize, roles.label, file.prototype,
+        frame, roles.objectives, roles.variables, roles.maximize, label, file.prototype,
         remarks,
     )  # fmt: skip

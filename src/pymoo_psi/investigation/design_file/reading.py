@@ -94,7 +94,7 @@ def _of_csv(path: Path, text: str) -> DesignFile:
         feasible = (frame["status"] == "ok").to_numpy()
     existing = np.zeros(len(frame), dtype=bool)
     if {"mark", *RANKING_COLUMNS[:-1]} <= set(columns):  # the page's export
-        existing = (frame["mark"] == "prototype").to_numpy()
+        existing = (frame.pop("mark") == "prototype").to_numpy()
     kept = feasible & ~existing
     if not kept.any():
         raise unfit(path, f"none of its {len(kept)} designs is feasible, or all are prototypes")
@@ -105,7 +105,8 @@ def _of_csv(path: Path, text: str) -> DesignFile:
     if not existing.any():
         return found
     rows = DesignFile(path, frame[existing]).frame(())
-    rows.index = pd.Index(rows[found.label].astype(str) if found.label else frame["mark"][existing])
+    names = rows[found.label].astype(str) if found.label else ["prototype"] * len(rows)
+    rows.index = pd.Index(names)
     return replace(found, prototype=rows)
 
 

@@ -12,7 +12,6 @@ __all__ = ["Roles", "guessed_roles"]
 
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
-_DERIVED = (*RANKING_COLUMNS, "mark")  # what a ranking and the page add to designs
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     labels = [name for name in names if name.strip().lower() in _LABELS]
     labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
     labels += [name for name in names if _UNNAMED.fullmatch(name)]
-    free = [name for name in names if name not in labels and name not in _DERIVED]
+    free = [name for name in names if name not in labels and name not in RANKING_COLUMNS]
     numbered = [name for name in free if re.fullmatch(r"f\d+", name)]
     variables = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
     if not ("f1" in numbered and (variables or len(numbered) > 1)):
