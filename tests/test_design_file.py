@@ -142,7 +142,9 @@ def test_an_export_of_the_page_keeps_its_prototypes(written):
     file = read_designs(written(text))
     assert file.cells["number"].tolist() == ["5", "7", "8"]
     table = table_from_file(written(text))
-    data = decision_page(table.frame, table.objectives, label=table.label, prototype=table.prototype)
+    data = decision_page(
+        table.frame, table.objectives, label=table.label, prototype=table.prototype
+    )
     assert sorted(map(str, data.labels)) == ["5", "7", "8", "old"]
     assert data.labels[-1] == "old"
     assert (data.n_designs, len(data.labels)) == (3, 4)
@@ -162,6 +164,17 @@ def test_choices_and_booleans_reach_the_page(tmp_path):
     frame = table_from_file(tmp_path / "t.csv").frame
     assert frame["x2"].tolist() == ["oak", "ash"]
     assert frame["x3"].tolist() == [True, False]
+    with pytest.raises(PsiError, match="its column 'x2' holds no number at all"):
+        table_from_file(tmp_path / "t.csv", objectives=["x2", "f1"])
+
+
+def test_numbers_are_read_to_the_last_digit(tmp_path):
+    """Unlike those that pandas reads before 3.1 unless it is asked to."""
+    F = np.random.default_rng(3).random((500, 2)) * 10.0 ** np.arange(-250, 250)[:, None]
+    frame = pd.DataFrame(F, columns=["cost", "mass"])
+    frame.to_csv(tmp_path / "designs.csv", index=False)
+    table = table_from_file(tmp_path / "designs.csv", objectives=["cost"])
+    np.testing.assert_array_equal(table.frame[["cost", "mass"]], F)
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ class DesignFile:
 
     def _numbers(self, name: str) -> NDArray[np.float64]:
         column = self.cells[name]
-        if column.dtype != object and np.isfinite(column.to_numpy(np.float64)).all():
+        if column.dtype.kind in "biuf" and np.isfinite(column.to_numpy(np.float64)).all():
             return column.to_numpy(np.float64)
         cells = [str(cell) for cell in column]
         kinds = [kind_of(cell) for cell in cells]
