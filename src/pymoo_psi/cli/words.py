@@ -14,7 +14,12 @@ _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=]*)", r
 
 
 def listed_names(text: str | None) -> list[str] | None:
-    """Return the names in a list with commas; a name with a comma stands in quotation marks."""
+    """Return the names in a list with commas; a name with a comma stands in quotation marks.
+
+    Example:
+        >>> listed_names('mass, "cost, total"')
+        ['mass', 'cost, total']
+    """
     if text is None:
         return None
     try:
@@ -30,6 +35,10 @@ def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tup
 
     Raises:
         ArgumentValueError: A name occurs twice, or there is no such column.
+
+    Example:
+        >>> names_in("--objectives", ["time, s", "mass,cost"], ["time, s", "mass", "cost"])
+        ('time, s', 'mass', 'cost')
     """
     names = [
         name
@@ -48,6 +57,10 @@ def limits_in(text: str | None) -> dict[str, tuple[str, float]]:
 
     Raises:
         ArgumentValueError: A part is no limit, or a criterion has two.
+
+    Example:
+        >>> limits_in("f1=2.5, yield>=0.8")
+        {'f1': ('=', 2.5), 'yield': ('>=', 0.8)}
     """
     limits: dict[str, tuple[str, float]] = {}
     for part in listed_names(text) or []:
@@ -64,7 +77,15 @@ def limits_in(text: str | None) -> dict[str, tuple[str, float]]:
 
 
 def upper_limits_in(text: str | None) -> dict[str, float]:
-    """Return the limits in a text such as ``f1=2.5,f4<=1``, on criteria that are all minimised."""
+    """Return the limits in a text such as ``f1=2.5,f4<=1``, on criteria that are all minimised.
+
+    Raises:
+        ArgumentValueError: A part is no limit, or a lower one.
+
+    Example:
+        >>> upper_limits_in("f1=2.5,f4<=1")
+        {'f1': 2.5, 'f4': 1.0}
+    """
     limits = limits_in(text)
     if wrong := [name for name, (sign, _) in limits.items() if sign == ">="]:
         rule = f"an upper limit, as criteria are minimised: {wrong[0]}<=number"
@@ -73,7 +94,15 @@ def upper_limits_in(text: str | None) -> dict[str, float]:
 
 
 def points_in(option: str, text: str | None) -> str | tuple[int, ...]:
-    """Return ``"failed"``, or the numbers of test points in a list; none for no text."""
+    """Return ``"failed"``, or the numbers of test points in a list; none for no text.
+
+    Raises:
+        ArgumentValueError: It is neither.
+
+    Example:
+        >>> points_in("--retry", "failed"), points_in("--retry", "1, 3")
+        ('failed', (1, 3))
+    """
     if text is None:
         return ()
     if text.strip() == "failed":

@@ -34,6 +34,10 @@ class Cells(NamedTuple):
         columns: The n cells of each column by its name, in the file's order; n >= 1. One column
             may have no name, as data frames write their row labels.
         lines: The line of the file on which each row ends.
+
+    Example:
+        >>> Cells({"cost": ["1.5", "2"]}, [2, 3]).columns
+        {'cost': ['1.5', '2']}
     """
 
     columns: dict[str, list[str]]
@@ -41,7 +45,12 @@ class Cells(NamedTuple):
 
 
 def kind_of(cell: str) -> Kind:
-    """Return what a cell is; ``nan``, ``n/a`` and the like are blank."""
+    """Return what a cell is; ``nan``, ``n/a`` and the like are blank.
+
+    Example:
+        >>> [kind_of(cell) for cell in ("1e-3", "N/A", "oak")]
+        ['number', 'blank', 'text']
+    """
     text = cell.strip()
     if text.lower() in _BLANK:
         return "blank"
@@ -53,10 +62,14 @@ def kind_of(cell: str) -> Kind:
 
 
 def parsed(text: str) -> Cells:
-    """Return the cells of a text in rows and columns.
+    r"""Return the cells of a text in rows and columns.
 
     Raises:
         UnfitError: It is no table of named columns with one row or more.
+
+    Example:
+        >>> parsed("# a comment\ncost;mass\n1,5;4\n")
+        Cells(columns={'cost': ['1.5'], 'mass': ['4']}, lines=[3])
     """
     lines = list(StringIO(text, newline=""))
     skipped = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))

@@ -39,6 +39,14 @@ class DesignFile:
         prototype: Rows of existing designs under the names of the columns, their index the
             designs' names; ``None`` if there are none.
         remark: What a reader must know about the rows, as a sentence; often empty.
+
+    Example:
+        >>> from pathlib import Path
+        >>> import pandas as pd
+        >>> cells = pd.DataFrame({"id": ["A", "B"], "cost": ["1.5", "2"]}, dtype=object)
+        >>> file = DesignFile(Path("set.csv"), cells)
+        >>> file.names, file.label, file.roles().objectives
+        (['id', 'cost'], 'id', ('cost',))
     """
 
     path: Path
@@ -50,12 +58,24 @@ class DesignFile:
 
     @property
     def names(self) -> list[str]:
-        """The names of the columns."""
+        """The names of the columns.
+
+        Example:
+            >>> import pandas as pd
+            >>> DesignFile(Path("set.csv"), pd.DataFrame({"id": ["A"], "cost": ["1.5"]})).names
+            ['id', 'cost']
+        """
         return [str(name) for name in self.cells.columns]
 
     @property
     def label(self) -> str | None:
-        """The column with the designs' numbers or names, as far as its name tells."""
+        """The column with the designs' numbers or names, as far as its name tells.
+
+        Example:
+            >>> import pandas as pd
+            >>> DesignFile(Path("set.csv"), pd.DataFrame({"id": ["A"], "cost": ["1.5"]})).label
+            'id'
+        """
         return guessed_roles(self.names, lambda name: False).label
 
     def roles(
@@ -70,6 +90,15 @@ class DesignFile:
         Raises:
             ArgumentValueError: There is no such column, one is named twice, or there is no
                 column of numbers to take.
+
+        Example:
+            >>> import pandas as pd
+            >>> cells = pd.DataFrame({"x1": ["0"], "f1": ["1"], "f2": ["2"]}, dtype=object)
+            >>> file = DesignFile(Path("set.csv"), cells)
+            >>> file.roles()
+            Roles(objectives=('f1', 'f2'), variables=('x1',), label=None, maximize=())
+            >>> file.roles(["f2"]).objectives
+            ('f2',)
         """
         for argument, names in (("objectives", objectives), ("variables", variables)):
             self.require_columns(argument, names or ())
@@ -88,23 +117,50 @@ class DesignFile:
         return Roles(chosen, kept, label, tuple(n for n in found.maximize if n in chosen))
 
     def require_columns(self, argument: str, names: Sequence[str]) -> None:
-        """Refuse names that are no columns, or are given twice."""
+        """Refuse names that are no columns, or are given twice.
+
+        Raises:
+            ArgumentValueError: There is such a name.
+
+        Example:
+            >>> import pandas as pd
+            >>> file = DesignFile(Path("set.csv"), pd.DataFrame({"cost": ["1"], "mass": ["2"]}))
+            >>> file.require_columns("objectives", ["cots"])
+            Traceback (most recent call last):
+            ...
+            pymoo_psi.errors.ArgumentValueError: objectives must be one of 'cost', 'mass', ...
+        """
         for name in names:
             known_name(argument, name, self.names, f"see {self.path}")
         if twice := [name for name, count in Counter(names).items() if count > 1]:
             raise unfit(self.path, f"{argument} names the column {twice[0]!r} twice")
 
     def told(self, roles: Roles) -> str:
-        """Say in a line which columns were taken as objectives, and which were left out."""
+        """Say in a line which columns were taken as objectives, and which were left out.
+
+        Example:
+            >>> import pandas as pd
+            >>> cells = pd.DataFrame({"id": ["A"], "cost": ["1"]}, dtype=object)
+            >>> file = DesignFile(Path("set.csv"), cells)
+            >>> file.told(file.roles())
+            'Objectives: cost; not as objectives: id'
+        """
         rest = [name or "(no name)" for name in self.names if name not in roles.objectives]
         left_out = f"; not as objectives: {', '.join(rest)}" if rest else ""
         return f"Objectives: {', '.join(roles.objectives)}{left_out}"
 
     def values(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Return the ``(n, m)`` values of columns.
+        """Return the ``(n, m)`` values of columns, every digit as it is written.
 
         Raises:
             ArgumentValueError: A cell holds no finite number.
+
+        Example:
+            >>> import pandas as pd
+            >>> cells = pd.DataFrame({"cost": ["1.5", "2"], "mass": ["4", "1e1"]}, dtype=object)
+            >>> DesignFile(Path("set.csv"), cells).values(["mass", "cost"])
+            array([[ 4. ,  1.5],
+                   [10. ,  2. ]])
         """
         return np.column_stack([self._numbers(name) for name in names])
 
@@ -116,6 +172,12 @@ class DesignFile:
 
         Raises:
             ArgumentValueError: A cell of an objective holds no finite number.
+
+        Example:
+            >>> import pandas as pd
+            >>> cells = pd.DataFrame({"id": ["A", "B"], "cost": ["1.5", "2"]}, dtype=object)
+            >>> DesignFile(Path("set.csv"), cells).frame(["cost"])["cost"].tolist()
+            [1.5, 2.0]
         """
         frame = self.cells.copy()
         for name in self.names:
@@ -157,7 +219,12 @@ class DesignFile:
 
 
 def unfit(path: object, what: str) -> ArgumentValueError:
-    """Compose the error for a file that cannot be used; the caller raises it."""
+    """Compose the error for a file that cannot be used; the caller raises it.
+
+    Example:
+        >>> unfit("set.csv", "no column holds numbers")
+        ArgumentValueError('set.csv: no column holds numbers')
+    """
     return ArgumentValueError(f"{path}: {what}")
 
 

@@ -23,7 +23,7 @@ _TEST_TABLE = b"pymoo_psi_test_table"
 
 
 def read_designs(path: str | PathLike[str]) -> DesignFile:
-    """Read the designs of a file.
+    r"""Read the designs of a file.
 
     Args:
         path: A CSV with commas, semicolons (with decimal commas or points) or tabs, comments
@@ -35,6 +35,16 @@ def read_designs(path: str | PathLike[str]) -> DesignFile:
         OSError: The file cannot be opened.
         ArgumentValueError: It is no table of named columns with one design or more.
         StudyError: It is a database but no study, or a damaged one.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = Path(folder, "set.csv")
+        ...     _ = path.write_text("id;cost;mass\nA;1,5;4\nB;2;1\n", encoding="utf-8")
+        ...     file = read_designs(path)
+        >>> file.values(["cost", "mass"])
+        array([[1.5, 4. ],
+               [2. , 1. ]])
     """
     path = Path(path)
     with path.open("rb") as file:

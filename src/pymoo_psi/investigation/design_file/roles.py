@@ -23,6 +23,10 @@ class Roles:
         variables: Names of the columns with design variables.
         label: Name of the column with the designs' numbers or names; ``None`` if there is none.
         maximize: The objectives that the file says are to be maximised.
+
+    Example:
+        >>> Roles(("cost", "mass"), label="id").variables
+        ()
     """
 
     objectives: tuple[str, ...] = ()
@@ -41,6 +45,12 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     Args:
         names: Names of all columns.
         holds_numbers: Whether a column is one of numbers.
+
+    Example:
+        >>> guessed_roles(["id", "x1", "f1", "f2", "rank"], lambda name: True)
+        Roles(objectives=('f1', 'f2'), variables=('x1',), label='id', maximize=())
+        >>> guessed_roles(["cost", "metal"], lambda name: name == "cost").objectives
+        ('cost',)
     """
     labels = [name for name in names if name.strip().lower() in _LABELS]
     labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
