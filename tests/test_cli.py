@@ -1,5 +1,6 @@
 """The command line: results on success, one clear line and exit code 2 on a mistake."""
 
+import os
 import subprocess
 import sys
 
@@ -7,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency
 from pymoo_psi.cli import main
 from tests.exact_csv import EXACT
@@ -21,7 +23,9 @@ def run(capsys, *arguments):
 def test_reproduce_writes_and_prints_the_tables(capsys, tmp_path):
     out = tmp_path / "new" / "folder"
     code, printed, err = run(capsys, "reproduce", "--out", out, "--points", 64)
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert err.splitlines()[0] == "done: mu = 0.2, rolling model"
+    assert len(err.splitlines()) == 8  # six cases and two sets of figures, when there is no bar
     assert "published tables follow from the rolling model" in printed
     assert "Not compared: the paper tests 4096 points" in printed
     table = pd.read_csv(out / "table_6_1.csv")
@@ -227,3 +231,54 @@ def test_the_installed_command_answers():
     assert done.returncode == 0
     assert "reproduce" in done.stdout
     assert "solve" in done.stdout
+
+
+def test_python_m_and_version():
+    done = subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"pymoo-psi {pymoo_psi.__version__}\n"
+
+
+@pytest.mark.parametrize("words", [[], ["-h"], ["--help"]])
+def test_help(capsys, words):
+    code, printed, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    assert "Usage: pymoo-psi [OPTIONS] COMMAND" in printed
+    assert run(capsys, "rank", "-h")[1] == run(capsys, "rank", "--help")[1]
+
+
+def test_help_loads_no_heavy_library():
+    code = (
+        "import sys; from pymoo_psi.cli import main; main(['solve', '--help']); "
+        "heavy = ('numpy', 'pandas', 'scipy', 'pymoo', 'matplotlib', 'joblib', 'bokeh'); "
+        "print('loaded:', [name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "loaded: []"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ({"_PYMOO_PSI_COMPLETE": "source_bash"}, "complete -o default -F _pymoo_psi_completion"),
+        (
+            {
+                "_PYMOO_PSI_COMPLETE": "complete_bash",
+                "COMP_WORDS": "pymoo-psi re",
+                "COMP_CWORD": "1",
+            },
+            "reproduce",
+        ),
+    ],
+)
+def test_the_shell_completes(words, expected):
+    code = "from pymoo_psi.cli import run; run()"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **words},
+    )
+    assert expected in done.stdout

@@ -8,7 +8,7 @@ import pytest
 
 from pymoo_psi import VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import main
-from pymoo_psi.cli.pareto_file import read_pareto_file
+from pymoo_psi.investigation.design_file import read_designs
 from tests.exact_csv import EXACT
 
 DESIGNS = """name,cost [k€],mass [kg],yield
@@ -67,12 +67,12 @@ def test_csv_out_keeps_every_cell(rank, tmp_path):
     ]  # fmt: skip
     assert table["mass [kg]"].tolist() == ["1e6", "5e5", "2000000", "4e6"]
     assert table["rank"].tolist() == ["6", "0", "0", "0"]
-    # What was ranked can be ranked again, another way.
-    before = out.read_text(encoding="utf-8")
-    code, _, err = rank(before)
-    assert code == 2
-    assert "its column 'mu1' is one that this command adds; name the objectives" in err
-    again = tmp_path / "again.csv"
+    # What was ranked can be ranked again, the same way or another.
+    before, again = out.read_text(encoding="utf-8"), tmp_path / "again.csv"
+    code, printed, _ = rank(before, "--maximize", "yield", "--out", again)
+    assert code == 0
+    assert "Objectives: cost [k€], mass [kg], yield; not as objectives: row, name, mu1" in printed
+    assert again.read_text(encoding="utf-8") == before
     assert rank(before, "--objectives", "cost [k€],mass [kg]", "--out", again)[0] == 0
     assert pd.read_csv(again).columns.tolist() == table.columns.tolist()
 
@@ -93,6 +93,14 @@ def test_json_out(rank, tmp_path):
     assert first["rank"] == 6
     assert first["pareto"] is True
     assert content["designs"][-1]["name"] is None
+
+
+def test_json_has_null_for_what_is_no_number(rank, tmp_path):
+    """Distances of a dominated design that lies farther out than numbers reach."""
+    out = tmp_path / "far.json"
+    assert rank("cost\n1e308\n-1e308\n", "--out", out)[0] == 0
+    content = json.loads(out.read_text("utf-8"), parse_constant=pytest.fail)
+    assert [design["mu1"] for design in content["designs"]] == [0, None]
 
 
 def test_ranks_are_the_librarys(rank, tmp_path):
@@ -143,8 +151,18 @@ def test_one_row(rank):
 def test_an_objective_called_row(rank):
     code, printed, _ = rank("row,b\n1,2\n2,1\n")
     assert code == 0
+    assert "Objectives: b; not as objectives: row" in printed
+    code, printed, _ = rank("row,b\n1,2\n2,1\n", "--objectives", "row,b")
+    assert code == 0
     head = next(line for line in printed.splitlines() if line.startswith("┃"))
     assert [name.strip() for name in head.split("┃")[1:3]] == ["row", "b"]
+
+
+def test_an_objective_called_mark(rank, tmp_path):
+    """``mark`` is a column of the page's export only beside the columns of a ranking."""
+    out = tmp_path / "out.csv"
+    assert rank("mark,b\n1,2\n2,1\n", "--out", out)[0] == 0
+    assert pd.read_csv(out)["mark"].tolist() == [1, 2]
 
 
 def test_a_name_with_a_comma(rank):
@@ -174,7 +192,7 @@ def test_a_test_table_of_this_package(rank, tmp_path):
     assert written["rank"].tolist() == expected.rank.tolist()
     assert written["test_point"].tolist() == feasible.numbers.tolist()
     assert "minimise f4" in printed
-    assert read_pareto_file(file).usual == ("f1", "f2", "f3", "f4")
+    assert read_designs(file).roles().objectives == ("f1", "f2", "f3", "f4")
 
 
 def test_a_test_table_without_a_feasible_design(rank, tmp_path):
@@ -194,6 +212,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("", [], "it is empty; it must hold a line of column names, then the designs"),
         ("\n \n", [], "it is empty"),
         ("# only a comment\n", [], "it is empty"),
+        (",,\n , , \n", [], "it is empty"),
         ("a,b\n", [], "it holds column names, but no row"),
         ("1,2\n2,1\n", [], "its first line must name the columns, and holds numbers"),
         (
@@ -202,7 +221,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
             "row 2 (line 3) holds text in the number column 'b': 'x1'; correct it",
         ),
         ("#\na,b\n\n1,2\n2,1_0\n", [], "row 2 (line 5) holds text in the number column 'b': '1_0'"),
-        ("a;b\n1;2,5\n2;1\n", [], "row 1 (line 2) holds text in the number column 'b': '2,5'"),
+        ("a;b\n1;2,5\n2;1.5\n", [], "row 1 (line 2) holds text in the number column 'b': '2,5'"),
         (
             "a,b\n1,2\n2,\n",
             [],
@@ -217,6 +236,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("a,b\nnan,nan\n", [], "its column 'a' holds no number at all"),
         ("a,b\n1,nan\n2,nan\n", ["--objectives", "b"], "its column 'b' holds no number at all"),
         ("a,b\nx,y\n", [], "no column holds numbers"),
+        ("id,mu1\n1,2\n", [], "no column holds numbers that can be objectives"),
         ("a,b\nx,1\n", ["--objectives", "a"], "its column 'a' holds no number at all"),
         ("a,b,a\n1,2,3\n", [], "its header names the column 'a' 2 times"),
         (",a,\n1,2,3\n", [], "its header names not all columns"),
@@ -226,7 +246,11 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("a,b\n" + 200_000 * "x" + ",1\n", [], "it is no text in rows and columns: field larger"),
         (DESIGNS, ["--objectives", "mass"], "--objectives must be one of"),
         (DESIGNS, ["--objectives", "yeild"], "did you mean 'yield'?"),
-        (DESIGNS, ["--objectives", "yield,yield"], "--objectives names the column 'yield' twice"),
+        (
+            DESIGNS,
+            ["--objectives", "yield,yield"],
+            "--objectives must be columns that are named once, got 'yield'",
+        ),
         (DESIGNS, ["--objectives", ""], "--objectives must be one of"),
         (DESIGNS, ["--maximize", "name"], "--maximize must be one of the objectives"),
         (DESIGNS, ["--maximize", "nothing"], "--maximize must be one of"),

@@ -25,7 +25,7 @@ LAYERS = [
         {"host", "problems", "sampling", "runners", "failures", "algorithms", "deciding"},
     ),
     ("studies", {"studies"}),
-    ("faces", {"figures", "page", "cli"}),
+    ("faces", {"figures", "page", "cli", "__main__"}),
 ]
 LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
 # Outside packages that belong to some layers only.

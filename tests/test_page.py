@@ -113,6 +113,10 @@ def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notatio
         ({"maximize": ["width"]}, "maximize must be one of 'cost, total', 'mass', 'strength'"),
         ({"units": {"depth": "m"}}, "units must be one of"),
         ({"label": "name"}, "label must be one of"),
+        ({"limits": {"width": 1.0}}, "limits must be one of 'cost, total', 'mass', 'strength'"),
+        ({"limits": {"mass": "1"}}, "the limit on 'mass' must be a finite number"),
+        ({"limits": {"mass": -9.0}}, "the limit on 'mass' must be at least .*, its best value"),
+        ({"limits": {"strength": 9.0}}, "the limit on 'strength' must be at most .*, its best"),
         ({"normalize": "no"}, "normalize must be True or False"),
         ({"prototype": {"mass": 1.0}}, "prototype must be a design with a value for every objective"),
         ({"prototype": 3}, "prototype must be a mapping or a pandas.DataFrame, got int"),
@@ -165,9 +169,13 @@ def test_a_test_table(tmp_path):
     table = table_from_file(file)
     assert isinstance(TestTable.read_csv(file), TestTable)
     assert (table.objectives, table.variables) == (("f1", "f2", "f3", "f4"), ("x1", "x2"))
-    assert table.frame.index.tolist() == tests.numbers[tests.eligible()].tolist()
+    assert table.frame["test_point"].tolist() == tests.numbers[tests.eligible()].tolist()
     data = decision_page(
-        table.frame, table.objectives, variables=table.variables, prototype=table.prototype
+        table.frame,
+        table.objectives,
+        variables=table.variables,
+        label=table.label,
+        prototype=table.prototype,
     )
     assert data.label_name == "test_point"
     assert data.labels[-1] == "P1"
@@ -179,6 +187,7 @@ def test_the_command(capsys, tmp_path):
     beams().iloc[[3]].to_csv(tmp_path / "old.csv", index=False)
     names = ["--objectives", 'mass, "cost, total",strength', "--maximize", "strength"]
     more = ["--units", "mass=kg", "--prototype", str(tmp_path / "old.csv"), "--out", str(out)]
+    more += ["--limits", "mass=0.9,strength>=-0.9"]
     assert main(["page", str(file), *names, *more]) == 0
     assert "400 designs by mass, cost, total, strength: open" in capsys.readouterr().out
     text = out.read_text("utf-8")
@@ -189,17 +198,20 @@ def test_the_command(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("content", "options", "message"),
     [
-        ("", [], "must be a CSV with a header, got an empty file"),
-        ("a,b\n", [], "must be a CSV with a row per design, got a header only"),
+        ("", [], "set.csv: it is empty; it must hold a line of column names"),
+        ("a,b\n", [], "set.csv: it holds column names, but no row"),
         ("a,b\n1,2\n", [], "frame must be of at least two designs to decide between, got 1 rows"),
-        ("a,b\nx,y\nz,w\n", [], "must be a table with numeric columns, got a, b"),
-        ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "column 'b' must be numbers, got 'n/e' in row 2"),
+        ("a,b\nx,y\nz,w\n", [], "set.csv: no column holds numbers"),
+        ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
-        ("a,b\n1,2\n3,n/e\n", [], "column 'b' of set.csv must be numbers only or text only, got 'n/e' in row 2"),
+        ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a>=2"], "--limits must be a<=number here, got a>=2"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a<=2", "--maximize", "a"], "--limits must be a>=number here"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "c=2"], "limits must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
         ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),
-        ("a,b\n1\n3,1,2\n", [], "must be a CSV file"),
+        ("a,b\n1\n3,1,2\n", [], "row 1 (line 2) has 1 cells, the header 2"),
         ("SQLite format 3\0", [], "must be a study file of pymoo-psi, but it is none"),
     ],
 )  # fmt: skip

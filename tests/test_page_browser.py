@@ -253,7 +253,7 @@ def test_export_gives_exactly_the_rows_shown(reader, data):
     rows = reader.left
     assert 4 < len(rows) < 20
     text = reader.export()
-    assert reader.file_name == "Beams_such.csv"
+    assert reader.file_name == "Beams_such-shown.csv"
     exported = pd.read_csv(
         io.StringIO(text),
         dtype={"number": str},
@@ -277,6 +277,7 @@ def test_export_gives_the_selection_if_there_is_one(reader, data):
     assert f"Export {len(selected)} selected" in reader.page.inner_text("#export")
     exported = pd.read_csv(io.StringIO(reader.export()), **EXACT)
     assert sorted(exported["number"].astype(str)) == sorted(str(data.labels[i]) for i in selected)
+    assert reader.file_name == "Beams_such-selected.csv"
     reader.page.click("#keep")
     expected = {*selected, len(data.labels) - 1}  # the prototype stays
     assert set(reader.left) == expected
@@ -336,6 +337,78 @@ def test_nothing_left_is_said(reader):
     assert len(reader.left) == 1  # the prototype
     reader.page.click("#reset")
     assert "of 400 designs" in reader.page.inner_text("#count")
+
+
+def test_no_rank_switched_on_is_no_matter_of_limits(reader):
+    for box in reader.page.locator("#ranks input").all():
+        box.set_checked(False)
+    reader.settle()
+    assert reader.page.inner_text("#count") == "No design is left: switch on more ranks"
+    assert reader.page.is_disabled("#fit") == (len(reader.left) == 0)
+    for handle in reader.page.locator("aside .noUi-handle-upper").all():
+        handle.focus()
+        handle.press("Home")
+    reader.settle()
+    assert reader.page.inner_text("#count") == "No design is left: widen the limits"
+
+
+def test_axes_are_fitted_to_what_is_left(reader, data):
+    ends = "[m.x_range.start, m.x_range.end]"
+    before = reader.model("geometric", ends)
+    reader.drag_upper_limit(0.4)
+    assert reader.model("geometric", ends) == before  # limits leave them be
+    reader.page.click("#fit")
+    start, end = reader.model("geometric", ends)
+    mu3 = data.columns[-1].values[reader.left]
+    margin = 0.05 * (mu3.max() - mu3.min())
+    np.testing.assert_allclose([start, end], [mu3.min() - margin, mu3.max() + margin])
+    assert end - start < 0.95 * (before[1] - before[0])
+    reader.page.click("#reset")
+    assert reader.model("geometric", ends) == before
+
+
+def test_ranks_and_distances_are_explained(reader):
+    assert not reader.page.is_visible("details p >> nth=0")
+    reader.page.click("summary")
+    text = reader.page.inner_text("details")
+    for word in ("μ1 is a design's distance to U", "Rank 6", "in units of its range", "dominated"):
+        assert word in text
+    reader.page.click("summary")
+
+
+@pytest.mark.parametrize("width", [1000, 700, 420])
+def test_narrow_windows_have_no_controls_outside(fresh, width):
+    fresh.page.set_viewport_size({"width": width, "height": 800})
+    fresh.settle()
+    fresh.page.wait_for_timeout(300)
+    assert fresh.page.evaluate("document.documentElement.scrollWidth") == width
+    for control in fresh.page.locator("button, select, summary, #ranks label, h1").all():
+        box = control.bounding_box()
+        assert box["x"] >= 0, control
+        assert box["x"] + box["width"] <= width, control
+        assert box["width"] > 10, control
+    for name in ("criteria", "variables", "geometric", "parallel", "table"):
+        box = fresh.page.locator(f"#panel-{name} .plot").bounding_box()
+        assert 250 <= box["width"] <= width
+        assert box["height"] > 200
+
+
+def test_a_page_opens_with_limits(browser, tmp_path, data):
+    limits = {"mass": 0.6, "strength": -0.8}  # at most; at least, as more of it is better
+    decision_page(beams(), CRITERIA, limits=limits, **SETTINGS).save(tmp_path / "page.html")
+    reader = Reader(browser, tmp_path / "page.html")
+    mass, strength = data.columns[0].values, data.columns[2].values
+    within = (mass <= 0.6) & (strength >= -0.8) & (data.group != DOMINATED)
+    expected = np.flatnonzero(within | (data.group == PROTOTYPE))
+    assert 2 < len(expected) < 200
+    assert sorted(reader.left) == expected.tolist()
+    assert reader.model("criteria", "m.x_range.end") == pytest.approx(
+        1.4 + 0.05 * (1.4 - mass[expected].min())  # the prototype's mass
+    )
+    reader.page.click("#reset")
+    assert len(reader.left) == (data.group != DOMINATED).sum()
+    assert reader.trouble == []
+    reader.context.close()
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,22 @@ def test_commands_and_options_are_real():
             assert option in known, (command, option)
 
 
+def test_every_option_is_named():
+    """What the command line knows is in the README's section on it."""
+    section = re.search(r"## The command\n(.*?)\n## ", README.read_text("utf-8"), re.DOTALL)[1]
+    usage = re.sub(r"\n +", " ", section.split("```")[1])
+    words = set(re.findall(r"--[a-z-]+", section.split("```")[2]))
+    listed = {line.split()[1]: line for line in usage.strip().splitlines()}
+    commands = {command.name or command.callback.__name__ for command in app.registered_commands}
+    assert commands == set(listed)
+    for command, line in listed.items():
+        known = CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
+        options = set(re.findall(r"^ +(?:-h, )?(--[a-z-]+)", known, re.MULTILINE)) - {"--help"}
+        assert len(options) > 0
+        missing = options - set(re.findall(r"--[a-z-]+", line)) - words
+        assert not missing, (command, missing)
+
+
 @pytest.mark.parametrize("mu", [0.2, 0.4, 0.6])
 def test_both_optima_are_as_in_the_table(mu):
     row = re.search(rf"^\| {mu} \|(.*)\|$", README.read_text("utf-8"), re.MULTILINE)[1]

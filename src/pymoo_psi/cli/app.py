@@ -1,4 +1,4 @@
-"""The commands and their options; each one's work is in a module of its own.
+"""The command ``pymoo-psi``: what it consists of, and how it ends.
 
 Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
 says what), 130 interrupted.
@@ -8,218 +8,48 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from enum import Enum
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from pymoo_psi.cli.file_commands import export, page, rank
+from pymoo_psi.cli.problem_commands import compare, reproduce, solve
 from pymoo_psi.errors import PsiError
 
 __all__ = ["app", "main", "run"]
 
 app = typer.Typer(
     name="pymoo-psi",
-    help="Parameter Space Investigation and decision-making on Pareto sets, for pymoo.",
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
 
 # The base of all usage errors of the click that typer carries or depends on.
 _ClickException: Any = typer.BadParameter.__mro__[2]
 
 
-class AlgorithmName(str, Enum):
-    """The algorithms of ``solve``."""
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
 
-    psi = "psi"
-    nsga3 = "nsga3"
-
-
-class ModelName(str, Enum):
-    """The models of the chute."""
-
-    full = "full"
-    rolling = "rolling"
+        print(f"pymoo-psi {version('pymoo-psi')}")
+        raise typer.Exit
 
 
-class AssessedName(str, Enum):
-    """What ``compare`` measures of a run."""
-
-    evaluated = "evaluated"
-    returned = "returned"
-
-
-Jobs = Annotated[
-    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
-]
-
-
-@app.command()
-def reproduce(
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for tables (CSV) and figures (PNG).")
-    ] = Path("reproduction"),
-    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
-    jobs: Jobs = 1,
-) -> int:
-    """Compute the paper's tables under both models, beside the printed values."""
-    from pymoo_psi.cli.reproduce import run_reproduce
-
-    return run_reproduce(out, points, jobs)
-
-
-@app.command()
-def solve(
-    problem: Annotated[
-        str,
-        typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute."),
-    ],
-    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
-    points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
-    seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
-    jobs: Jobs = 1,
-    timeout: Annotated[
-        float | None,
-        typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
-    ] = None,
-    study: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.db", help="Store every tested design here (psi); continues."),
-    ] = None,
-    study_key: Annotated[
-        str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
-    ] = None,
-    mu: Annotated[float | None, typer.Option(help="chute: friction coefficient [0.2].")] = None,
-    c: Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")] = None,
-    r: Annotated[float | None, typer.Option(help="chute: radius [0.1].")] = None,
-    model: Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")] = None,
-) -> int:
-    """Find the Pareto set of a problem and rank it by efficiency."""
-    from pymoo_psi.cli.problem import load_problem
-    from pymoo_psi.cli.solve import run_solve
-
-    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
-    options = {name: value for name, value in given.items() if value is not None}
-    return run_solve(
-        load_problem(problem, options, jobs, timeout),
-        algorithm.value,
-        points,
-        seed=seed,
-        study=study,
-        study_key=study_key,
-        out=out,
-    )
-
-
-@app.command()
-def page(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A CSV of designs, or a test table.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
-        "page.html"
-    ),
-    objectives: Annotated[
-        str | None,
-        typer.Option(metavar="A,B,C", help="Columns with criteria [f1,f2,… or all numeric ones]."),
-    ] = None,
-    variables: Annotated[
-        str | None, typer.Option(metavar="X,Y", help="Columns with design variables [x1,x2,…].")
-    ] = None,
-    maximize: Annotated[
-        str | None, typer.Option(metavar="B", help="Objectives of which more is better.")
-    ] = None,
-    units: Annotated[str | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")] = None,
-    prototype: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
-    ] = None,
-    normalize: Annotated[
-        bool, typer.Option(help="Rank with each objective in units of its range.")
-    ] = True,
-    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
-) -> int:
-    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
-    from pymoo_psi.cli.page import run_page
-
-    return run_page(
-        file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
-        prototype=prototype, normalize=normalize, title=title,
-    )  # fmt: skip
-
-
-@app.command()
-def rank(
-    file: Annotated[
-        Path, typer.Argument(help="CSV of a Pareto set; the first line names columns.")
-    ],
-    objectives: Annotated[
-        list[str] | None,
-        typer.Option(metavar="A,B,…", help="Columns that are objectives; else all of numbers."),
-    ] = None,
-    maximize: Annotated[
-        list[str] | None, typer.Option(metavar="A,…", help="Objectives to be maximised.")
-    ] = None,
-    no_normalize: Annotated[
-        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+@app.callback()
+def _command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it, exit."),
     ] = False,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
-    ] = None,
-    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
-) -> int:
-    """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli.rank import run_rank
-
-    return run_rank(file, objectives or [], maximize or [], not no_normalize, out, top)
+) -> None:
+    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo."""
 
 
-@app.command()
-def compare(
-    problem: Annotated[
-        str,
-        typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute."),
-    ],
-    evaluations: Annotated[
-        str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
-    ] = "256,1024,4096",
-    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of an algorithm by chance.")] = 11,
-    algorithms: Annotated[
-        str,
-        typer.Option(
-            metavar="A,B,…",
-            help="Of psi, psi-scrambled, nsga3, psi+nsga3, nsga2, moead, ….",
-        ),
-    ] = "psi,psi-scrambled,nsga3,psi+nsga3",
-    assess: Annotated[
-        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
-    ] = AssessedName.evaluated,
-    reference: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.npz", help="Measure against the reference of another study."),
-    ] = None,
-    jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Write tables, figures and runs here; continues."),
-    ] = None,
-    mu: Annotated[float | None, typer.Option(help="chute: friction coefficient [0.2].")] = None,
-    c: Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")] = None,
-    r: Annotated[float | None, typer.Option(help="chute: radius [0.1].")] = None,
-    model: Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")] = None,
-) -> int:
-    """Compare PSI with NSGA-III and others on a problem at equal numbers of evaluations."""
-    from pymoo_psi.cli.compare import run_compare
-    from pymoo_psi.cli.problem import load_problem
-
-    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
-    options = {name: value for name, value in given.items() if value is not None}
-    return run_compare(
-        load_problem(problem, options, 1), evaluations=evaluations, seeds=seeds,
-        algorithms=algorithms, assess=assess.value, reference=reference, jobs=jobs, out=out,
-    )  # fmt: skip
+for _function in (reproduce, solve, compare, export, rank, page):
+    app.command()(_function)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -237,13 +67,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = error.format_message()
     except OSError as error:
         message = f"{error.filename or 'file'}: {error.strerror or error}"
+    except MemoryError:
+        message = "there is not enough memory for that many designs; ask for fewer"
     except (KeyboardInterrupt, typer.Abort):
-        print("pymoo-psi: interrupted", file=sys.stderr)
-        return 130
+        return _interrupted()
     else:
+        if code == _INTERRUPTED:  # as later versions of typer return it
+            return _interrupted()
         return code if isinstance(code, int) else 0
     print(f"pymoo-psi: error: {' '.join(message.split())}", file=sys.stderr)
     return 2
+
+
+def _interrupted() -> int:
+    print("pymoo-psi: interrupted", file=sys.stderr)
+    return _INTERRUPTED
 
 
 def run() -> None:

@@ -25,9 +25,20 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
+from pymoo_psi.arguments import broken_rule
+from pymoo_psi.investigation import TestTable
+from pymoo_psi.investigation.layout import Limits
 from pymoo_psi.investigation.whole_file import whole_file
 
-__all__ = ["print_frame", "progress_bar", "require_folder", "run_bar", "say", "write_csv"]
+__all__ = [
+    "counted",
+    "print_frame",
+    "progress_bar",
+    "require_output",
+    "run_bar",
+    "say",
+    "write_csv",
+]
 
 
 def say(line: str) -> None:
@@ -55,13 +66,20 @@ class _Shown:
 
     def __init__(self, bar: Progress, task: TaskID) -> None:
         self.bar, self.task = bar, task
+        self.tested = self.feasible = self.failed = 0
 
     def psi(self, algorithm: Any) -> None:
         """Show tested, failed and feasible points."""
-        table = algorithm.table
-        failed, feasible = (table.status == "failed").sum(), table.feasible().sum()
-        note = f"{feasible} feasible, {failed} failed"
-        self.bar.update(self.task, completed=len(table), note=note)
+        self.feasible = self.failed = self.tested = 0
+        self.block(algorithm.table, algorithm.limits)
+
+    def block(self, table: TestTable, limits: Limits | None) -> None:
+        """Show one more block of tested points."""
+        self.tested += len(table)
+        self.feasible += int(table.feasible(limits).sum())
+        self.failed += int((table.status == "failed").sum())
+        note = f"{self.feasible} feasible, {self.failed} failed"
+        self.bar.update(self.task, completed=self.tested, note=note)
 
     def evaluations(self, algorithm: Any) -> None:
         """Show the evaluations of any algorithm."""
@@ -130,10 +148,33 @@ def _cells(row: Sequence[object], decimals: int) -> list[str]:
     ]
 
 
-def require_folder(path: Path) -> None:
-    """Refuse a file to be written in a folder that is not there, before the work is done."""
+def require_output(path: Path | None, suffixes: Sequence[str] = (), *inputs: Path | None) -> None:
+    """Refuse a file that cannot be written, or must not be, before the work is done.
+
+    Args:
+        path: The file to write; nothing is asked of none.
+        suffixes: Those of the formats that can be written; any will do if there are none.
+        inputs: Files that are read and must stay as they are.
+
+    Raises:
+        ArgumentValueError: The file has another suffix, or is one of the inputs.
+        FileNotFoundError: Its folder is not there.
+    """
+    if path is None:
+        return
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise broken_rule("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
+    if any(given is not None and path.resolve() == given.resolve() for given in inputs):
+        raise broken_rule("--out", "another file than the one that is read", str(path))
     if not path.absolute().parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+
+
+def counted(n: int, thing: str) -> str:
+    """Return a number of things: "1 design", "2 designs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:

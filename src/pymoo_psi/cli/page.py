@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from pymoo_psi.arguments import Received, broken_rule
-from pymoo_psi.cli.output import require_folder, say
+from pymoo_psi.cli.output import require_output, say
+from pymoo_psi.cli.words import limits_in, listed_names
 from pymoo_psi.page import decision_page, table_from_file
 
 __all__ = ["run_page"]
@@ -24,12 +25,13 @@ def run_page(
     units: str | None = None,
     prototype: Path | None = None,
     normalize: bool = True,
+    limits: str | None = None,
     title: str | None = None,
 ) -> int:
     """Write the page and say where it is.
 
     Args:
-        file: A CSV of designs, or a test table.
+        file: A CSV of designs, a test table, a study, or a ranking.
         out: The HTML file to write.
         objectives: Names of columns, separated by commas; guessed unless given.
         variables: Likewise.
@@ -37,43 +39,50 @@ def run_page(
         units: Such as ``mass=kg,time=s``.
         prototype: A CSV of existing designs to compare with.
         normalize: Rank with each objective in units of its range.
+        limits: Limits the page opens with, such as ``mass=2.5,yield>=0.8``.
         title: Heading of the page; the file's name unless given.
     """
-    require_folder(out)
-    if out.resolve() == file.resolve():
-        raise broken_rule("--out", "another file than the one that is read", str(out))
-    table = table_from_file(file, objectives=_names(objectives), variables=_names(variables))
+    require_output(out, (), file, prototype)
+    table = table_from_file(
+        file, objectives=listed_names(objectives), variables=listed_names(variables)
+    )
     known = table.prototype
     if prototype is not None:
         found = table_from_file(prototype, objectives=table.objectives, variables=())
         known = found.frame.set_index(found.label) if found.label else found.frame
         known.index = known.index if found.label else pd.Index(["prototype"] * len(known))
+    more_is_better = listed_names(maximize) or table.maximize
     page = decision_page(
         table.frame,
         table.objectives,
         variables=table.variables,
-        maximize=_names(maximize) or [],
+        maximize=more_is_better,
         units=_units(units),
         label=table.label,
         normalize=normalize,
         prototype=known,
+        limits=_limits(limits, more_is_better),
         title=title or file.stem,
     )
     page.save(out)
+    for remark in table.remarks:
+        say(remark)
     say(f"{len(table.frame)} designs by {', '.join(table.objectives)}: open {out} in a browser")
     return 0
 
 
-def _names(text: str | None) -> list[str] | None:
-    """Return the names in a list with commas; a name with a comma stands in quotation marks."""
-    if text is None:
-        return None
-    return [name.strip() for name in next(csv.reader([text], skipinitialspace=True), [])]
+def _limits(text: str | None, maximize: Sequence[str]) -> dict[str, float]:
+    limits = limits_in(text)
+    for name, (sign, limit) in limits.items():
+        if sign != "=" and (sign == ">=") != (name in maximize):
+            right = f"{name}>=number" if name in maximize else f"{name}<=number"
+            raise broken_rule("--limits", f"{right} here", Received(f"{name}{sign}{limit:g}"))
+    return {name: limit for name, (_, limit) in limits.items()}
 
 
 def _units(text: str | None) -> dict[str, str]:
     units = {}
-    for part in _names(text) or []:
+    for part in listed_names(text) or []:
         name, equals, unit = part.rpartition("=")
         if not (name and equals):
             raise broken_rule("--units", "of the form name=unit,name=unit", Received(part))

@@ -1,4 +1,4 @@
-"""``pymoo-psi rank``: from a CSV of any Pareto set to ranks of efficiency."""
+"""``pymoo-psi rank``: from a file of any Pareto set to ranks of efficiency."""
 
 from __future__ import annotations
 
@@ -11,8 +11,15 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi.arguments import broken_rule, integer
-from pymoo_psi.cli.output import print_frame, require_folder, say, write_csv
-from pymoo_psi.cli.pareto_file import ParetoFile, read_pareto_file, unfit
+from pymoo_psi.cli.output import (
+    counted,
+    print_frame,
+    require_output,
+    say,
+    write_csv,
+)
+from pymoo_psi.cli.words import names_in
+from pymoo_psi.investigation.design_file import DesignFile, Roles, read_designs, unfit
 from pymoo_psi.investigation.whole_file import whole_file
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto.ranking import RANKING_COLUMNS
@@ -33,30 +40,33 @@ def run_rank(
     """Rank the designs of a file, print the best, and write all if a file is named.
 
     Args:
-        path: The file; see :func:`pymoo_psi.cli.pareto_file.read_pareto_file`.
-        objectives: Its columns that are objectives; all columns of numbers if empty.
+        path: The file; see :func:`pymoo_psi.investigation.design_file.read_designs`.
+        objectives: Its columns that are objectives; as the file or their names tell if empty.
         maximize: Those of them to be maximised.
         normalize: Measure each objective in units of its range.
         out: Where to write all designs, CSV or JSON by its suffix.
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
-    if out is not None and out.suffix.lower() not in _FORMATS:
-        raise broken_rule("--out", "a file with the suffix .csv or .json", str(out))
-    if out is not None:
-        require_folder(out)
-    file = read_pareto_file(path)
-    names = file.objectives(objectives)
+    require_output(out, _FORMATS, path)
+    file = read_designs(path)
+    named = names_in("--objectives", objectives, file.names)
+    roles = file.roles(named or None)
+    names = roles.objectives
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
-    upwards = file.columns("--maximize", maximize)
+    upwards = names_in("--maximize", maximize, file.names) or roles.maximize
     if other := [name for name in upwards if name not in names]:
         raise broken_rule("--maximize", f"one of the objectives {', '.join(names)}", other[0])
     F = pd.DataFrame(file.values(names), columns=list(names))
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=upwards)
 
     frame = _ranked(file, ranking)
-    _print(file, ranking, upwards, frame.head(top))
+    if not named:
+        say(file.told(roles))
+    if file.remark:
+        say(file.remark)
+    _print(file, roles, ranking, upwards, frame.head(top))
     if out is not None:
         if out.suffix.lower() == ".json":
             _write_json(file, ranking, upwards, frame, out)
@@ -66,15 +76,13 @@ def run_rank(
     return 0
 
 
-def _ranked(file: ParetoFile, ranking: EfficiencyRanking) -> pd.DataFrame:
+def _ranked(file: DesignFile, ranking: EfficiencyRanking) -> pd.DataFrame:
     """Return the cells of the file with the ranking beside them, the best design first.
 
     ``row`` counts the designs of the file from 1, unless the file has a column of that name.
     Columns of an earlier ranking are replaced.
     """
-    frame = pd.DataFrame(
-        {name: cells for name, cells in file.cells.items() if name not in RANKING_COLUMNS}
-    )
+    frame = file.cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
         frame.insert(0, "row", np.arange(1, len(frame) + 1))
     frame[["mu1", "mu2", "mu3"]] = ranking.criteria
@@ -83,13 +91,19 @@ def _ranked(file: ParetoFile, ranking: EfficiencyRanking) -> pd.DataFrame:
 
 
 def _print(
-    file: ParetoFile, ranking: EfficiencyRanking, upwards: Sequence[str], best: pd.DataFrame
+    file: DesignFile,
+    roles: Roles,
+    ranking: EfficiencyRanking,
+    upwards: Sequence[str],
+    best: pd.DataFrame,
 ) -> None:
     names = list(ranking.objectives.names)
     n, found = len(ranking.rank), len(ranking.salukvadze)
     optimum = ", ".join(str(i + 1) for i in ranking.salukvadze[:5])
+    if roles.label not in (None, "row", "") and found == 1:
+        optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
     say(
-        f"{file.path}: {n} design{'s'[: n > 1]}, {int(ranking.pareto.sum())} Pareto optimal; "
+        f"{file.path}: {counted(n, 'design')}, {int(ranking.pareto.sum())} Pareto optimal; "
         f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
     )
     for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
@@ -106,17 +120,14 @@ def _print(
 
 
 def _write_json(
-    file: ParetoFile,
+    file: DesignFile,
     ranking: EfficiencyRanking,
     upwards: Sequence[str],
     frame: pd.DataFrame,
     out: Path,
 ) -> None:
     names = ranking.objectives.names
-    columns = {
-        name: [_value(cell) for cell in frame[name]] if name in file.cells else frame[name].tolist()
-        for name in frame.columns
-    }
+    columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
         "file": file.path.name,
         "objectives": list(names),
@@ -134,8 +145,10 @@ def _write_json(
         written.write_text(text + "\n", encoding="utf-8")
 
 
-def _value(cell: str) -> Any:
-    """Return what a cell says: a number, None for nothing, else its text."""
+def _value(cell: Any) -> Any:
+    """Return what a cell says: a number, None for nothing or no finite number, else its text."""
+    if not isinstance(cell, str):
+        return None if isinstance(cell, float) and not np.isfinite(cell) else cell
     for kind in (int, float):
         try:
             value = kind(cell)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -23,14 +24,18 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     with progress_bar() as bar:
         task = bar.add_task("Cases (friction coefficient, model)", total=8)
 
+        def step(done: str) -> None:
+            bar.update(task, advance=1, description=done)
+            if bar.disable:
+                print(f"done: {done}", file=sys.stderr, flush=True)
+
         def advance(case: Case) -> None:
-            bar.update(task, advance=1, description=f"mu = {case.mu}, {case.model} model")
+            step(f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(points, n_jobs=jobs, on_case=advance)
         for model, folder in (("full", out), ("rolling", rolling)):
-            bar.update(task, description=f"figures, {model} model")
             save_figures(result, folder, model=model)
-            bar.update(task, advance=1)
+            step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     write_csv(table_6_1, out / "table_6_1.csv")
     write_csv(table_6_2, out / "table_6_2.csv")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ class PageData:
         group: ``(n,)`` groups of drawing (:mod:`pymoo_psi.page.groups`).
         n_designs: How many designs there are, shown or not, without prototypes.
         remarks: What a reader must know, in short sentences.
+        normalize: Whether the criteria are measured in units of their ranges.
+        limits: Limits the page opens with, by name of the criterion.
 
     Example:
         >>> import pandas as pd
@@ -45,6 +48,8 @@ class PageData:
     group: NDArray[np.int32]
     n_designs: int
     remarks: tuple[str, ...]
+    normalize: bool = True
+    limits: Mapping[str, float] = field(default_factory=dict)
 
     def having(self, *roles: Role) -> list[Column]:
         """Return the columns with one of these roles.

@@ -91,7 +91,10 @@ def html_of(data: PageData) -> str:
     )
     ends = ColumnDataSource({key: [] for key in ("x", "low", "high")})
     table = table_of(data, source, view)
-    sliders = [(column, limit_slider(column, data.group)) for column in data.having("criterion")]
+    sliders = [
+        (column, limit_slider(column, data.group, data.limits.get(column.name)))
+        for column in data.having("criterion")
+    ]
 
     document = Document(theme=_THEME, title=data.title)
     for root in (
@@ -170,12 +173,13 @@ def _frame(
         "optimum": {"svg": look(OPTIMUM).svg, "labels": data.optima, "kind": data.label_name},
         "sliders": [(column, slider and slider.name) for column, slider in sliders],
         "remarks": data.remarks,
+        "normalize": data.normalize,
     }
 
 
 def _file_name(title: str) -> str:
     words = "".join(c if c.isalnum() else " " for c in title).split()
-    return f"{'_'.join(words)[:60] or 'designs'}.csv"
+    return "_".join(words)[:60] or "designs"
 
 
 def _asset(name: str) -> str:

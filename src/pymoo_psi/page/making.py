@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.arguments import Received, boolean, broken_rule, known_name
+from pymoo_psi.arguments import Received, boolean, broken_rule, finite_number, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.page.columns import Column, Role, checked_values, text_column
 from pymoo_psi.page.groups import PROTOTYPE, groups_of
@@ -36,6 +36,7 @@ def decision_page(
     label: str | None = None,
     normalize: bool = True,
     prototype: pd.DataFrame | Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
     title: str = "Pareto set",
 ) -> DecisionPage:
     """Return a page to decide on a Pareto set with, to be saved as one HTML file.
@@ -58,6 +59,8 @@ def decision_page(
         normalize: Rank with each objective in units of its range.
         prototype: An existing design, or several as a frame, with a value for each objective.
             It is not ranked and stays on the page whatever the limits.
+        limits: Limits on objectives that are set when the page opens and that its reader can move:
+            at most this, or at least for an objective of which more is better.
         title: Heading of the page.
 
     Returns:
@@ -65,7 +68,7 @@ def decision_page(
 
     Raises:
         ArgumentValueError: A name is not a column or occurs twice; there are fewer than two
-            designs; an objective is missing somewhere or infinite.
+            designs; an objective is missing somewhere or infinite; a limit leaves no design.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
 
     Example:
@@ -91,6 +94,7 @@ def decision_page(
     F = np.column_stack([checked_values(frame, name, complete=True) for name in objectives])
     ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
     order, remarks = _rows_to_show(ranking)
+    _check_limits(limits or {}, frame, objectives, maximize)
 
     extra = _prototype_frame(prototype, objectives, label)
     mu = ranking.criteria[order]
@@ -111,6 +115,8 @@ def decision_page(
         ),
         n_designs=len(frame),
         remarks=remarks,
+        normalize=bool(normalize),
+        limits=dict(limits or {}),
     )
 
 
@@ -138,6 +144,21 @@ def _check_columns(
             if name in seen or have.count(name) > 1:
                 raise broken_rule(argument, "columns that are named once", name)
             seen.add(name)
+
+
+def _check_limits(
+    limits: Mapping[str, float],
+    frame: pd.DataFrame,
+    objectives: Sequence[str],
+    maximize: Sequence[str],
+) -> None:
+    for name, limit in limits.items():
+        known_name("limits", name, list(objectives))
+        value, best = finite_number(f"the limit on {name!r}", limit), frame[name].min()
+        if name in maximize and value > (best := frame[name].max()):
+            raise broken_rule(f"the limit on {name!r}", f"at most {best:g}, its best value", value)
+        if name not in maximize and value < best:
+            raise broken_rule(f"the limit on {name!r}", f"at least {best:g}, its best value", value)
 
 
 def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:
@@ -181,7 +202,8 @@ def _prototype_frame(
         rule = "a design with a value for every objective"
         raise broken_rule("prototype", rule, Received(f"none for {missing[0]!r}"))
     if label is not None and label not in prototype:
-        prototype = prototype.assign(**{label: "prototype"})
+        unnamed = isinstance(prototype.index, pd.RangeIndex)
+        prototype = prototype.assign(**{label: "prototype" if unnamed else prototype.index})
     return prototype
 
 

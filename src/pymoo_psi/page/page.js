@@ -24,8 +24,7 @@ const switched_on = () =>
 
 // The rows that pass ranks, limits and "Keep selected", in the order of the source. A slider's end
 // that stands at the end of its track limits nothing.
-function remaining() {
-  const groups = switched_on()
+function remaining(groups) {
   const bounds = limits.map(({field, slider}) => {
     const [low, high] = slider.value
     return [data[field], low <= slider.start ? -Infinity : low, high >= slider.end ? Infinity : high]
@@ -39,8 +38,10 @@ function remaining() {
   return rows
 }
 
+const is_set = ({slider}) => slider.value[0] > slider.start || slider.value[1] < slider.end
+
 function update() {
-  const rows = remaining()
+  const rows = remaining(switched_on())
   shown.indices = rows
   const left = new Set(rows)
   const selected = source.selected.indices.filter((i) => left.has(i))
@@ -106,8 +107,8 @@ function report() {
   const total = n - data.group.filter((group) => group === PROTOTYPE).length
   const selected = source.selected.indices.length
   const changed = kept !== null || boxes.some((box) => box.checked !== box.defaultChecked)
-    || limits.some(({slider}) => slider.value[0] > slider.start || slider.value[1] < slider.end)
-  $("count").textContent = left === 0 ? "No design is left: widen the limits"
+    || limits.some(is_set)
+  $("count").textContent = left === 0 ? `No design is left: ${remedy()}`
     : `${number(left)} of ${number(total)} designs`
   $("count").classList.toggle("none", left === 0)
   $("selected").textContent = selected > 0 ? `${number(selected)} selected` : ""
@@ -116,17 +117,24 @@ function report() {
   const count = selected || shown.indices.length
   $("export").textContent = `Export ${number(count)} ${selected ? "selected" : "shown"} as CSV`
   $("export").disabled = count === 0
+  $("fit").disabled = shown.indices.length === 0
   const optima = new Set(shown.indices.filter((i) => data.mark[i] === "Salukvadze optimum"))
   $("hidden").textContent = optima.size === 0 ? " (not among them)" : ""
 }
 
-// The range of a column over the designs of the ranks switched on, so that limits leave the axes be.
-function extent(field) {
-  const groups = switched_on()
+// What to do where nothing is left: other ranks may have designs within the limits.
+function remedy() {
+  const others = remaining(new Set(data.group)).filter((i) => data.group[i] !== PROTOTYPE)
+  if (others.length > 0) return "switch on more ranks"
+  return kept === null ? "widen the limits" : "widen the limits, or reset"
+}
+
+// The range of a column over rows.
+function extent(field, rows) {
   let [low, high] = [Infinity, -Infinity]
-  for (let i = 0; i < n; i++) {
+  for (const i of rows) {
     const value = data[field][i]
-    if (!isNaN(value) && groups.has(data.group[i])) {
+    if (!isNaN(value)) {
       low = Math.min(low, value)
       high = Math.max(high, value)
     }
@@ -134,18 +142,28 @@ function extent(field) {
   return low <= high ? [low, high] : [0, 1]
 }
 
-// Put a column on an axis of a scatter plot, the range a little wider than its values.
-function set_axis(select) {
+// The designs of the ranks switched on: limits leave the axes be until they are fitted.
+function of_ranks() {
+  const groups = switched_on()
+  return [...data.group.keys()].filter((i) => groups.has(data.group[i]))
+}
+
+// Put a column on an axis of a scatter plot, the range a little wider than its values in rows.
+function set_axis(select, rows) {
   const {plot, renderer} = plots.find(({name}) => name === select.dataset.plot)
   const {dataset: {axis}, value: field} = select
   const {label} = column[field]
-  const [low, high] = extent(field)
+  const [low, high] = extent(field, rows)
   const margin = high > low ? 0.05 * (high - low) : 0.05 * Math.abs(high) || 1
   const range = axis === "x" ? plot.x_range : plot.y_range
   const [start, end] = [low - margin, high + margin]
   range.setv({start, end, reset_start: start, reset_end: end})
   plot[axis === "x" ? "below" : "left"][0].axis_label = label
   for (const glyph of [renderer.glyph, renderer.nonselection_glyph]) glyph[axis] = {field}
+}
+
+function set_axes(rows) {
+  for (const select of selects) set_axis(select, rows)
 }
 
 // The rows to export in the order of the table: the selected ones if there are any.
@@ -169,7 +187,8 @@ function csv(rows) {
 function save() {
   const link = document.createElement("a")
   link.href = URL.createObjectURL(new Blob([csv(rows_to_export())], {type: "text/csv"}))
-  link.download = names.file
+  const what = source.selected.indices.length > 0 ? "selected" : "shown"
+  link.download = `${names.file}-${what}.csv`
   link.click()
   setTimeout(() => URL.revokeObjectURL(link.href), 10000)
 }
@@ -179,7 +198,7 @@ function reset() {
   for (const box of boxes) box.checked = box.defaultChecked
   for (const {slider} of limits) slider.value = [slider.start, slider.end]
   source.selected.indices = []
-  selects.forEach(set_axis)
+  set_axes(of_ranks())
   update()
 }
 
@@ -200,13 +219,11 @@ function update_soon() {
 
 for (const {slider} of limits) slider.properties.value.change.connect(update_soon)
 for (const box of boxes) box.addEventListener("change", () => {
-  selects.forEach(set_axis)
+  set_axes(of_ranks())
   update_soon()
 })
-for (const select of selects) {
-  select.addEventListener("change", () => set_axis(select))
-  set_axis(select)
-}
+for (const select of selects) select.addEventListener("change", () => set_axis(select, of_ranks()))
+set_axes(of_ranks())
 source.selected.properties.indices.change.connect(() => { select_lines(); report() })
 lines.selected.properties.indices.change.connect(select_designs)
 $("keep").addEventListener("click", () => {
@@ -216,7 +233,9 @@ $("keep").addEventListener("click", () => {
 })
 $("clear").addEventListener("click", () => { source.selected.indices = [] })
 $("reset").addEventListener("click", reset)
+$("fit").addEventListener("click", () => set_axes(shown.indices))
 $("export").addEventListener("click", save)
 sort_table()
 update()
+if (limits.some(is_set)) set_axes(shown.indices) // limits that the page opens with
 document.body.dataset.ready = "yes"

@@ -40,18 +40,29 @@ _RANK = """<% if (mark === "prototype") { %>prototype<% } else if (mark === "dom
 dominated<% } else { %><%= rank %><%= mark ? " ★" : "" %><% } %>"""
 
 
-def limit_slider(column: Column, group: NDArray[np.int32]) -> RangeSlider | None:
-    """Return the slider with two ends for the limits of a criterion; None for a constant."""
+def limit_slider(
+    column: Column, group: NDArray[np.int32], limit: float | None = None
+) -> RangeSlider | None:
+    """Return the slider with two ends for the limits of a criterion; None for a constant.
+
+    Args:
+        column: The criterion.
+        group: ``(n,)`` groups of drawing.
+        limit: Where the end of the worse values stands at first, if not at the end of the track.
+    """
     values = column.values[group != PROTOTYPE]
     low, high = float(values.min()), float(values.max())
     if not low < high:
         return None
+    bounds = (low, high)
+    if limit is not None:
+        bounds = (max(low, limit), high) if column.maximize else (low, min(high, limit))
     return RangeSlider(
         name=f"limit_{column.field}",
         title=column.label,
         start=low,
         end=high,
-        value=(low, high),
+        value=bounds,
         step=(high - low) / 1000,
         format=PrintfTickFormatter(format=column.printf),
         sizing_mode="stretch_width",

@@ -1,0 +1,223 @@
+"""``pymoo-psi solve`` and ``export``: limits, studies, failures, nothing feasible, interruption."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from pymoo_psi import PSI, TestTable, VectorizedSphereChute
+from pymoo_psi.cli import main
+
+MODELS = '''
+import math, os, pathlib, time
+from pymoo.core.problem import ElementwiseProblem, Problem
+
+class Root(ElementwiseProblem):
+    """Fails for x1 < 0, in two ways."""
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=-1, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] < -0.5:
+            raise OSError("no licence")
+        out["F"] = [math.sqrt(x[0]), 1 - x[1]]
+
+class Vectorized(Problem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = x[:, :2] ** 2 - x[:, ::-1]
+        out["G"] = x[:, :1] - 0.75
+
+class Never(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=2, xl=-1, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] < -0.5:
+            raise OSError("no licence")
+        out["F"], out["G"] = [x[0], -x[1]], [x[0], 2 - x[1]]
+
+class Mended(Root):
+    def name(self):
+        return "Root"
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [abs(x[0]), 1 - x[1]]
+
+class One(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [(x[0] - 0.3) ** 2]
+
+class Slow(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=2, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        pathlib.Path("started").touch()
+        time.sleep(0.02)
+        out["F"] = [x[0], 1 - x[0]]
+'''
+
+
+@pytest.fixture
+def run(capsys, tmp_path, monkeypatch):
+    (tmp_path / "models_of_solve.py").write_text(MODELS, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def command(*words):
+        words = [str(word).replace("models:", "models_of_solve:") for word in words]
+        code = main(words)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    yield command
+    sys.modules.pop("models_of_solve", None)
+
+
+@pytest.mark.parametrize("problem", ["chute", "models:Vectorized"])
+@pytest.mark.parametrize("limits", [[], ["--limits", "f1=2,f2<=0.5"]])
+def test_arrays_and_objects_give_the_same_file(run, problem, limits):
+    """Without a study a vectorised problem is tested without pymoo's objects."""
+    words = ["solve", problem, "--points", 300, *limits]
+    code, plain, _ = run(*words, "--out", "plain.csv")
+    again, stored, _ = run(*words, "--out", "stored.csv", "--study", "s.db")
+    assert code == again == 0
+    assert Path("plain.csv").read_text() == Path("stored.csv").read_text()
+    assert plain.splitlines()[:-1] == stored.splitlines()[:-1]
+
+
+def test_limits_are_those_of_psi(run):
+    from pymoo.optimize import minimize
+
+    assert (
+        run("solve", "chute", "--points", 200, "--limits", "f1=2.2, f4<=1.5", "--out", "o.csv")[0]
+        == 0
+    )
+    result = minimize(VectorizedSphereChute(), PSI(200, limits={"f1": 2.2, "f4": 1.5}))
+    written = pd.read_csv("o.csv")
+    assert sorted(written["test_point"]) == sorted(result.opt.get("test_point"))
+    assert 0 < len(written) < 200
+
+
+def test_reasons_of_failures_are_counted(run):
+    code, printed, _ = run("solve", "models:Root", "--points", 64)
+    assert code == 0
+    assert "64 tested, 32 failed" in printed
+    assert "Failed: 16 × OSError: no licence; 16 × ValueError: " in printed
+    code, printed, _ = run("solve", "models:Root", "--points", 64, "--algorithm", "nsga3")
+    assert code == 0
+    assert "Failed: " in printed
+    assert " × OSError: no licence" in printed
+
+
+def test_failed_designs_are_tried_again(run):
+    words = ["--points", 64, "--study", "s.db"]
+    assert run("solve", "models:Root", *words)[0] == 0
+    failed = TestTable.read_study("s.db")
+    numbers = failed.numbers[failed.status == "failed"]
+    assert len(numbers) == 32
+    some = ",".join(map(str, numbers[:2]))
+    for given, left in (([], 32), (["--retry", some], 30), (["--retry", "failed"], 0)):
+        assert run("solve", "models:Mended", *words, *given)[0] == 0
+        assert (TestTable.read_study("s.db").status == "failed").sum() == left
+
+
+def test_nothing_feasible_is_explained(run):
+    code, printed, err = run("solve", "models:Never", "--points", 64, "--out", "o.csv")
+    assert (code, err) == (1, "")
+    assert "Never: no feasible design, 64 tested, 16 failed" in printed
+    assert (
+        "Infeasible: 48 of 48 that were computed; g2 rejects most: 48, 17 of them alone." in printed
+    )
+    assert "Failed: 16 × OSError: no licence" in printed
+    assert "o.csv is not written" in printed
+    assert not os.path.exists("o.csv")
+    code, printed, _ = run("solve", "models:Never", "--points", 64, "--algorithm", "nsga3")
+    assert code == 1
+    assert "g2 rejects most" in printed
+    code, printed, _ = run("solve", "chute", "--points", 64, "--limits", "f1=2.4,f2=-1")
+    assert code == 1
+    assert "64 of 64 that were computed; f2 rejects most: 64" in printed
+
+
+def test_one_design_is_one_design(run):
+    assert "1 Pareto-optimal design, 16 tested" in run("solve", "models:One", "--points", 16)[1]
+
+
+def test_a_study_becomes_a_table(run):
+    assert run("solve", "models:Root", "--points", 64, "--study", "s.db")[0] == 0
+    code, printed, err = run("export", "s.db", "--out", "table.csv")
+    assert (code, err) == (0, "")
+    assert "64 tests (32 ok, 0 infeasible, 32 failed) written to table.csv" in printed
+    assert TestTable.read_csv("table.csv").equals(TestTable.read_study("s.db"))
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    assert run("export", "s.db", "--out", "table.parquet")[0] == 0
+    assert TestTable.read_parquet("table.parquet").equals(TestTable.read_study("s.db"))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--limits", "f1>=2"], "--limits must be an upper limit, as criteria are minimised: f1<="),
+        (["--limits", "f1"], "--limits must be of the form criterion=number"),
+        (["--limits", "f1=x"], "--limits must be of the form criterion=number"),
+        (["--limits", "f1=1,"], "--limits must be of the form criterion=number"),
+        (["--limits", "f1=2,f1=3"], "--limits must be given once for each criterion"),
+        (["--limits", "f9=2"], "criterion must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'"),
+        (["--limits", "f1=nan"], "the limit on 'f1' must be a number"),
+        (["--limits", "f1=1", "--algorithm", "nsga3"], "--limits must be used with --algorithm psi"),
+        (["--retry", "failed"], "--retry must be used with --study FILE.db"),
+        (["--retry", "1,x", "--study", "s.db"], "--retry must be 'failed' or numbers"),
+        (["--retry", "0", "--study", "s.db"], "--retry must be 'failed' or numbers"),
+        (["--study-key", "v1"], "--study-key must be used with --study FILE.db"),
+        (["--out", "front.xlsx"], "--out must be a file with the suffix .csv, got 'front.xlsx'"),
+        (["--out", "s.csv", "--study", "s.csv"], "--out must be another file"),
+        (["--points", "99999999999"], "error: "),
+    ],
+)  # fmt: skip
+def test_mistakes(run, words, message):
+    code, printed, err = run("solve", "chute", *words)
+    assert code == 2
+    assert message in err
+    assert err.count("\n") == 1
+    assert os.listdir() == ["models_of_solve.py"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["absent.db", "--out", "t.csv"], "absent.db does not exist"),
+        (["models_of_solve.py", "--out", "t.csv"], "must be a study file of pymoo-psi"),
+        (["s.db"], "Missing option '--out'"),
+        (["s.db", "--out", "t.txt"], "suffix .csv or .parquet"),
+        (["s.csv", "--out", "s.csv"], "--out must be another file"),
+    ],
+)
+def test_mistakes_of_export(run, words, message):
+    code, _, err = run("export", *words)
+    assert code == 2
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
+@pytest.mark.parametrize("more", [["--study", "s.db"], ["--jobs", "2"], ["--algorithm", "nsga3"]])
+def test_an_interruption_is_told_in_a_line(run, tmp_path, more):
+    words = ["solve", "models_of_solve:Slow", "--points", "100000", "--out", "o.csv", *more]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pymoo_psi", *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while not (tmp_path / "started").exists() and process.poll() is None:
+        time.sleep(0.05)
+    time.sleep(0.5)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate()
+    assert (process.returncode, err) == (130, "pymoo-psi: interrupted\n")
+    assert ("of 100000 designs are in s.db; the same command continues" in out) == ("s.db" in more)
+    assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
