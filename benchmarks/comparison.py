@@ -31,6 +31,7 @@ from pymoo_psi.figures import (
     time_page,
 )
 from pymoo_psi.studies.comparison import INDICATORS, Comparison, Reference, compare
+from pymoo_psi.studies.comparison.report import SIGNIFICANCE
 
 HERE = Path(__file__).parent
 REFERENCES = HERE / "references"
@@ -96,7 +97,7 @@ def table(comparisons: dict[str, Comparison]) -> list[str]:
         for budget in BUDGETS:
             rows = summary[summary["evaluations"] == budget].set_index("algorithm")
             best = rows["hypervolume"].idxmax()
-            at = tests[(tests["evaluations"] == budget) & (tests["p_holm"] < 0.05)]
+            at = tests[(tests["evaluations"] == budget) & (tests["p_holm"] < SIGNIFICANCE)]
             beaten = set(at[at["better"] == best]["worse"])
             cells = []
             for algorithm in ALGORITHMS:
@@ -112,29 +113,37 @@ def table(comparisons: dict[str, Comparison]) -> list[str]:
 
 
 def wins(comparisons: dict[str, Comparison]) -> list[str]:
-    """Return how often PSI is surely better or worse than NSGA-III, by number of variables."""
-    few = [name for name, make in PROBLEMS.items() if make().n_var <= 4]
-    groups = {"2 to 4 variables": few, "6 to 30 variables": [n for n in PROBLEMS if n not in few]}
+    """Return how often one algorithm is surely better or worse than NSGA-III."""
+    groups: dict[str, list[str]] = {"chute": [], "2 to 4 variables": [], "6 to 30 variables": []}
+    for name, make in PROBLEMS.items():
+        few = "2 to 4 variables" if make().n_var <= 4 else "6 to 30 variables"
+        groups["chute" if name.startswith("chute") else few].append(name)
     lines = [
-        "| indicator | problems | " + " | ".join(f"{b} evaluations" for b in BUDGETS) + " |",
-        f"|---|---|{'---|' * len(BUDGETS)}",
+        "| against nsga3 | indicator | problems | "
+        + " | ".join(f"{b} evaluations" for b in BUDGETS)
+        + " |",
+        f"|---|---|---|{'---|' * len(BUDGETS)}",
     ]
-    for indicator in INDICATORS:
-        for group, names in groups.items():
-            cells = []
-            for budget in BUDGETS:
-                count = {"psi": 0, "nsga3": 0, "": 0}
-                for name in names:
-                    tests = comparisons[name].tests(indicator)
-                    pair = tests[
-                        (tests["evaluations"] == budget)
-                        & tests["better"].isin(["psi", "nsga3"])
-                        & tests["worse"].isin(["psi", "nsga3"])
-                    ].iloc[0]
-                    count[pair["better"] if pair["p_holm"] < 0.05 else ""] += 1
-                cells.append(f"{count['psi']} : {count['nsga3']} ({count['']})")
-            lines.append(f"| {indicator} | {group} | {' | '.join(cells)} |")
+    for algorithm in ("psi", "psi-scrambled", "psi-scrambled+nsga3"):
+        for indicator in ("hypervolume", "igd_plus", "optimum_distance"):
+            for group, names in groups.items():
+                tests = [comparisons[name].tests(indicator) for name in names]
+                cells = [_score(tests, algorithm, budget) for budget in BUDGETS]
+                label = f"{group} ({len(names)})"
+                lines.append(f"| {algorithm} | {indicator} | {label} | {' | '.join(cells)} |")
     return lines
+
+
+def _score(tests: list[pd.DataFrame], algorithm: str, budget: int) -> str:
+    """Return how many tests at a budget an algorithm wins and loses against NSGA-III."""
+    pair = {algorithm, "nsga3"}
+    won = lost = 0
+    for frame in tests:
+        at = frame[(frame["evaluations"] == budget) & (frame["p_holm"] < SIGNIFICANCE)]
+        row = at[at["better"].isin(pair) & at["worse"].isin(pair)]
+        won += int((row["better"] == algorithm).sum())
+        lost += int((row["better"] == "nsga3").sum())
+    return f"{won} : {lost}"
 
 
 def pictures(comparisons: dict[str, Comparison]) -> None:

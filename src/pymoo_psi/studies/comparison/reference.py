@@ -158,7 +158,7 @@ class Reference:
             pymoo_psi.errors.ArgumentValueError: reference must be a file with a reference, got ...
         """
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
                 points, n_union, optimum, spent = (stored[name] for name in _STORED)
         except (KeyError, ValueError, BadZipFile) as error:

@@ -1,0 +1,54 @@
+"""What the algorithms themselves cost: wall time outside the evaluations.
+
+    python -m benchmarks.overhead
+
+4096 evaluations of ``VectorizedSphereChute``, counted and timed by the problem, in one process.
+"""
+
+from __future__ import annotations
+
+from statistics import median
+
+import numpy as np
+from pymoo.optimize import minimize
+
+from benchmarks.machine import describe_machine
+from pymoo_psi import PSI, VectorizedSphereChute, investigate
+from pymoo_psi.studies.comparison.contenders import Contender, contenders
+from pymoo_psi.studies.comparison.run import Task, perform
+
+BUDGET = 4096
+ROUNDS = 7
+
+
+def main() -> None:
+    """Print the medians, and each ratio to PSI as ``compare`` runs it."""
+    print(describe_machine())
+    problem = VectorizedSphereChute(0.4)
+    one, other = investigate(problem, BUDGET), minimize(problem, PSI(BUDGET)).algorithm.table
+    assert one.equals(other), "the two ways of PSI do not give the same table"
+    field = {
+        "investigate": contenders(["psi"])[0],
+        "minimize(PSI)": Contender("class", lambda p, n, s: minimize(p, PSI(n)).F, seeded=False),
+        "nsga3": contenders(["nsga3"])[0],
+        "nsga2": contenders(["nsga2"])[0],
+    }
+    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in field}
+    for seed in range(ROUNDS):
+        for name, contender in field.items():
+            run = perform(problem, contender, Task(contender.name, BUDGET, seed))
+            assert run.n_evaluated == BUDGET, name
+            spent[name].append((run.seconds - run.evaluation_seconds, run.evaluation_seconds))
+    base = median(np.array(spent["investigate"])[:, 0])
+    for name, times in spent.items():
+        outside, inside = np.array(times).T
+        print(
+            f"{name:14} outside the evaluations {median(outside) * 1e3:7.1f} ms "
+            f"({outside.min() * 1e3:.1f} to {outside.max() * 1e3:.1f}), "
+            f"in them {median(inside) * 1e3:6.1f} ms; "
+            f"{median(outside) / base:6.1f} times investigate"
+        )
+
+
+if __name__ == "__main__":
+    main()
