@@ -205,12 +205,19 @@ def test_mistakes_of_export(run, words, message):
     assert err.count("\n") == 1
 
 
+MAIN = """
+import runpy, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
+runpy.run_module("pymoo_psi", run_name="__main__")
+"""
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
 @pytest.mark.parametrize("more", [["--study", "s.db"], ["--jobs", "2"], ["--algorithm", "nsga3"]])
 def test_an_interruption_is_told_in_a_line(run, tmp_path, more):
     words = ["solve", "models_of_solve:Slow", "--points", "100000", "--out", "o.csv", *more]
     process = subprocess.Popen(
-        [sys.executable, "-m", "pymoo_psi", *words],
+        [sys.executable, "-c", MAIN, *words],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     while not (tmp_path / "started").exists() and process.poll() is None:

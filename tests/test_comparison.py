@@ -110,7 +110,7 @@ def test_where_nothing_is_feasible_for_anyone_all_have_hypervolume_0():
     assert (result.to_frame()["hypervolume"] == 0).all()
     assert result.tests()["p"].tolist() == [1.0]
     assert "No difference can be claimed" in conclusions(result)[0]
-    assert "0 points" in report(result)
+    assert "0 in number" in report(result)
 
 
 def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
@@ -319,7 +319,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
     compare(VectorizedSphereChute(0.4), **arguments)
     for other in (VectorizedSphereChute(0.4, c=0.3), VectorizedSphereChute(0.4, upper=(1, 6))):
         with pytest.raises(StudyMismatchError, match="another problem.*give another folder"):
-            compare(other, **arguments)
+            compare(other, **arguments | {"n_evaluations": 32})
     (stored,) = tmp_path.glob("*.npz")
     stored.write_bytes(stored.read_bytes()[:40])
     with pytest.raises(StudyCorruptError, match=r"psi_16\.npz is no stored run.*remove it"):
@@ -329,7 +329,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
 def test_names_that_look_alike_have_files_of_their_own(tmp_path):
     algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2"}
     compare(get_problem("bnh"), n_evaluations=16, seeds=[1], algorithms=algorithms, folder=tmp_path)
-    assert len(list(tmp_path.iterdir())) == 3
+    assert len(list(tmp_path.glob("*.npz"))) == 3
 
 
 def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):

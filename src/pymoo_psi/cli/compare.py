@@ -56,7 +56,7 @@ def run_compare(
             n_jobs=jobs,
             on_run=advance,
         )
-    print_frame(_for_print(result), f"{problem.name()}: medians of {seeds} seeds")
+    print_frame(_for_print(result), f"{problem.name()}: medians over the runs")
     for sentence in conclusions(result):
         say(sentence)
     if out is not None:

@@ -140,8 +140,8 @@ def _method(comparison: Comparison) -> list[str]:
     return [
         f"- Measured are {assessed}.",
         "- Objectives are scaled by the ideal and the nadir of the non-dominated union of all "
-        f"runs ({reference.n_union} points); the reference set is {size} of these, farthest first; "
-        f"the reference point is {REFERENCE_POINT} in every scaled objective.",
+        f"runs, {reference.n_union} in number; the reference set is {size} of these, farthest "
+        f"first; the reference point is {REFERENCE_POINT} in every scaled objective.",
         "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
         f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",

@@ -32,54 +32,56 @@ class RunStore:
     """A folder of runs on one problem.
 
     Attributes:
-        folder: The folder.
-        problem: Name, variables, bounds and sizes of the problem as JSON: runs on another
-            problem are refused.
+        folder: The folder. Its file ``problem.json`` says which problem the runs are on.
     """
 
     folder: Path
-    problem: str
 
     @classmethod
     def of(cls, folder: str | PathLike[str], problem: Any) -> RunStore:
-        """Return the store in a folder, which is made if there is none."""
-        Path(folder).mkdir(parents=True, exist_ok=True)
+        """Return the store in a folder, which is made if there is none.
+
+        Raises:
+            StudyMismatchError: The folder holds runs on another problem.
+        """
+        store = cls(Path(folder))
+        store.folder.mkdir(parents=True, exist_ok=True)
         space = design_space(problem)
         bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
-        identity = json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True)
-        return cls(Path(folder), identity)
+        asked = json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)
+        path = store.folder / "problem.json"
+        if not path.exists():
+            with whole_file(path) as written:
+                written.write_text(asked, encoding="utf-8")
+        elif path.read_text(encoding="utf-8") != asked:
+            raise StudyMismatchError(
+                f"{folder} holds runs on another problem, or with other bounds or constants "
+                f"(see {path}); give another folder"
+            )
+        return store
 
     def load(self, task: Task) -> Run | None:
         """Return a run if it is stored.
 
         Raises:
-            StudyMismatchError: The folder holds runs on another problem.
             StudyCorruptError: The file is no run, or damaged.
         """
         path = self._path(task)
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                arrays = {name: stored[name] for name in stored.files}
+                numbers = (stored[name].item() for name in _NUMBERS)
+                return Run(task, stored["X"], stored["F"], stored["returned"], *numbers)
         except FileNotFoundError:
             return None
         except Exception as error:  # whatever is wrong with a file that is no archive
             raise StudyCorruptError(f"{path} is no stored run: {error}; remove it") from error
-        if str(arrays["problem"]) != self.problem:
-            raise StudyMismatchError(
-                f"{self.folder} holds runs on another problem, or with other bounds or constants; "
-                "give another folder"
-            )
-        numbers = (arrays[name].item() for name in _NUMBERS)
-        return Run(task, arrays["X"], arrays["F"], arrays["returned"], *numbers)
 
     def save(self, run: Run) -> None:
         """Write a run."""
-        arrays: dict[str, Any] = {name: getattr(run, name) for name in _NUMBERS}
+        numbers: dict[str, Any] = {name: getattr(run, name) for name in _NUMBERS}
         X = run.X.astype(str) if run.X.dtype == object else run.X
         with whole_file(self._path(run.task)) as path, path.open("wb") as file:
-            np.savez_compressed(
-                file, X=X, F=run.F, returned=run.returned, problem=self.problem, **arrays
-            )
+            np.savez_compressed(file, X=X, F=run.F, returned=run.returned, **numbers)
 
     def _path(self, task: Task) -> Path:
         """Return a name that can be read, and that no other task has."""
