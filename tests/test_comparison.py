@@ -241,6 +241,15 @@ def test_p_values_by_counting():
     assert np.isnan(p_value(low[:1], high[:1], fixed=(True, True)))
 
 
+def test_too_few_runs_are_told():
+    arguments = {"n_evaluations": 512, "algorithms": ["psi", "nsga3"]}
+    few = compare(get_problem("osy"), **arguments, seeds=5)  # 2 / 2^5 = 0.0625
+    enough = compare(get_problem("osy"), **arguments, seeds=6)
+    assert few.tests()["least_p"].item() == 0.0625
+    assert "take more seeds" in conclusions(few)[-1]
+    assert len(conclusions(enough)) == 1
+
+
 def test_infinite_values_are_ranked():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -377,7 +386,9 @@ def test_problems_that_cannot_be_compared_are_refused():
     with pytest.raises(PsiError, match="objectives of problem must be at least 2, got 1"):
         compare(get_problem("ackley"), n_evaluations=16)
     three = compare(get_problem("dtlz2"), n_evaluations=8, seeds=1, algorithms=["psi"])
-    with pytest.raises(PsiError, match="reference must be of 4 objectives"):
+    with pytest.raises(
+        PsiError, match="reference must be one for VectorizedSphereChute, got one for DTLZ2"
+    ):
         compare(VectorizedSphereChute(), n_evaluations=8, reference=three.reference)
 
 

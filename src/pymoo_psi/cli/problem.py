@@ -9,7 +9,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from pymoo_psi.arguments import broken_rule, job_count
+from pymoo_psi.arguments import Received, broken_rule, job_count, positive_number
 from pymoo_psi.errors import ArgumentTypeError, PsiError
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.runners import JoblibRunner
@@ -37,7 +37,7 @@ def load_problem(
     """
     jobs = job_count("--jobs", jobs)
     if name == "chute":
-        return VectorizedSphereChute(**chute_options)
+        return with_jobs(VectorizedSphereChute(**chute_options), jobs, timeout)
     if chute_options:
         option = next(iter(chute_options))
         raise broken_rule("PROBLEM", f"'chute' where --{option} is given", name)
@@ -49,6 +49,12 @@ def with_jobs(problem: Problem, jobs: int, timeout: float | None) -> Problem:
 
     None is evaluated in this process, which a model may end.
     """
+    if timeout is not None:
+        positive_number("--timeout", timeout)
+        if not problem.elementwise:
+            shown = Received(f"{problem.name()}, which takes many at once")
+            rule = "a problem that evaluates one design at a time where --timeout is given"
+            raise broken_rule("PROBLEM", rule, shown)
     if problem.elementwise and (jobs != 1 or timeout is not None):
         problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
     return problem

@@ -192,6 +192,9 @@ def _rank_in(
     if problem.n_obj != m:
         shown = Received(f"{m} and {problem.n_obj}")
         raise broken_rule("make_problem", "of one number of objectives", shown)
+    if designs.ndim == 2 and designs.shape[1] != problem.n_var:
+        shown = Received(f"an array of shape {designs.shape}")
+        raise broken_rule("X", f"of {problem.n_var} variables, as the problem", shown)
     out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
     feasible = meets_constraints(out["G"], out["H"])
     if keep_bounds and designs.ndim == 2:

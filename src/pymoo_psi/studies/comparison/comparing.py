@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
@@ -23,6 +24,7 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.host import design_space, require_problem
 from pymoo_psi.studies.comparison.comparison import Comparison
 from pymoo_psi.studies.comparison.contenders import DEFAULT_ALGORITHMS, Contender, contenders
+from pymoo_psi.studies.comparison.identity import problem_text
 from pymoo_psi.studies.comparison.reference import Reference
 from pymoo_psi.studies.comparison.run import Run, Task, perform
 from pymoo_psi.studies.comparison.store import RunStore
@@ -116,7 +118,7 @@ def compare(
     polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
     if reference is not None:
         instance("reference", reference, Reference, "Reference.load(path) reads one")
-        _require_objectives(reference, problem)
+        _require_problem(reference, problem)
     field = {contender.name: contender for contender in contenders(algorithms)}
     tasks = [
         Task(contender.name, budget, seed)
@@ -144,11 +146,13 @@ def compare(
     return Comparison(problem.name(), problem.n_obj, in_order, assess, reference, measures)
 
 
-def _require_objectives(reference: Reference, problem: Any) -> None:
-    m = reference.points.shape[1]
-    if m != problem.n_obj or len(reference.points) == 0:
-        rule = f"of {problem.n_obj} objectives, with one point or more"
-        raise broken_rule("reference", rule, Received(repr(reference)))
+def _require_problem(reference: Reference, problem: Any) -> None:
+    if reference.problem != problem_text(problem):
+        name = json.loads(reference.problem).get("problem")
+        shown = Received(f"one for {name}, or for other bounds or constants")
+        raise broken_rule("reference", f"one for {problem.name()}", shown)
+    if len(reference.points) == 0:
+        raise broken_rule("reference", "of one point or more", Received(repr(reference)))
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:

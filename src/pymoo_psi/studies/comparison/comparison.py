@@ -146,8 +146,8 @@ class Comparison:
 
         Returns:
             Columns ``evaluations``, ``better``, ``worse``, ``effect`` (the probability that a run
-            of ``better`` is the better one, 0.5 to 1), ``p``, and ``p_holm``, corrected for all
-            pairs and budgets of the indicator.
+            of ``better`` is the better one, 0.5 to 1), ``p``, ``least_p`` (the smallest that so
+            many runs could give), and ``p_holm``, corrected for all pairs and budgets.
 
         Raises:
             ArgumentValueError: The indicator is unknown.

@@ -19,6 +19,7 @@ from pymoo_psi.pareto import UtopianFrame, nondominated, rank_of_efficiency
 from pymoo_psi.pareto.indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
 from pymoo_psi.pareto.objectives import Objectives
 from pymoo_psi.pareto.ranking import ranking_of
+from pymoo_psi.studies.comparison.identity import problem_text
 from pymoo_psi.studies.comparison.run import Run
 
 __all__ = ["REFERENCE_POINT", "REFERENCE_SIZE", "Reference"]
@@ -32,7 +33,7 @@ REFERENCE_SIZE = 1000
 """Points that the reference set is thinned to."""
 
 
-_STORED = ("points", "n_union", "optimum", "optimum_evaluations")
+_STORED = ("points", "n_union", "optimum", "optimum_evaluations", "problem")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,7 @@ class Reference:
         optimum: ``(m,)`` objectives of the continuous Salukvadze optimum, the feasible design
             nearest to U: the nearest of all points, polished by :func:`pymoo_psi.refine`.
         optimum_evaluations: Evaluations that the polishing took; no algorithm is charged for them.
+        problem: The problem that it is for, as JSON.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -68,6 +70,7 @@ class Reference:
     n_union: int
     optimum: Array
     optimum_evaluations: int
+    problem: str
 
     def __repr__(self) -> str:
         """Return the sizes."""
@@ -95,7 +98,7 @@ class Reference:
             >>> again.n_union == result.reference.n_union
             True
         """
-        m = problem.n_obj
+        m, name = problem.n_obj, problem_text(problem)
         known = np.zeros((0, m)) if front is None else objective_matrix("reference_front", front)
         if known.shape[1] != m:
             shape = Received(f"an array of shape {known.shape}")
@@ -104,12 +107,12 @@ class Reference:
         F = F[nondominated(F)]
         if len(F) == 0:
             nowhere = np.full(m, np.nan)
-            return cls(UtopianFrame(nowhere, nowhere, True), F, 0, nowhere, 0)
+            return cls(UtopianFrame(nowhere, nowhere, True), F, 0, nowhere, 0, name)
         frame = UtopianFrame(F.min(axis=0), F.max(axis=0), normalize=True)
         scaled = _scaled(F, frame)
         points = scaled[spread_subset(scaled, REFERENCE_SIZE)]
         optimum, spent = _optimum(problem, runs, F, frame, polish)
-        return cls(frame, points, len(F), optimum, spent)
+        return cls(frame, points, len(F), optimum, spent, name)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the reference, so that later runs can be measured against it.
@@ -160,11 +163,11 @@ class Reference:
         try:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
-                points, n_union, optimum, spent = (stored[name] for name in _STORED)
+                points, n_union, optimum, spent, problem = (stored[name] for name in _STORED)
         except (KeyError, ValueError, BadZipFile) as error:
             remedy = "Reference.save writes one"
             raise broken_rule("reference", "a file with a reference", str(path), remedy) from error
-        return cls(frame, points, int(n_union), optimum, int(spent))
+        return cls(frame, points, int(n_union), optimum, int(spent), str(problem))
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` objectives in the scale: U is 0 and N is 1.

@@ -31,6 +31,8 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
     They name the algorithm with the best median, the algorithms that it is better than, with the
     effect size and the corrected p value, and those from which no difference can be claimed.
 
+    A last sentence says so if there are too few runs to claim any difference.
+
     Args:
         comparison: The comparison.
         indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
@@ -51,7 +53,7 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
     known_name("indicator", indicator, INDICATORS)
     tests = comparison.tests(indicator)
     summary = comparison.summary()
-    return tuple(
+    sentences = tuple(
         _conclusion(
             indicator,
             summary[summary["evaluations"] == budget].set_index("algorithm")[indicator],
@@ -60,6 +62,13 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         )
         for budget in comparison.evaluations
     )
+    tested = tests["p"].notna().sum()
+    if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
+        few = (
+            "So few runs cannot tell any two algorithms apart, however different: take more seeds."
+        )
+        sentences += (few,)
+    return sentences
 
 
 def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget: int) -> str:

@@ -81,6 +81,15 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
     return float(mannwhitneyu(ranks[: len(a)], ranks[len(a) :]).pvalue)
 
 
+def least_p(n_a: int, n_b: int, *, fixed: tuple[bool, bool]) -> float:
+    """Return the smallest p value that so many runs can give; see :func:`p_value`."""
+    from math import comb
+
+    if all(fixed):
+        return 1.0
+    return 2.0 / (2 ** (n_b if fixed[0] else n_a) if any(fixed) else comb(n_a + n_b, n_a))
+
+
 def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
     """Compare every pair of algorithms at every budget.
 
@@ -91,7 +100,8 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
 
     Returns:
         Columns ``evaluations``, ``better`` and ``worse`` (names, by the effect size), ``effect``
-        (the probability that a run of ``better`` is the better one, 0.5 to 1), ``p``, ``p_holm``.
+        (the probability that a run of ``better`` is the better one, 0.5 to 1), ``p``, ``least_p``
+        (the smallest that so many runs could give), ``p_holm``.
     """
     import pandas as pd
 
@@ -112,8 +122,9 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
                     "worse": worse,
                     "effect": max(effect, 1 - effect),
                     "p": p_value(*values, fixed=(fixed[0], fixed[1])),
+                    "least_p": least_p(*map(len, values), fixed=(fixed[0], fixed[1])),
                 }
             )
-    frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p"])
+    frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p", "least_p"])
     frame["p_holm"] = holm(frame["p"].to_numpy(float))
     return frame

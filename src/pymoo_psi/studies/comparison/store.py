@@ -1,12 +1,11 @@
 """Finished runs as files in a folder, so that a comparison goes on after an interruption.
 
 Each run is a file of its own, written whole or not at all, so that processes side by side need no
-lock. It holds arrays in NumPy's format and, as JSON, what it is a run of.
+lock. It holds arrays in NumPy's format; a file beside them says which problem they are on.
 """
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from hashlib import sha256
@@ -16,10 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi.algorithms.memory import problem_identity
 from pymoo_psi.errors import StudyCorruptError, StudyMismatchError
-from pymoo_psi.host import design_space
 from pymoo_psi.investigation.whole_file import whole_file
+from pymoo_psi.studies.comparison.identity import problem_text
 from pymoo_psi.studies.comparison.run import Run, Task
 
 __all__ = ["RunStore"]
@@ -46,9 +44,7 @@ class RunStore:
         """
         store = cls(Path(folder))
         store.folder.mkdir(parents=True, exist_ok=True)
-        space = design_space(problem)
-        bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
-        asked = json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)
+        asked = problem_text(problem)
         path = store.folder / "problem.json"
         if not path.exists():
             with whole_file(path) as written:
