@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.repair import Repair
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
@@ -69,6 +70,22 @@ def test_psi_is_what_investigate_finds_and_nsga3_what_nsga3_finds():
     table = investigate(problem, 200)
     assert np.array_equal(psi.returned, table.F[table.pareto()])
     assert np.array_equal(evolved.returned, nsga3(problem, n_evaluations=200, seed=5).F)
+
+
+def test_operators_of_an_algorithm_may_ask_the_problem():
+    class Stepped(Counted):
+        step = 0.25
+
+    class OnSteps(Repair):
+        def _do(self, problem, X, **kwargs):
+            return np.round(X / problem.step) * problem.step
+
+    result = compare(
+        Stepped(), n_evaluations=np.int64(40), seeds=np.int64(1), polish=False,
+        algorithms={"stepped": lambda n: NSGA2(pop_size=10, repair=OnSteps())},
+    )  # fmt: skip
+    X = result.runs[0].X
+    assert np.array_equal(X, np.round(X * 4) / 4)
 
 
 def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
@@ -254,7 +271,10 @@ def test_infinite_values_are_ranked():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         a, b = np.array([np.inf] * 3), np.array([1.0, 2, 3])
-        assert p_value(a, b, fixed=(False, False)) == pytest.approx(2 / 20, abs=0.1)
+        assert p_value(b, b + 10, fixed=(False, False)) == pytest.approx(2 / 20)
+        assert p_value(a, b, fixed=(False, False)) == p_value(
+            np.full(3, 9.0), b, fixed=(False, False)
+        )
         assert effect_size(a, b) == 1
 
 
@@ -370,6 +390,7 @@ def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
         ({"algorithms": "psi"}, "algorithms must be names or a mapping, got 'psi'"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
         ({"algorithms": []}, "algorithms must be one or more, such as psi"),
+        ({"algorithms": {"a": NSGA2}}, "got the class NSGA2; give lambda n: NSGA2"),
         ({"assess": "all"}, "assess must be one of 'evaluated', 'returned', got 'all'"),
         ({"reference_front": [[1, 2, 3]]}, "reference_front must be of 2 objectives"),
         ({"reference": "x.npz"}, "reference must be a Reference, got str; Reference.load"),

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib._pylab_helpers import Gcf
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
@@ -143,7 +144,7 @@ def test_infinite_values_are_left_out_and_said_so(sparse):
 def test_bands_lie_between_the_quartiles(bnh):
     curves = indicator_curves(bnh, "epsilon")
     ax = draw_indicator(curves)
-    bands = [c for c in ax.collections if type(c).__name__ == "FillBetweenPolyCollection"]
+    bands = [c for c in ax.collections if isinstance(c, PolyCollection)]
     assert len(bands) == len(curves.algorithms)
     for k, band in enumerate(bands):
         (path,) = band.get_paths()

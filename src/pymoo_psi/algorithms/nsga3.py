@@ -27,7 +27,8 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
     Args:
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
-        seed: Seed of the run; a run with a seed can be repeated.
+        seed: Seed of the run, which can be repeated with it; not always where designs are
+            infeasible, since pymoo's tournament draws between equally infeasible ones unseeded.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
             ``callback``; and ``verbose``, ``progress`` or ``termination`` as for ``minimize``.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from numbers import Integral
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +83,7 @@ def compare(
             union of these runs; so some rows of a larger study can be repeated.
         folder: A folder in which every finished run is kept, as a file of its own; the same call
             continues after an interruption, and further budgets, seeds or algorithms add to it.
+            Runs go by the name of their algorithm: a changed algorithm wants a new name.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
             no more than idle cores.
         progress: Show a progress bar, if the output is a terminal.
@@ -112,7 +114,9 @@ def compare(
         raise broken_rule("the number of objectives of problem", "at least 2", problem.n_obj)
     design_space(problem)  # a missing bound is told before the first run
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
-    count = range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, int) else seeds
+    count = (
+        range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, Integral) else seeds
+    )
     seeds = _integers("seeds", count, minimum=0)
     assess = known_name("assess", assess, ASSESSED)
     polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
@@ -157,7 +161,7 @@ def _require_problem(reference: Reference, problem: Any) -> None:
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
     """Return one integer or several, each once, in rising order."""
-    several = [values] if isinstance(values, int) else values
+    several = [values] if isinstance(values, Integral) else values
     if isinstance(several, str) or not isinstance(several, Iterable):
         raise ArgumentTypeError(f"{name} must be integers, got {values!r:.80}")
     checked = sorted({integer(name, value, minimum=minimum) for value in several})

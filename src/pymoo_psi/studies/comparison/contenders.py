@@ -65,11 +65,13 @@ class Contender:
         search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
             objectives of the feasible designs that the algorithm presents as its result.
         seeded: Whether the seed makes a difference.
+        known: Whether it goes by a name of this module, and is not a function of the user's.
     """
 
     name: str
     search: Callable[[Any, int, int], Array]
     seeded: bool = True
+    known: bool = False
 
 
 def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contender, ...]:
@@ -93,12 +95,18 @@ def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contend
 
 
 def _contender(name: str, what: Any) -> Contender:
+    if isinstance(what, type):
+        hint = f"lambda n: {what.__name__}(...)"
+        raise ArgumentTypeError(
+            f"algorithms[{name!r}] must be a name or a function, got the class "
+            f"{what.__name__}; give {hint}, where n is the number of evaluations"
+        )
     if callable(what):
         return Contender(name, _Searching(what))
     known_name("algorithms", what, {*_OURS, *_PYMOO})
     if what in _OURS:
-        return Contender(name, *_OURS[what])
-    return Contender(name, _Searching(_Sized(_PYMOO[what])))
+        return Contender(name, *_OURS[what], known=True)
+    return Contender(name, _Searching(_Sized(_PYMOO[what])), known=True)
 
 
 @dataclass(frozen=True)

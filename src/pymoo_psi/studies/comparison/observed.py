@@ -58,6 +58,12 @@ class ObservedProblem(Problem):
         """Return the name of the observed problem."""
         return str(self.observed.name())
 
+    def __getattr__(self, name: str) -> Any:
+        """Give what only the observed problem has, to repairs and operators that ask for it."""
+        if name.startswith("_") or "observed" not in self.__dict__:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return getattr(self.observed, name)
+
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         began = time.perf_counter()

@@ -61,8 +61,8 @@ class Reference:
         >>> bnh = get_problem("bnh")
         >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
         >>> reference = result.reference
-        >>> (reference.points >= 0).all() and (reference.points <= 1).all()
-        np.True_
+        >>> bool((reference.points >= 0).all() and (reference.points <= 1).all())
+        True
     """
 
     frame: UtopianFrame

@@ -75,15 +75,21 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
     ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
     best, value = ordered.index[0], ordered.iloc[0]
     surely: list[str] = []
+    reverse: list[str] = []
     perhaps: list[str] = []
     for name in ordered.index[1:]:
         pair = tests[tests["better"].isin([best, name]) & tests["worse"].isin([best, name])].iloc[0]
         effect = pair["effect"] if pair["better"] == best else 1 - pair["effect"]
         shown = f"{name} (effect {effect:.2f}, {_p(pair['p_holm'])})"
-        (surely if pair["p_holm"] < SIGNIFICANCE and effect > 0.5 else perhaps).append(shown)
+        if not pair["p_holm"] < SIGNIFICANCE:
+            perhaps.append(shown)
+        else:
+            (surely if effect > 0.5 else reverse).append(shown)
     text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g})."
     if surely:
         text += f" It is better than {_listed(surely, 'and')}."
+    if reverse:
+        text += f" But more often than not a run is beaten by one of {_listed(reverse, 'or')}."
     if perhaps:
         text += f" No difference can be claimed from {_listed(perhaps, 'or')}."
     return text

@@ -131,7 +131,7 @@ _WARM: set[str] = set()
 
 def _warm_up(contender: Contender) -> None:
     """Let an algorithm import what it needs, once a process; no run is charged for it."""
-    if contender.name in _WARM:
+    if contender.name in _WARM or not contender.known:
         return
     _WARM.add(contender.name)
     with suppress(Exception):  # an algorithm that suits other problems only
