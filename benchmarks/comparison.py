@@ -23,15 +23,15 @@ from matplotlib.figure import Figure
 
 from benchmarks.comparison_problems import PROBLEMS, known_front
 from benchmarks.machine import describe_machine
-from pymoo_psi.figures import (
+from pymoo_psi.comparison import INDICATORS, Comparison, Reference, compare
+from pymoo_psi.comparison._report import SIGNIFICANCE
+from pymoo_psi.plots import (
     attainment_page,
     draw_indicator,
     fronts_page,
     indicator_curves,
     time_page,
 )
-from pymoo_psi.studies.comparison import INDICATORS, Comparison, Reference, compare
-from pymoo_psi.studies.comparison.report import SIGNIFICANCE
 
 HERE = Path(__file__).parent
 REFERENCES = HERE / "references"

@@ -14,8 +14,9 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.studies.comparison.contenders import Contender, contenders
-from pymoo_psi.studies.comparison.run import Task, perform
+from pymoo_psi.comparison import Task
+from pymoo_psi.comparison._algorithms import Contender, contenders
+from pymoo_psi.comparison._runs import perform
 
 BUDGET = 4096
 ROUNDS = 7

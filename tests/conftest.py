@@ -8,9 +8,9 @@ from hypothesis import settings
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.figures import section
-from pymoo_psi.investigation import Layout
-from tests.drawn import METALS, sphere
+from pymoo_psi.plots import section
+from pymoo_psi.table import Layout
+from tests.plots.drawn import METALS, sphere
 
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")

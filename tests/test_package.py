@@ -31,7 +31,7 @@ def test_type_checkers_find_every_public_name(tmp_path):
     """Under mypy's strict rules, which want names to be public explicitly, and a py.typed."""
     names = [
         f"from {module} import {name}"
-        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.figures", "pymoo_psi.page")
+        for module in ("pymoo_psi", "pymoo_psi.chute", "pymoo_psi.plots", "pymoo_psi.page")
         for name in import_module(module).__all__
     ]
     (tmp_path / "names.py").write_text("\n".join(names))

@@ -12,14 +12,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.visualization.scatter import Scatter
 
-from pymoo_psi import (
-    PSI,
-    LPTauSampling,
-    SalukvadzeOptimum,
-    lp_tau,
-    nsga3,
-    rank_of_efficiency,
-)
+from pymoo_psi import PSI, LPTauSampling, SalukvadzeOptimum, lp_tau, nsga3, rank_of_efficiency
 
 PROBLEM = get_problem("bnh")
 VOLUME = Hypervolume(ref_point=np.array([140.0, 50.0]))

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 import pymoo_psi
 from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.chute import ChuteParameters, criteria, motion
-from pymoo_psi.cli.app import app
-from pymoo_psi.studies.published import published_table
+from pymoo_psi.cli._app import app
+from pymoo_psi.paper import published_table
 
 README = Path(__file__).parents[1] / "README.md"
 

@@ -9,11 +9,11 @@ from pymoo_psi import (
     SalukvadzeOptimum,
     VectorizedSphereChute,
     chute,
-    compare_selectors,
     investigate,
     rank_of_efficiency,
     robustness,
 )
+from pymoo_psi.selection import compare_selectors
 
 F = np.array([[0.0, 1.0], [0.3, 0.4], [0.6, 0.1], [1.0, 0.0], [1.0, 1.0]])
 CIRCLE = np.array([[np.cos(t), np.sin(t)] for t in np.linspace(0, np.pi / 2, 6)])

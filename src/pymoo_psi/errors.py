@@ -4,21 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = [
-    "ArgumentTypeError",
-    "ArgumentValueError",
-    "EvaluationError",
-    "PsiError",
-    "RunError",
-    "StudyAccessError",
-    "StudyCorruptError",
-    "StudyError",
-    "StudyLockedError",
-    "StudyMismatchError",
-    "StudyVersionError",
-    "WorkerError",
-]
-
 
 class PsiError(Exception):
     """Base class of every error raised on purpose by ``pymoo_psi``.

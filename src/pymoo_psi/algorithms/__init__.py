@@ -1,8 +1,9 @@
 """Algorithms: Parameter Space Investigation, and NSGA-III as the alternative, refinement."""
 
-from pymoo_psi.algorithms.investigate import investigate
-from pymoo_psi.algorithms.nsga3 import nsga3
-from pymoo_psi.algorithms.psi import PSI
-from pymoo_psi.algorithms.refine import Refinement, refine
+from pymoo_psi.algorithms._investigate import investigate
+from pymoo_psi.algorithms._nsga3 import nsga3
+from pymoo_psi.algorithms._psi import PSI
+from pymoo_psi.algorithms._refinement import Refinement, refine
+from pymoo_psi.algorithms._sampling import LPTauSampling, QMCSampling
 
-__all__ = ["PSI", "Refinement", "investigate", "nsga3", "refine"]
+__all__ = ["PSI", "LPTauSampling", "QMCSampling", "Refinement", "investigate", "nsga3", "refine"]

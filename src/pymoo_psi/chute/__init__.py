@@ -9,11 +9,11 @@ Motion: :class:`Motion`, :func:`motion` (solved), :func:`integrate` (by SciPy, a
 Criteria f1 to f4: :func:`criteria`.
 """
 
-from pymoo_psi.chute.motion import MODELS, criteria, motion
-from pymoo_psi.chute.parameters import ChuteParameters
-from pymoo_psi.chute.reference import integrate
-from pymoo_psi.chute.state import Motion
-from pymoo_psi.chute.trajectory import Trajectory, trajectory
+from pymoo_psi.chute._motion import MODELS, criteria, motion
+from pymoo_psi.chute._parameters import ChuteParameters
+from pymoo_psi.chute._reference import integrate
+from pymoo_psi.chute._state import Motion
+from pymoo_psi.chute._trajectory import Trajectory, trajectory
 
 __all__ = [
     "MODELS",

@@ -1,5 +1,5 @@
 """The command ``pymoo-psi``."""
 
-from pymoo_psi.cli.app import main, run
+from pymoo_psi.cli._app import main, run
 
 __all__ = ["main", "run"]

@@ -10,15 +10,8 @@ Where the designs come from
 This is the only place that uses Bokeh (the extra ``page``), imported when a page is made.
 """
 
-from pymoo_psi.page.content import PageData
-from pymoo_psi.page.making import decision_page
-from pymoo_psi.page.page_file import DecisionPage
-from pymoo_psi.page.source import PageTable, table_from_file
+from pymoo_psi.page._data import PageData
+from pymoo_psi.page._page import DecisionPage, decision_page
+from pymoo_psi.page._source import PageTable, table_from_file
 
-__all__ = [  # noqa: RUF022 - in the order of the text above
-    "decision_page",
-    "DecisionPage",
-    "PageData",
-    "PageTable",
-    "table_from_file",
-]
+__all__ = ["DecisionPage", "PageData", "PageTable", "decision_page", "table_from_file"]

@@ -1,5 +1,6 @@
 """pymoo problems: the sphere in the chute-conveyor."""
 
-from pymoo_psi.problems.sphere_chute import SphereChute, VectorizedSphereChute
+from pymoo_psi.problems._design_space import DesignSpace, design_space
+from pymoo_psi.problems._sphere_chute import SphereChute, VectorizedSphereChute
 
-__all__ = ["SphereChute", "VectorizedSphereChute"]
+__all__ = ["DesignSpace", "SphereChute", "VectorizedSphereChute", "design_space"]

@@ -1,5 +1,5 @@
 """Uniformly distributed sequences: Sobol's LPτ test points in their natural order."""
 
-from pymoo_psi.sequences.lp_tau import MAX_DIMENSIONS, lp_tau
+from pymoo_psi.sequences._lp_tau import lp_tau
 
-__all__ = ["MAX_DIMENSIONS", "lp_tau"]
+__all__ = ["lp_tau"]

@@ -1,0 +1,149 @@
+"""Checks of arguments, in one place.
+
+Every message names the argument, the rule, the value received and, where there is one, the
+remedy. The functions return the checked value in the form in which the caller computes with it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import numbers
+from collections.abc import Collection
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+
+Array = NDArray[np.float64]
+Kind = TypeVar("Kind")
+
+
+def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
+    """Compose the error for a value that breaks a rule; the caller raises it."""
+    return ArgumentValueError(_message(name, rule, received, remedy))
+
+
+def _message(name: str, rule: str, received: object, remedy: str = "") -> str:
+    text = f"{name} must be {rule}, got {_shown(received)}"
+    return f"{text}; {remedy}" if remedy else text
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    text = value.strip() if isinstance(value, Received) else repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+class Received(str):
+    """A ready description of what was received, to be shown without quotation marks."""
+
+
+def integer(name: str, value: object, *, minimum: int) -> int:
+    """Return ``value`` as an ``int``; it must be a whole number not below ``minimum``."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Integral):
+        raise ArgumentTypeError(_message(name, f"an integer >= {minimum}", value))
+    if value < minimum:
+        raise invalid(name, f"an integer >= {minimum}", int(value))
+    return int(value)
+
+
+def job_count(name: str, value: object) -> int:
+    """Return ``value`` as an ``int``; joblib's meaning: not 0, and -1 is one job per core."""
+    jobs = integer(name, value, minimum=-1)
+    if jobs == 0:
+        raise invalid(name, "1 or more, or -1 for one per core", jobs)
+    return jobs
+
+
+def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Kind:
+    """Return ``value``; it must be an object of a class."""
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        received = Received(type(value).__name__ if value is not None else "None")
+        raise ArgumentTypeError(_message(name, f"{article} {kind.__name__}", received, remedy))
+    return value
+
+
+def boolean(name: str, value: object) -> bool:
+    """Return ``value`` as a ``bool``; numbers and strings are not accepted."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ArgumentTypeError(_message(name, "True or False", value))
+    return bool(value)
+
+
+def finite_number(name: str, value: object) -> float:
+    """Return ``value`` as a ``float``; it must be a finite real number."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+        raise ArgumentTypeError(_message(name, "a finite number", value))
+    number = float(value)
+    if not math.isfinite(number):
+        raise invalid(name, "a finite number", number)
+    return number
+
+
+def positive_number(name: str, value: object) -> float:
+    """Return ``value`` as a ``float``; it must be finite and above zero."""
+    number = finite_number(name, value)
+    if number <= 0:
+        raise invalid(name, "a positive number", number)
+    return number
+
+
+def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
+    """Return ``value``; it must be one of ``names``, and a near miss is pointed out."""
+    options = ", ".join(repr(option) for option in sorted(names))
+    if not isinstance(value, str):
+        raise ArgumentTypeError(_message(name, f"one of {options}", value, remedy))
+    if value not in names:
+        near = difflib.get_close_matches(value, list(names), n=1)
+        hint = "; ".join(
+            part for part in (f"did you mean {near[0]!r}?" if near else "", remedy) if part
+        )
+        raise invalid(name, f"one of {options}", value, hint)
+    return value
+
+
+def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
+    """Return ``value`` as a new or shared float64 array; text and objects are refused."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # rows of unequal length
+        raise ArgumentValueError(
+            f"{name} must be a rectangular array of numbers: {error}"
+        ) from error
+    if array.dtype.kind not in "fiub":
+        raise ArgumentTypeError(
+            _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"), remedy)
+        )
+    return array.astype(np.float64, copy=False)
+
+
+def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
+    """Return ``value`` as a float64 array of finite numbers."""
+    array = real_array(name, value)
+    bad = ~np.isfinite(array)
+    if bad.any():
+        first = tuple(int(i) for i in np.argwhere(bad)[0])
+        where = f"{array[first]} at index {first[0] if len(first) == 1 else first}"
+        raise invalid(name, "finite", Received(where if array.ndim else str(array)), remedy)
+    return array
+
+
+def objective_matrix(name: str, value: Any) -> Array:
+    """Return an ``(n, m)`` float64 array of finite objective values with n, m >= 1."""
+    array = real_array(name, value, "of a pymoo result, res.F, unless that is None")
+    shape = Received(f"an array of shape {array.shape}")
+    if array.ndim != 2:
+        raise invalid(
+            name,
+            "two-dimensional (n designs, m objectives)",
+            shape,
+            "use F[None, :] for one design",
+        )
+    if array.shape[0] == 0 or array.shape[1] == 0:
+        raise invalid(name, "of at least one design and one objective", shape)
+    return finite_array(name, array, "leave out designs that failed or are infeasible")

@@ -1,0 +1,112 @@
+"""What an investigation remembers: a study file, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from pymoo_psi._validation import integer, invalid
+from pymoo_psi.algorithms._sampling import LPTauSampling, QMCSampling, UniformSampling
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.problems import DesignSpace
+from pymoo_psi.storage import Study
+from pymoo_psi.table import Layout, TestTable
+
+
+@dataclass(frozen=True)
+class Memory:
+    """The tests of earlier runs, if there is a study, and the keeping of new ones.
+
+    Attributes:
+        study: The study file; ``None`` remembers nothing.
+        retry: Numbers of failed test points to evaluate once more; ``None`` stands for all.
+    """
+
+    study: Study | None
+    retry: frozenset[int] | None
+
+    @classmethod
+    def of(cls, path: str | PathLike[str] | None, retry: str | Collection[int]) -> Memory:
+        """Return the memory in a study file, or none."""
+        return cls(None if path is None else Study(path), points_to_retry("retry", retry))
+
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep other processes from evaluating the same points meanwhile."""
+        return nullcontext() if self.study is None else self.study.writing()
+
+    def recall(self, layout: Layout, first: int, count: int) -> TestTable:
+        """Return what is stored of the test points from ``first`` on and not to be retried."""
+        if self.study is None:
+            return TestTable.empty(layout)
+        stored = self.study.rows(first, count)
+        again = stored.status == "failed"
+        if self.retry is not None:
+            again &= np.isin(stored.numbers, list(self.retry))
+        return stored.rows(~again)
+
+    def keep(self, block: TestTable) -> None:
+        """Store tests; those that are stored already are left alone."""
+        if self.study is not None:
+            self.study.append(block)
+
+
+def points_to_retry(name: str, value: object) -> frozenset[int] | None:
+    """Return the numbers of the failed test points to retry; ``None`` for ``"failed"``, all."""
+    if value == "failed":
+        return None
+    if isinstance(value, str) or not isinstance(value, Collection):
+        raise ArgumentTypeError(f"{name} must be 'failed' or numbers of test points, got {value!r}")
+    return frozenset(integer(f"a number in {name}", number, minimum=1) for number in value)
+
+
+def fingerprint(
+    problem: Any,
+    space: DesignSpace,
+    sampling: UniformSampling,
+    n_points: int,
+    seed: int | None,
+    key: str | None,
+) -> dict[str, Any]:
+    """Return what makes the tests of a study belong together, as plain values.
+
+    Name, variables, sizes and bounds do not tell everything, such as a constant of the model.
+    A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
+    with its parameters; the user adds a key.
+    """
+    return {
+        **problem_identity(problem, space),
+        "sampling": _sampling_name(sampling, n_points, seed),
+        "key": key,
+    }
+
+
+def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
+    """Return what is known of a problem without its bounds, as plain values."""
+    own = getattr(problem, "fingerprint", None)
+    return {
+        "problem": problem.name(),
+        "variables": [[v.name, v.kind, *map(str, v.options)] for v in space.variables],
+        "objectives": problem.n_obj,
+        "inequality constraints": problem.n_ieq_constr,
+        "equality constraints": problem.n_eq_constr,
+        "parameters": own() if callable(own) else {},
+    }
+
+
+def _sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:
+    if isinstance(sampling, LPTauSampling):
+        return f"LP-tau from point {sampling.first}"
+    if isinstance(sampling, QMCSampling) and not sampling.randomised:
+        return sampling.engine
+    if seed is None:
+        raise invalid(
+            "seed", "given where a study has randomised points", seed, "they must come again"
+        )
+    name = getattr(sampling, "engine", type(sampling).__name__)
+    count = "" if name in ("sobol", "halton") else f" of {n_points} points"
+    return f"{name}{count}, seed {seed}"

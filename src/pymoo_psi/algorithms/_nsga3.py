@@ -1,0 +1,145 @@
+"""Running any pymoo algorithm for an exact number of evaluations.
+
+NSGA-III, the alternative optimiser, with settings that follow from problem and budget.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.core.population import Population
+from pymoo.core.termination import NoTermination
+from pymoo.util.ref_dirs import get_reference_directions
+
+from pymoo_psi._validation import integer, invalid
+from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
+
+
+def population_size(n_obj: int, n_evaluations: int) -> int:
+    """Return about 1.5 sqrt(n_evaluations), at least one design per objective.
+
+    A larger budget so buys both more designs and more generations.
+    """
+    return max(n_obj, math.ceil(1.5 * math.sqrt(n_evaluations)))
+
+
+def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown: Any) -> Any:
+    """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
+
+    A termination is asked only after a generation, so the budget is kept here: the last
+    generation is cut to what is left. Designs of the first one that are evaluated already cost
+    nothing and stay.
+
+    Args:
+        algorithm: A pymoo algorithm that is not set up yet.
+        problem: A pymoo problem.
+        n_evaluations: The budget, 1 or more.
+        **shown: ``verbose`` or ``progress``, as for ``minimize``.
+
+    Returns:
+        The pymoo ``Result``.
+    """
+    algorithm.setup(problem, **shown)
+    while algorithm.has_next():
+        left = n_evaluations - algorithm.evaluator.n_eval
+        infills = algorithm.infill()
+        if infills is None or left == 0:
+            break
+        if isinstance(infills, Population):
+            infills = _affordable(infills, left)
+        algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
+        if algorithm.evaluator.n_eval == n_evaluations:
+            algorithm.termination.terminate()
+        algorithm.advance(infills=infills)
+    result = algorithm.result()
+    result.algorithm = algorithm
+    return result
+
+
+def _affordable(infills: Population, left: int) -> Population:
+    """Return the designs that are evaluated and the first ``left`` of those that are not."""
+    new = np.array([not individual.evaluated for individual in infills])
+    return infills[~new | (np.cumsum(new) <= left)]
+
+
+def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs: Any) -> Any:
+    """Minimise a problem by pymoo's NSGA-III with exactly ``n_evaluations`` evaluations.
+
+    The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both
+    more designs and more generations; the last generation is cut to the budget.
+
+    Args:
+        problem: A pymoo problem with two or more objectives.
+        n_evaluations: The budget, 1 or more.
+        seed: Seed of the run, which can be repeated with it; not always where designs are
+            infeasible, since pymoo's tournament draws between equally infeasible ones unseeded.
+        **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
+            ``callback``; and ``verbose``, ``progress`` or ``termination`` as for ``minimize``.
+
+    Returns:
+        The pymoo ``Result``.
+
+    Raises:
+        ArgumentValueError: The budget is below 1, or the problem has one objective.
+        ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
+
+    Example:
+        >>> from pymoo_psi import SphereChute
+        >>> res = nsga3(SphereChute(0.4, model="rolling"), n_evaluations=300, seed=1)
+        >>> res.algorithm.evaluator.n_eval
+        300
+    """
+    require_problem(problem)
+    budget = integer("n_evaluations", n_evaluations, minimum=1)
+    shown = {name: kwargs.pop(name) for name in ("verbose", "progress") if name in kwargs}
+    require_known_keywords("nsga3", NSGA3, kwargs)
+    if problem.n_obj < 2:
+        raise invalid(
+            "the number of objectives of problem",
+            "at least 2 for NSGA-III",
+            problem.n_obj,
+            "use one of pymoo's single-objective algorithms",
+        )
+    size = population_size(problem.n_obj, budget)
+    if "ref_dirs" not in kwargs:
+        kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
+        kwargs.setdefault("pop_size", size)
+    kwargs.setdefault("termination", NoTermination())
+    return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
+
+
+def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
+    """Return at most ``n_points`` (but at least ``n_obj``) directions of Das and Dennis.
+
+    With as many partitions as fit. Where these are fewer than the objectives, so that no
+    direction lies inside the simplex, a second, inner layer is added if it fits (Deb and Jain,
+    IEEE Trans. Evol. Comput. 18(4), 2014, Section IV).
+
+    Returns:
+        ``(h, n_obj)`` array of non-negative rows with sum 1.
+    """
+
+    def count(partitions: int) -> int:
+        return math.comb(partitions + n_obj - 1, n_obj - 1)
+
+    def most(limit: int) -> int:
+        partitions = 1
+        while count(partitions + 1) <= limit:
+            partitions += 1
+        return partitions
+
+    outer = most(n_points)
+    left = n_points - count(outer)
+    layers = [(outer, 1.0)]
+    if outer < n_obj and left >= n_obj:
+        layers.append((min(most(left), outer), 0.5))
+    return np.vstack(
+        [
+            get_reference_directions("das-dennis", n_obj, n_partitions=p, scaling=scaling)
+            for p, scaling in layers
+        ]
+    )

@@ -1,0 +1,170 @@
+"""Sampling operators for any pymoo algorithm: LPτ points and SciPy's quasi-random engines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.sampling import Sampling
+
+from pymoo_psi._validation import Received, boolean, integer, invalid, known_name
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.problems import design_space
+from pymoo_psi.problems._pymoo import random_generator
+from pymoo_psi.sequences import lp_tau
+
+Array = NDArray[np.float64]
+
+_ENGINES = {
+    "sobol": "Sobol",
+    "halton": "Halton",
+    "lhs": "LatinHypercube",
+    "latin_hypercube": "LatinHypercube",
+    "poisson_disk": "PoissonDisk",
+}
+
+
+class UniformSampling(Sampling):
+    """Sampling by points of the unit cube, laid out in the design space of the problem."""
+
+    def _do(
+        self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> Any:
+        space = design_space(problem)
+        points = self.unit_points(
+            n_samples, len(space.variables), random_state=random_generator(random_state)
+        )
+        return space.designs(space.matrix(points))
+
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return ``(n_points, n_dim)`` points of [0, 1), from number ``first`` on."""
+        raise NotImplementedError
+
+
+def require_uniform(sampling: object) -> UniformSampling:
+    """Return ``sampling``; it must be one of the operators of this module."""
+    if not isinstance(sampling, UniformSampling):
+        raise ArgumentTypeError(
+            f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
+        )
+    if isinstance(sampling, LPTauSampling) and sampling.first != 1:
+        raise invalid(
+            "first of LPTauSampling", "1 here", sampling.first, "give first= to PSI or investigate"
+        )
+    return sampling
+
+
+class LPTauSampling(UniformSampling):
+    """The test points of Parameter Space Investigation: LPτ in natural order.
+
+    The points do not depend on a seed: the same call gives the same points.
+
+    Args:
+        first: Number of the first point, from 1, which lies at the lower bounds.
+
+    Raises:
+        ArgumentValueError: ``first`` is below 1; in use: the problem has more than 51 variables
+            or no finite bounds.
+
+    Example:
+        >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+        >>> from pymoo_psi import SphereChute
+        >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
+        >>> LPTauSampling().do(SphereChute(mu=0.4), 2).get("X")  # corner, centre
+        array([[0.  , 0.1 ], [0.7 , 3.05]])
+    """
+
+    def __init__(self, *, first: int = 1) -> None:
+        super().__init__()
+        self.first = integer("first", first, minimum=1)
+
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return consecutive LPτ points; ``first`` counts from the operator's own first.
+
+        Example:
+            >>> LPTauSampling(first=2).unit_points(2, 2)
+            array([[0.5 , 0.5 ], [0.25, 0.75]])
+        """
+        return lp_tau(n_points, n_dim, first=self.first + first - 1)
+
+
+class QMCSampling(UniformSampling):
+    """Points of an engine of ``scipy.stats.qmc``, for any number of variables.
+
+    Args:
+        engine: ``"sobol"``, ``"halton"``, ``"latin_hypercube"`` (or ``"lhs"``) or
+            ``"poisson_disk"``.
+        scramble: Randomise the sequence by the algorithm's seed. ``False`` gives the plain
+            sequence, whose numbering is SciPy's and not that of LPτ. Poisson-disk points are
+            always random.
+
+    Raises:
+        ArgumentValueError: The engine is unknown; in use: it cannot give so many points.
+
+    Example:
+        >>> QMCSampling("halton", scramble=False).unit_points(3, 2).round(3)
+        array([[0.   , 0.   ],
+               [0.5  , 0.333],
+               [0.25 , 0.667]])
+    """
+
+    def __init__(self, engine: str = "sobol", *, scramble: bool = True) -> None:
+        super().__init__()
+        self.engine = known_name("engine", engine, _ENGINES)
+        self.scramble = boolean("scramble", scramble)
+
+    @property
+    def randomised(self) -> bool:
+        """Whether the points depend on a seed.
+
+        Example:
+            >>> QMCSampling("halton").randomised, QMCSampling("halton", scramble=False).randomised
+            (True, False)
+        """
+        return self.scramble or self.engine not in ("sobol", "halton")
+
+    def unit_points(
+        self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
+    ) -> Array:
+        """Return points of the engine from number ``first`` on, seeded by ``random_state``.
+
+        Only the sequences of Sobol' and Halton can be continued; the points of the other engines
+        depend on how many there are, so that ``first`` must be 1.
+
+        Example:
+            >>> QMCSampling("sobol", scramble=False).unit_points(1, 2, first=2)
+            array([[0.5, 0.5]])
+        """
+        if first > 1 and self.engine not in ("sobol", "halton"):
+            raise invalid(
+                "first", f"1 for the engine {self.engine!r}", first, "use 'sobol' or 'halton'"
+            )
+        return self._drawn(first - 1 + n_points, n_dim, random_state)[first - 1 :]
+
+    def _drawn(self, n_points: int, n_dim: int, random_state: Any) -> Array:
+        import inspect
+
+        from scipy.stats import qmc  # takes most of a second to import
+
+        engine_class = getattr(qmc, _ENGINES[self.engine])
+        known = inspect.signature(engine_class).parameters
+        options = {"scramble": self.scramble} if "scramble" in known else {}
+        options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
+        engine = engine_class(n_dim, **options)
+        if self.engine == "sobol":  # a full power of two draws the same points without a warning
+            points = engine.random_base2(max(n_points - 1, 0).bit_length())[:n_points]
+        else:
+            points = engine.random(n_points)
+        if len(points) < n_points:
+            raise invalid(
+                "n_samples",
+                f"at most {len(points)}, all that the engine {self.engine!r} can place",
+                Received(str(n_points)),
+                "use another engine",
+            )
+        return np.asarray(points)

@@ -1,0 +1,175 @@
+"""The motion along the way: the exact state of one sphere at any η, and the forces on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import finite_array, integer, invalid
+from pymoo_psi.chute._exact import move
+from pymoo_psi.chute._follow import ROLLS
+from pymoo_psi.chute._motion import motion
+from pymoo_psi.chute._parameters import ChuteParameters
+from pymoo_psi.chute._state import broadcast
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """One sphere on its way under the full model.
+
+    Where slip ends on the way, η1 stands twice: as the last slipping and as the first rolling
+    point, so that the jump of the forces shows. A trajectory that stalls ends there.
+
+    Attributes:
+        eta: ``(n,)`` share η of the way, from 0.
+        time: ``(n,)`` time t.
+        speed: ``(n,)`` speed v_C of the centre.
+        spin: ``(n, 3)`` spins ω_X, ω_Y, ω_Z.
+        slip_velocity: ``(n, 2)`` velocity v_AX, v_AY of the contact point relative to the plane.
+        friction: ``(n, 2)`` friction f_AX, f_AY over m g; it opposes the slip velocity.
+        normal: ``(n, 2)`` reactions n_A of the plane and n_B of the guide-wall over m g.
+        slipping: ``(n,)`` whether the sphere slips.
+        slip_end: η1 where slip ends; NaN if it does not, 0 if the sphere rolls from the start.
+        slip_time: Time t1 at which slip ends; NaN and 0 likewise.
+
+    Example:
+        Once the sphere rolls it keeps on the plane: the contact point does not slip.
+
+        >>> path = trajectory(0.2635, 0.1072, ChuteParameters(mu=0.4), n=5)
+        >>> path.eta.round(2)
+        array([0.  , 0.09, 0.09, 0.25, 0.5 , 0.75, 1.  ])
+        >>> path.slipping
+        array([ True,  True, False, False, False, False, False])
+        >>> float(abs(path.slip_velocity[~path.slipping]).max())
+        0.0
+    """
+
+    eta: Array
+    time: Array
+    speed: Array
+    spin: Array
+    slip_velocity: Array
+    friction: Array
+    normal: Array
+    slipping: NDArray[np.bool_]
+    slip_end: float
+    slip_time: float
+
+    def __repr__(self) -> str:
+        """Return where the trajectory leads and where slip ends."""
+        way = f"{len(self.eta)} points to eta {self.eta[-1]:.4g} at time {self.time[-1]:.4g}"
+        slip = "to there" if np.isnan(self.slip_end) else f"until eta {self.slip_end:.4g}"
+        return f"Trajectory({way}, slipping {slip})"
+
+
+def trajectory(
+    u1: float,
+    v_p: float,
+    parameters: ChuteParameters | None = None,
+    *,
+    n: int = 201,
+    eta: ArrayLike | None = None,
+) -> Trajectory:
+    """Follow one sphere through the chute under the full model, exactly at every point.
+
+    Args:
+        u1: tan α >= 0.
+        v_p: Speed of the plane.
+        parameters: The parameters of the chute, all of them numbers.
+        n: How many points, evenly spread over the way that is covered; η1 comes on top.
+        eta: ``(k,)`` rising points in [0, 1] to take instead.
+
+    Returns:
+        The trajectory.
+
+    Raises:
+        ArgumentValueError: More than one design, points outside [0, 1] or not rising, or as for
+            :func:`motion`.
+        ArgumentTypeError: An argument is not numeric.
+
+    Example:
+        >>> path = trajectory(0.2635, 0.1072, ChuteParameters(mu=0.4))
+        >>> round(path.slip_end, 4), path.friction[0].round(3), path.friction[-1].round(3)
+        (0.0922, array([-0.367,  0.123]), array([-0.073,  0.   ]))
+    """
+    columns = broadcast(u1, v_p, parameters)
+    if columns[0].ndim:
+        raise invalid("u1, v_p and the parameters", "numbers, for one design", columns[0].shape)
+    values = [float(column) for column in columns]
+    whole = motion(u1, v_p, parameters)
+    reached, slip_end = float(whole.reached), float(whole.slip_end)
+    points = _points(n, eta, reached)
+    doubled = 0 < slip_end < 1
+    if doubled:
+        points = np.sort(np.concatenate([points[points != slip_end], [slip_end, slip_end]]))
+    return _follow(values, points, slip_end, float(whole.slip_time), doubled)
+
+
+def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
+    if eta is None:
+        return np.linspace(0.0, reached, integer("n", n, minimum=2))
+    points = finite_array("eta", eta)
+    if (
+        points.ndim != 1
+        or (np.diff(points) <= 0).any()
+        or not ((points >= 0) & (points <= 1)).all()
+    ):
+        raise invalid("eta", "one-dimensional, rising and within [0, 1]", points)
+    return points[points <= reached]
+
+
+def _follow(
+    values: list[float], eta: Array, slip_end: float, slip_time: float, doubled: bool
+) -> Trajectory:
+    """Every point is the end of a shorter way, so that the solver of the motion serves here."""
+    u1, v_p, mu, c, r, wx0, wy0, wz0 = values
+    length = np.hypot(1.0, u1)
+    a, b, tau = u1 / length, mu / length, u1 / mu
+    column = np.ones(eta.size)
+    with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
+        at = move(
+            a * column,
+            b * column,
+            tau * column,
+            c * column,
+            r * wy0 * column,
+            (r * wx0 - v_p) * column,
+            eta * length,
+        )
+    time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
+    slipping = at.phase != ROLLS
+    if not np.isnan(slip_end):
+        slipping = eta < slip_end
+    if doubled:
+        last = int(np.flatnonzero(eta == slip_end)[0])
+        slipping[last] = True
+        time[last : last + 2] = slip_time
+        slip[last : last + 2] = 0.0
+    friction = -b * _direction(slip, tau)
+    friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
+    normal = np.column_stack([np.full(eta.size, 1 / length), np.abs(friction[:, 1])])
+    spin = np.column_stack(
+        [(slip[:, 1] + v_p) / r, (speed - slip[:, 0]) / r, np.full(eta.size, wz0)]
+    )
+    return Trajectory(eta, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time)
+
+
+def _direction(slip: Array, tau: float) -> Array:
+    """Return the unit vectors (cos θ, sin θ); where slip vanishes, the limit it comes from.
+
+    Slip across the chute dies out last where τ < 1, with θ → arccos τ; else θ → 0.
+    """
+    rho = np.hypot(slip[:, 0], slip[:, 1])
+    direction = np.divide(slip, rho[:, None], out=np.zeros_like(slip), where=rho[:, None] > 0)
+    across = np.sign(slip[0, 1])
+    if across:
+        cosine = min(tau, 1.0)
+        limit = [cosine, across * np.sqrt(1 - cosine**2)]
+    else:
+        limit = [np.sign(slip[0, 0]) or 1.0, 0.0]
+    direction[rho == 0] = limit
+    return direction

@@ -1,0 +1,313 @@
+"""The commands that take the designs of a file, and their options.
+
+The commands that test designs of a problem, and their options.
+
+The command ``pymoo-psi``: what it consists of, and how it ends.
+
+Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
+says what), 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+from pymoo_psi.errors import PsiError
+
+
+def export(
+    study: Annotated[Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Write here, .csv or .parquet.")],
+) -> int:
+    """Write all tests of a study as a table for other programs."""
+    from pymoo_psi.cli._export import run_export
+
+    return run_export(study, out)
+
+
+def rank(
+    file: Annotated[
+        Path, typer.Argument(help="A CSV of designs, a test table, a study, or a ranking.")
+    ],
+    objectives: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A,B,…", help="Columns with objectives [f1,f2,… or all numeric]."),
+    ] = None,
+    maximize: Annotated[
+        list[str] | None, typer.Option(metavar="A,…", help="Objectives to be maximised.")
+    ] = None,
+    no_normalize: Annotated[
+        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
+    ] = None,
+    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+) -> int:
+    """Rank the designs of any Pareto set by efficiency."""
+    from pymoo_psi.cli._rank import run_rank
+
+    return run_rank(file, objectives or [], maximize or [], not no_normalize, out, top)
+
+
+def page(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A CSV of designs, a test table, or a study.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
+        "page.html"
+    ),
+    objectives: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,C", help="Columns with criteria [f1,f2,… or all numeric ones]."),
+    ] = None,
+    variables: Annotated[
+        str | None, typer.Option(metavar="X,Y", help="Columns with design variables [x1,x2,…].")
+    ] = None,
+    maximize: Annotated[
+        str | None, typer.Option(metavar="B", help="Objectives of which more is better.")
+    ] = None,
+    units: Annotated[str | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")] = None,
+    prototype: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
+    ] = None,
+    no_normalize: Annotated[
+        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+    ] = False,
+    limits: Annotated[
+        str | None,
+        typer.Option(metavar="A=2.5,B>=1", help="Limits that are set when the page opens."),
+    ] = None,
+    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
+) -> int:
+    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
+    from pymoo_psi.cli._page import run_page
+
+    return run_page(
+        file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
+        prototype=prototype, normalize=not no_normalize, limits=limits, title=title,
+    )  # fmt: skip
+
+
+class AlgorithmName(str, Enum):
+    """The algorithms of ``solve``."""
+
+    psi = "psi"
+    nsga3 = "nsga3"
+
+
+class ModelName(str, Enum):
+    """The models of the chute."""
+
+    full = "full"
+    rolling = "rolling"
+
+
+class AssessedName(str, Enum):
+    """What ``compare`` measures of a run."""
+
+    evaluated = "evaluated"
+    returned = "returned"
+
+
+ProblemName: TypeAlias = Annotated[
+    str, typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute.")
+]
+Jobs: TypeAlias = Annotated[
+    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
+]
+Friction: TypeAlias = Annotated[
+    float | None, typer.Option(help="chute: friction coefficient [0.2].")
+]
+Speed: TypeAlias = Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")]
+Radius: TypeAlias = Annotated[float | None, typer.Option(help="chute: radius [0.1].")]
+Model: TypeAlias = Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")]
+
+
+def reproduce(
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for tables (CSV) and figures (PNG).")
+    ] = Path("reproduction"),
+    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
+    jobs: Jobs = 1,
+) -> int:
+    """Compute the paper's tables under both models, beside the printed values."""
+    from pymoo_psi.cli._reproduce import run_reproduce
+
+    return run_reproduce(out, points, jobs)
+
+
+def solve(
+    problem: ProblemName,
+    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
+    points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
+    jobs: Jobs = 1,
+    limits: Annotated[
+        str | None,
+        typer.Option(metavar="F1=2.5,F4=1", help="Limits on criteria, f1 <= 2.5 … (psi)."),
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
+    ] = None,
+    study: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.db", help="Store every tested design here (psi); continues."),
+    ] = None,
+    study_key: Annotated[
+        str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
+    ] = None,
+    retry: Annotated[
+        str | None,
+        typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
+    ] = None,
+    mu: Friction = None,
+    c: Speed = None,
+    r: Radius = None,
+    model: Model = None,
+) -> int:
+    """Find the Pareto set of a problem and rank it by efficiency."""
+    from pymoo_psi.cli._options import points_in, upper_limits_in
+    from pymoo_psi.cli._problem import load_problem
+    from pymoo_psi.cli._solve import run_solve
+
+    points_again, upper = points_in("--retry", retry), upper_limits_in(limits)
+    return run_solve(
+        load_problem(problem, _chute(mu, c, r, model), jobs, timeout),
+        algorithm.value,
+        points,
+        seed=seed,
+        limits=upper,
+        study=study,
+        study_key=study_key,
+        retry=points_again,
+        out=out,
+    )
+
+
+def compare(
+    problem: ProblemName,
+    evaluations: Annotated[
+        str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
+    ] = "256,1024,4096",
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of an algorithm by chance.")] = 11,
+    algorithms: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B,…",
+            help="Of psi, psi-scrambled, nsga3, psi+nsga3, nsga2, moead, ….",
+        ),
+    ] = "psi,psi-scrambled,nsga3,psi+nsga3",
+    assess: Annotated[
+        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
+    ] = AssessedName.evaluated,
+    reference: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.npz", help="Measure against the reference of another study."),
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write tables, figures and runs here; continues."),
+    ] = None,
+    mu: Friction = None,
+    c: Speed = None,
+    r: Radius = None,
+    model: Model = None,
+) -> int:
+    """Compare PSI with NSGA-III and others on a problem at equal numbers of evaluations."""
+    from pymoo_psi.cli._compare import run_compare
+    from pymoo_psi.cli._problem import load_problem
+
+    return run_compare(
+        load_problem(problem, _chute(mu, c, r, model), 1), evaluations=evaluations, seeds=seeds,
+        algorithms=algorithms, assess=assess.value, reference=reference, jobs=jobs, out=out,
+    )  # fmt: skip
+
+
+def _chute(
+    mu: float | None, c: float | None, r: float | None, model: ModelName | None
+) -> dict[str, float | str]:
+    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+app = typer.Typer(
+    name="pymoo-psi",
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
+
+# The base of all usage errors of the click that typer carries or depends on.
+_ClickException: Any = typer.BadParameter.__mro__[2]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(f"pymoo-psi {version('pymoo-psi')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _command(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it, exit."),
+    ] = False,
+) -> None:
+    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo."""
+
+
+for _function in (reproduce, solve, compare, export, rank, page):
+    app.command()(_function)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, and never a traceback for a user's mistake.
+
+    Args:
+        arguments: The words after ``pymoo-psi``; those of the process by default.
+    """
+    try:
+        words = list(sys.argv[1:] if arguments is None else arguments)
+        code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
+    except PsiError as error:
+        message = str(error)
+    except _ClickException as error:
+        message = error.format_message()
+    except OSError as error:
+        message = f"{error.filename or 'file'}: {error.strerror or error}"
+    except MemoryError:
+        message = "there is not enough memory for that many designs; ask for fewer"
+    except (KeyboardInterrupt, typer.Abort):
+        return _interrupted()
+    else:
+        if code == _INTERRUPTED:  # as later versions of typer return it
+            return _interrupted()
+        return code if isinstance(code, int) else 0
+    print(f"pymoo-psi: error: {' '.join(message.split())}", file=sys.stderr)
+    return 2
+
+
+def _interrupted() -> int:
+    print("pymoo-psi: interrupted", file=sys.stderr)
+    return _INTERRUPTED
+
+
+def run() -> None:
+    """Entry point of the console script."""
+    sys.exit(main())

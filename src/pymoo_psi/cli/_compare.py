@@ -1,0 +1,104 @@
+"""``pymoo-psi compare``: algorithms side by side on a problem, at equal cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from pymoo.core.problem import Problem
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import integer, invalid, job_count
+from pymoo_psi.cli._output import print_frame, progress_bar, say, write_csv
+from pymoo_psi.comparison import (
+    INDICATORS,
+    Comparison,
+    Reference,
+    Run,
+    compare,
+    conclusions,
+    report,
+)
+
+
+def run_compare(
+    problem: Problem,
+    *,
+    evaluations: str,
+    seeds: int,
+    algorithms: str,
+    assess: str,
+    reference: Path | None,
+    jobs: int,
+    out: Path | None,
+) -> int:
+    """Compare, print the medians and the conclusions, and write all there is to a folder."""
+    budgets = [_integer("--evaluations", word) for word in evaluations.split(",")]
+    integer("--seeds", seeds, minimum=1)
+    job_count("--jobs", jobs)
+    known = None if reference is None else Reference.load(reference)
+    with progress_bar() as bar:
+        task = bar.add_task(f"runs on {problem.name()}", total=None)
+
+        def advance(run: Run, ready: int, total: int) -> None:
+            bar.update(task, completed=ready, total=total, description=str(run.task))
+
+        result = compare(
+            problem,
+            n_evaluations=budgets,
+            seeds=seeds,
+            algorithms=[word.strip() for word in algorithms.split(",")],
+            assess=assess,
+            reference=known,
+            folder=None if out is None else out / "runs",
+            n_jobs=jobs,
+            on_run=advance,
+        )
+    print_frame(_for_print(result), f"{problem.name()}: medians over the runs")
+    for sentence in conclusions(result):
+        say(sentence)
+    if out is not None:
+        _write(result, out)
+        say(f"Tables, figures, report.md, the reference and the runs written to {out}")
+    return 0
+
+
+def _integer(name: str, word: str) -> int:
+    try:
+        return integer(name, int(word), minimum=1)
+    except ValueError:
+        rule = "numbers of evaluations with commas between, each 1 or more"
+        raise invalid(name, rule, word, "such as 256,1024,4096") from None
+
+
+def _for_print(result: Comparison) -> pd.DataFrame:
+    summary = result.summary()
+    columns = [*INDICATORS, "n_nondominated", "seconds"]
+    frame = summary[["evaluations", "algorithm", "runs", *columns]].copy()
+    frame.insert(
+        4,
+        "quartiles",
+        [
+            "" if runs == 1 else f"{low:.4f} to {high:.4f}"
+            for runs, low, high in zip(
+                summary["runs"], summary["hypervolume_q1"], summary["hypervolume_q3"], strict=True
+            )
+        ],
+    )
+    frame["n_nondominated"] = frame["n_nondominated"].round().astype(int)
+    return frame.rename(
+        columns={"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
+    )
+
+
+def _write(result: Comparison, out: Path) -> None:
+    from pymoo_psi.plots import save_comparison
+
+    write_csv(result.to_frame(), out / "runs.csv")
+    write_csv(result.summary(), out / "summary.csv")
+    tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
+    write_csv(pd.concat(tests, ignore_index=True), out / "tests.csv")
+    with whole_file(out / "report.md") as written:
+        written.write_text(report(result), encoding="utf-8")
+    result.reference.save(out / "reference.npz")
+    save_comparison(result, out)

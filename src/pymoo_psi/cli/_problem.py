@@ -1,0 +1,86 @@
+"""From the word PROBLEM on the command line to a pymoo problem."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from pymoo.core.problem import Problem
+
+from pymoo_psi._validation import Received, invalid, job_count, positive_number
+from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.parallel import JoblibRunner
+from pymoo_psi.problems import VectorizedSphereChute
+
+_FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
+
+
+def load_problem(
+    name: str, chute_options: Mapping[str, Any], jobs: int, timeout: float | None = None
+) -> Problem:
+    """Return the problem that a word names.
+
+    Args:
+        name: ``chute``, a name known to ``pymoo.problems.get_problem``, or ``module:attribute``
+            where the attribute is a problem, or a class or function that gives one without
+            arguments. The working directory is searched for the module first.
+        chute_options: Options of the chute; an error for any other problem.
+        jobs: Processes for problems that evaluate one design at a time; the chute does not.
+        timeout: Seconds that a design of such a problem may take, if there is a limit.
+
+    Raises:
+        PsiError: There is no such problem, or it cannot be made.
+    """
+    jobs = job_count("--jobs", jobs)
+    if name == "chute":
+        return with_jobs(VectorizedSphereChute(**chute_options), jobs, timeout)
+    if chute_options:
+        option = next(iter(chute_options))
+        raise invalid("PROBLEM", f"'chute' where --{option} is given", name)
+    return with_jobs(_from_module(name) if ":" in name else _from_pymoo(name), jobs, timeout)
+
+
+def with_jobs(problem: Problem, jobs: int, timeout: float | None) -> Problem:
+    """Let a problem that evaluates one design at a time do so in processes of their own.
+
+    None is evaluated in this process, which a model may end.
+    """
+    if timeout is not None:
+        positive_number("--timeout", timeout)
+        if not problem.elementwise:
+            shown = Received(f"{problem.name()}, which takes many at once")
+            rule = "a problem that evaluates one design at a time where --timeout is given"
+            raise invalid("PROBLEM", rule, shown)
+    if problem.elementwise and (jobs != 1 or timeout is not None):
+        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
+    return problem
+
+
+def _from_pymoo(name: str) -> Problem:
+    from pymoo.problems import get_problem
+
+    try:
+        return get_problem(name)
+    except Exception as error:  # pymoo raises bare exceptions of many kinds here
+        raise invalid("PROBLEM", _FORMS, name, f"pymoo says: {error}") from error
+
+
+def _from_module(name: str) -> Problem:
+    module_name, _, attribute = name.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")
+    try:
+        value: Any = importlib.import_module(module_name)
+        for part in attribute.split("."):
+            value = getattr(value, part)
+        problem = value if isinstance(value, Problem) else value()
+    except PsiError:
+        raise
+    except Exception as error:  # whatever the user's module does
+        reason = f"{type(error).__name__}: {error}"
+        raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
+    if not isinstance(problem, Problem):
+        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}")
+    return problem

@@ -1,0 +1,152 @@
+"""``pymoo-psi rank``: from a file of any Pareto set to ranks of efficiency."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import integer, invalid
+from pymoo_psi.cli._options import names_in
+from pymoo_psi.cli._output import counted, print_frame, require_output, say, write_csv
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto._ranking import RANKING_COLUMNS
+from pymoo_psi.table import DesignFile, read_designs
+from pymoo_psi.table._design_file import Roles, unfit
+
+_FORMATS = (".csv", ".json")
+
+
+def run_rank(
+    path: Path,
+    objectives: Sequence[str],
+    maximize: Sequence[str],
+    normalize: bool,
+    out: Path | None,
+    top: int,
+) -> int:
+    """Rank the designs of a file, print the best, and write all if a file is named.
+
+    Args:
+        path: The file; see :func:`pymoo_psi.table.read_designs`.
+        objectives: Its columns that are objectives; as the file or their names tell if empty.
+        maximize: Those of them to be maximised.
+        normalize: Measure each objective in units of its range.
+        out: Where to write all designs, CSV or JSON by its suffix.
+        top: How many designs to print.
+    """
+    top = integer("--top", top, minimum=1)
+    require_output(out, _FORMATS, path)
+    file = read_designs(path)
+    named = names_in("--objectives", objectives, file.names)
+    roles = file.roles(named or None)
+    names = roles.objectives
+    if taken := [name for name in names if name in RANKING_COLUMNS]:
+        raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
+    upwards = names_in("--maximize", maximize, file.names) or roles.maximize
+    if other := [name for name in upwards if name not in names]:
+        raise invalid("--maximize", f"one of the objectives {', '.join(names)}", other[0])
+    F = pd.DataFrame(file.values(names), columns=list(names))
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=upwards)
+
+    frame = _ranked(file, ranking)
+    if not named:
+        say(file.told(roles))
+    if file.remark:
+        say(file.remark)
+    _print(file, roles, ranking, upwards, frame.head(top))
+    if out is not None:
+        if out.suffix.lower() == ".json":
+            _write_json(file, ranking, upwards, frame, out)
+        else:
+            write_csv(frame, out)
+        say(f"All {len(frame)} written to {out}")
+    return 0
+
+
+def _ranked(file: DesignFile, ranking: EfficiencyRanking) -> pd.DataFrame:
+    """Return the cells of the file with the ranking beside them, the best design first.
+
+    ``row`` counts the designs of the file from 1, unless the file has a column of that name.
+    Columns of an earlier ranking are replaced.
+    """
+    frame = file.cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
+    if "row" not in frame:
+        frame.insert(0, "row", np.arange(1, len(frame) + 1))
+    frame[["mu1", "mu2", "mu3"]] = ranking.criteria
+    frame["rank"], frame["pareto"] = ranking.rank, ranking.pareto
+    return frame.iloc[ranking.order]
+
+
+def _print(
+    file: DesignFile,
+    roles: Roles,
+    ranking: EfficiencyRanking,
+    upwards: Sequence[str],
+    best: pd.DataFrame,
+) -> None:
+    names = list(ranking.objectives.names)
+    n, found = len(ranking.rank), len(ranking.salukvadze)
+    optimum = ", ".join(str(i + 1) for i in ranking.salukvadze[:5])
+    if roles.label not in (None, "row", "") and found == 1:
+        optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
+    say(
+        f"{file.path}: {counted(n, 'design')}, {int(ranking.pareto.sum())} Pareto optimal; "
+        f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
+    )
+    for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
+        sense = "maximise" if name in upwards else "minimise"
+        say(f"  {sense} {name}: best {ideal:.6g}, worst {nadir:.6g} of the Pareto set")
+    others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
+    number = [] if "row" in names else ["row"]
+    shown = best[[*number, *others, *names, *RANKING_COLUMNS]].copy()
+    for name in names:  # of any scale, so not with a fixed number of decimals
+        texts = [f"{float(cell):.6g}" for cell in shown[name]]
+        shown[name] = [text.rjust(max(map(len, texts))) for text in texts]
+    title = "The best by rank of efficiency:" if len(best) < len(ranking.rank) else "By rank:"
+    print_frame(shown, title, spare=others)
+
+
+def _write_json(
+    file: DesignFile,
+    ranking: EfficiencyRanking,
+    upwards: Sequence[str],
+    frame: pd.DataFrame,
+    out: Path,
+) -> None:
+    names = ranking.objectives.names
+    columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
+    content = {
+        "file": file.path.name,
+        "objectives": list(names),
+        "maximized": list(upwards),
+        "normalized": ranking.frame.normalize,
+        "ideal": dict(zip(names, ranking.ideal.tolist(), strict=True)),
+        "nadir": dict(zip(names, ranking.nadir.tolist(), strict=True)),
+        "salukvadze_rows": [int(i) + 1 for i in ranking.salukvadze],
+        "designs": [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
+    }
+    with whole_file(out) as written:
+        text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
+        written.write_text(text + "\n", encoding="utf-8")
+
+
+def _value(cell: Any) -> Any:
+    """Return what a cell says: a number, None for nothing or no finite number, else its text."""
+    if not isinstance(cell, str):
+        return None if isinstance(cell, float) and not np.isfinite(cell) else cell
+    for kind in (int, float):
+        try:
+            value = kind(cell)
+        except ValueError:
+            continue
+        if "_" not in cell:
+            return value if np.isfinite(value) else None
+    return cell or None

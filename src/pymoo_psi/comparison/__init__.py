@@ -1,0 +1,21 @@
+"""PSI against other algorithms: runs at equal cost, one reference, tests of what differs."""
+
+from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
+from pymoo_psi.comparison._compare import compare
+from pymoo_psi.comparison._comparison import Comparison
+from pymoo_psi.comparison._reference import Reference
+from pymoo_psi.comparison._report import conclusions, report
+from pymoo_psi.comparison._runs import Run, Task
+from pymoo_psi.comparison._statistics import INDICATORS
+
+__all__ = [
+    "DEFAULT_ALGORITHMS",
+    "INDICATORS",
+    "Comparison",
+    "Reference",
+    "Run",
+    "Task",
+    "compare",
+    "conclusions",
+    "report",
+]

@@ -1,0 +1,201 @@
+"""The algorithms that are compared: each spends a budget on a problem and returns what it found.
+
+``psi``
+    Parameter Space Investigation with the LPτ points, which leave nothing to chance: one run.
+``psi-scrambled``
+    The same with SciPy's scrambled Sobol' points, whose seed shows the spread that the choice of
+    points makes.
+``nsga3``
+    NSGA-III (:func:`pymoo_psi.nsga3`).
+``psi+nsga3``
+    Half the budget for PSI, the rest for NSGA-III, which starts from the best test points.
+``psi-scrambled+nsga3``
+    The same with scrambled points.
+
+The first LPτ points are the corner of the lower bounds and the middle of the box. Many test
+problems have Pareto-optimal designs just there, which is luck and says nothing of a method; the
+entries with scrambled points do not have it.
+
+Further algorithms of pymoo go by their short names, such as ``nsga2``, with a population that grows
+with the budget as that of :func:`pymoo_psi.nsga3` does.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
+from pymoo.core.termination import NoTermination
+from pymoo.optimize import minimize
+
+from pymoo_psi._validation import invalid, known_name
+from pymoo_psi.algorithms import PSI, LPTauSampling, QMCSampling, investigate, nsga3
+from pymoo_psi.algorithms._nsga3 import population_size, reference_directions, run_within_budget
+from pymoo_psi.algorithms._sampling import UniformSampling
+from pymoo_psi.errors import ArgumentTypeError
+
+Array = NDArray[np.float64]
+
+DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
+
+_PYMOO = {
+    "moead": "moead:MOEAD",
+    "nsga2": "nsga2:NSGA2",
+    "sms": "sms:SMSEMOA",
+    "spea2": "spea2:SPEA2",
+    "unsga3": "unsga3:UNSGA3",
+}
+
+
+@dataclass(frozen=True)
+class Contender:
+    """An algorithm with a name.
+
+    Attributes:
+        name: What tables call it.
+        search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
+            objectives of the feasible designs that the algorithm presents as its result.
+        seeded: Whether the seed makes a difference.
+        known: Whether it goes by a name of this module, and is not a function of the user's.
+    """
+
+    name: str
+    search: Callable[[Any, int, int], Array]
+    seeded: bool = True
+    known: bool = False
+
+
+def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contender, ...]:
+    """Return the algorithms asked for.
+
+    Args:
+        algorithms: Names; or a mapping from names of the user's to such names, or to functions
+            that take a number of evaluations and return a new pymoo algorithm.
+
+    Raises:
+        ArgumentValueError: A name is unknown, or there is none.
+        ArgumentTypeError: The argument is something else.
+    """
+    if isinstance(algorithms, str) or not isinstance(algorithms, Collection):
+        raise ArgumentTypeError(f"algorithms must be names or a mapping, got {algorithms!r:.80}")
+    if not isinstance(algorithms, Mapping):
+        algorithms = {name: name for name in algorithms}
+    if not algorithms:
+        raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
+    return tuple(_contender(str(name), what) for name, what in algorithms.items())
+
+
+def _contender(name: str, what: Any) -> Contender:
+    if isinstance(what, type):
+        hint = f"lambda n: {what.__name__}(...)"
+        raise ArgumentTypeError(
+            f"algorithms[{name!r}] must be a name or a function, got the class "
+            f"{what.__name__}; give {hint}, where n is the number of evaluations"
+        )
+    if callable(what):
+        return Contender(name, _Searching(what))
+    known_name("algorithms", what, {*_OURS, *_PYMOO})
+    if what in _OURS:
+        return Contender(name, *_OURS[what], known=True)
+    return Contender(name, _Searching(_Sized(_PYMOO[what])), known=True)
+
+
+@dataclass(frozen=True)
+class _Investigating:
+    """Parameter Space Investigation with the points of a sampling."""
+
+    sampling: UniformSampling
+
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        table = investigate(problem, n_evaluations, sampling=self.sampling, seed=seed)
+        return table.F[table.pareto()]
+
+
+def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
+    return _presented(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
+
+
+@dataclass(frozen=True)
+class _ThenNSGA3:
+    """Half the budget for PSI with the points of a sampling, the rest for NSGA-III from there."""
+
+    sampling: UniformSampling
+
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        n_points = n_evaluations // 2
+        if n_points == 0:
+            return _nsga3(problem, n_evaluations, seed)
+        tested = minimize(problem, PSI(n_points, sampling=self.sampling), seed=seed).pop
+        left = n_evaluations - n_points
+        size = population_size(problem.n_obj, left)
+        survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
+        # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
+        start = survival.do(
+            problem,
+            tested,
+            n_survive=min(size, len(tested)),
+            random_state=np.random.default_rng(seed),
+        )
+        result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
+        return _presented(result, problem.n_obj)
+
+
+_SCRAMBLED = QMCSampling("sobol")
+_OURS: dict[str, tuple[Callable[[Any, int, int], Array], bool]] = {
+    "psi": (_Investigating(LPTauSampling()), False),
+    "psi-scrambled": (_Investigating(_SCRAMBLED), True),
+    "nsga3": (_nsga3, True),
+    "psi+nsga3": (_ThenNSGA3(LPTauSampling()), True),
+    "psi-scrambled+nsga3": (_ThenNSGA3(_SCRAMBLED), True),
+}
+
+
+@dataclass(frozen=True)
+class _Searching:
+    """A search by the algorithm that a function makes for a number of evaluations."""
+
+    algorithm_for: Callable[..., Any]
+
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        sized = isinstance(self.algorithm_for, _Sized)
+        algorithm = (
+            self.algorithm_for(n_evaluations, problem.n_obj)
+            if sized
+            else self.algorithm_for(n_evaluations)
+        )
+        algorithm.seed = seed
+        if algorithm.termination is None:
+            algorithm.termination = NoTermination()
+        return _presented(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """An algorithm of pymoo's with a population that suits the budget."""
+
+    home: str
+
+    def __call__(self, n_evaluations: int, n_obj: int) -> Any:
+        module, _, name = self.home.partition(":")
+        cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
+        size = population_size(n_obj, n_evaluations)
+        arguments = inspect.signature(cls).parameters
+        options: dict[str, Any] = {}
+        if "ref_dirs" in arguments:
+            options["ref_dirs"] = reference_directions(n_obj, size)
+        if "pop_size" in arguments:
+            options["pop_size"] = size
+        return cls(**options)
+
+
+def _presented(result: Any, n_obj: int) -> Array:
+    """Return the objectives of a pymoo result, none where no feasible design was found."""
+    if result.F is None:
+        return np.zeros((0, n_obj))
+    return np.asarray(result.F, dtype=np.float64).reshape(-1, n_obj)

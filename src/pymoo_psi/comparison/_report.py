@@ -1,0 +1,166 @@
+"""A comparison in words: which algorithm is better at which budget, and how surely."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pymoo_psi._validation import known_name
+from pymoo_psi.comparison._comparison import Comparison
+from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
+from pymoo_psi.comparison._statistics import INDICATORS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+SIGNIFICANCE = 0.05
+"""A difference is claimed where the corrected p value is below this."""
+
+_NAMES = {
+    "hypervolume": "the largest hypervolume",
+    "igd_plus": "the smallest IGD+",
+    "epsilon": "the smallest additive epsilon",
+    "optimum_distance": "the Salukvadze optimum nearest to the continuous one",
+}
+
+
+def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
+    """Return one sentence or two for every budget.
+
+    They name the algorithm with the best median, the algorithms that it is better than, with the
+    effect size and the corrected p value, and those from which no difference can be claimed.
+
+    A last sentence says so if there are too few runs to claim any difference.
+
+    Args:
+        comparison: The comparison.
+        indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
+
+    Raises:
+        ArgumentValueError: The indicator is unknown.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> result = compare(
+        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
+        ... )
+        >>> print(conclusions(result)[0])
+        512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
+        (effect 1.00, p = 0.031).
+    """
+    known_name("indicator", indicator, INDICATORS)
+    tests = comparison.tests(indicator)
+    summary = comparison.summary()
+    sentences = tuple(
+        _conclusion(
+            indicator,
+            summary[summary["evaluations"] == budget].set_index("algorithm")[indicator],
+            tests[tests["evaluations"] == budget],
+            budget,
+        )
+        for budget in comparison.evaluations
+    )
+    tested = tests["p"].notna().sum()
+    if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
+        few = (
+            "So few runs cannot tell any two algorithms apart, however different: take more seeds."
+        )
+        sentences += (few,)
+    return sentences
+
+
+def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget: int) -> str:
+    ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
+    best, value = ordered.index[0], ordered.iloc[0]
+    surely: list[str] = []
+    reverse: list[str] = []
+    perhaps: list[str] = []
+    for name in ordered.index[1:]:
+        pair = tests[tests["better"].isin([best, name]) & tests["worse"].isin([best, name])].iloc[0]
+        effect = pair["effect"] if pair["better"] == best else 1 - pair["effect"]
+        shown = f"{name} (effect {effect:.2f}, {_p(pair['p_holm'])})"
+        if not pair["p_holm"] < SIGNIFICANCE:
+            perhaps.append(shown)
+        else:
+            (surely if effect > 0.5 else reverse).append(shown)
+    text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g})."
+    if surely:
+        text += f" It is better than {_listed(surely, 'and')}."
+    if reverse:
+        text += f" But more often than not a run is beaten by one of {_listed(reverse, 'or')}."
+    if perhaps:
+        text += f" No difference can be claimed from {_listed(perhaps, 'or')}."
+    return text
+
+
+def _p(value: float) -> str:
+    if value != value:
+        return "one value each"
+    return f"p = {value:.3f}" if value >= 0.001 else f"p = {value:.1g}"
+
+
+def _listed(names: list[str], last: str) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def report(comparison: Comparison) -> str:
+    """Return a short report in Markdown: the medians, the conclusions, and how it was measured.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> result = compare(get_problem("bnh"), n_evaluations=64, seeds=2, algorithms=["nsga3"])
+        >>> print(report(result).splitlines()[0])
+        # BNH: nsga3
+    """
+    lines = [f"# {comparison.problem}: {', '.join(comparison.algorithms)}", "", *_table(comparison)]
+    for indicator in INDICATORS:
+        lines += ["", f"## {indicator}", ""]
+        lines += [f"- {sentence}" for sentence in conclusions(comparison, indicator)]
+    return "\n".join([*lines, "", "## How it was measured", "", *_method(comparison), ""])
+
+
+def _table(comparison: Comparison) -> list[str]:
+    columns = [
+        "hypervolume",
+        "igd_plus",
+        "epsilon",
+        "optimum_distance",
+        "n_nondominated",
+        "seconds",
+    ]
+    lines = [
+        f"| evaluations | algorithm | runs | {' | '.join(columns)} |",
+        f"|{'---|' * (3 + len(columns))}",
+    ]
+    for row in comparison.summary().to_dict("records"):
+        cells = [f"{row[c]:.4g} ({row[f'{c}_q1']:.4g} to {row[f'{c}_q3']:.4g})" for c in columns]
+        if row["runs"] == 1:
+            cells = [f"{row[c]:.4g}" for c in columns]
+        lines.append(
+            f"| {row['evaluations']} | {row['algorithm']} | {row['runs']} | {' | '.join(cells)} |"
+        )
+    return [*lines, "", "Medians, with quartiles in brackets."]
+
+
+def _method(comparison: Comparison) -> list[str]:
+    reference: Reference = comparison.reference
+    size = len(reference.points)
+    assessed = {
+        "evaluated": "the non-dominated feasible designs among all that a run evaluated",
+        "returned": "the designs that the algorithm returned",
+    }[comparison.assess]
+    return [
+        f"- Measured are {assessed}.",
+        "- Objectives are scaled by the ideal and the nadir of the non-dominated union of all "
+        f"runs, {reference.n_union} in number; the reference set is {size} of these, farthest "
+        f"first; the reference point is {REFERENCE_POINT} in every scaled objective.",
+        "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
+        "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
+        f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",
+        "- Differences are tested by Mann-Whitney's U, by the exact sign test where one algorithm "
+        "leaves nothing to chance; p values are corrected by Holm's method over all pairs and "
+        "budgets of an indicator; the effect is the probability that a run of the first is the "
+        f"better one. A difference is claimed at p < {SIGNIFICANCE}.",
+    ]

@@ -1,0 +1,304 @@
+"""What a problem is recognised by, where runs on it or a reference for it are kept.
+
+A problem that watches itself being evaluated, so that no algorithm keeps its own books.
+
+One run: an algorithm, a budget, a seed, and what came of it.
+
+Finished runs as files in a folder, so that a comparison goes on after an interruption.
+
+Each run is a file of its own, written whole or not at all, so that processes side by side need no
+lock. It holds arrays in NumPy's format; a file beside them says which problem they are on.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.problem import Problem
+from pymoo.problems.multi import BNH
+
+from pymoo_psi._files import whole_file
+from pymoo_psi.algorithms._memory import problem_identity
+from pymoo_psi.comparison._algorithms import Contender
+from pymoo_psi.errors import PsiError, RunError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.problems import design_space
+
+
+def problem_text(problem: Any) -> str:
+    """Return name, variables, bounds, sizes and own fingerprint of a problem as JSON."""
+    space = design_space(problem)
+    bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
+    return json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)
+
+
+Array = NDArray[np.float64]
+
+
+class BudgetSpentError(PsiError):
+    """An algorithm asked for more evaluations than it was given."""
+
+
+class ObservedProblem(Problem):
+    """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
+
+    Args:
+        problem: The problem, whose variables, bounds, objectives and constraints it takes over.
+        budget: How many designs may be evaluated.
+
+    Attributes:
+        observed: The problem.
+        n_evaluated: Designs evaluated so far.
+        evaluation_seconds: Wall time spent in the problem.
+        bookkeeping_seconds: Wall time spent here, which is no part of the algorithm's.
+    """
+
+    def __init__(self, problem: Any, budget: int) -> None:
+        super().__init__(
+            n_obj=problem.n_obj,
+            n_ieq_constr=problem.n_ieq_constr,
+            n_eq_constr=problem.n_eq_constr,
+            vtype=problem.vtype,
+            requires_kwargs=problem.requires_kwargs,
+            replace_nan_values_by=problem.replace_nan_values_by,
+            **problem.data,
+        )
+        self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
+        if hasattr(problem, "vars"):
+            self.vars = problem.vars
+        self.observed, self.budget = problem, budget
+        self.n_evaluated = 0
+        self.evaluation_seconds = self.bookkeeping_seconds = 0.0
+        self._kept: list[tuple[Any, Array]] = []
+
+    def name(self) -> str:
+        """Return the name of the observed problem."""
+        return str(self.observed.name())
+
+    def __getattr__(self, name: str) -> Any:
+        """Give what only the observed problem has, to repairs and operators that ask for it."""
+        if name.startswith("_") or "observed" not in self.__dict__:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return getattr(self.observed, name)
+
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+        """Evaluate designs; pymoo calls this from ``evaluate``."""
+        began = time.perf_counter()
+        if self.n_evaluated + len(X) > self.budget:
+            raise BudgetSpentError(
+                f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
+                f"for {self.n_evaluated + len(X)}"
+            )
+        wanted = list(dict.fromkeys([*return_values_of, "F", "G", "H"]))
+        asked = time.perf_counter()
+        out: dict[str, Any] = self.observed.do(X, wanted, *args, **kwargs)
+        answered = time.perf_counter()
+        self.n_evaluated += len(X)
+        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
+        rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
+        self._kept.append((X[rows], F[rows]))
+        self.evaluation_seconds += answered - asked
+        self.bookkeeping_seconds += asked - began + time.perf_counter() - answered
+        return out
+
+    def front(self) -> tuple[Any, Array]:
+        """Return the feasible designs that no evaluated one dominates, and their objectives."""
+        if not self._kept:
+            return np.zeros((0, self.n_var)), np.zeros((0, self.n_obj))
+        X, F = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
+        best = nondominated(F)
+        return X[best], F[best]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run to be done.
+
+    Attributes:
+        algorithm: Name of the algorithm.
+        n_evaluations: The budget.
+        seed: The seed; ``None`` if the algorithm leaves nothing to chance.
+
+    Example:
+        >>> print(Task("nsga3", 1024, 7))
+        nsga3, 1024 evaluations, seed 7
+    """
+
+    algorithm: str
+    n_evaluations: int
+    seed: int | None
+
+    def __str__(self) -> str:
+        """Return the run as a message names it."""
+        seed = "" if self.seed is None else f", seed {self.seed}"
+        return f"{self.algorithm}, {self.n_evaluations} evaluations{seed}"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What an algorithm found with a budget.
+
+    Attributes:
+        task: Which run it is.
+        X: ``(n, n_var)`` the feasible designs that no evaluated design dominates, as a matrix.
+        F: ``(n, m)`` their objectives.
+        returned: ``(k, m)`` objectives of the designs that the algorithm itself returned.
+        n_evaluated: Designs evaluated, counted by the problem.
+        seconds: Wall time of the run, without the counting.
+        evaluation_seconds: The part of it that was spent in the problem.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> bnh = get_problem("bnh")
+        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+        >>> run = result.runs[0]
+        >>> run.task, run.n_evaluated, run.evaluation_seconds < run.seconds
+        (Task(algorithm='psi', n_evaluations=32, seed=None), 32, True)
+    """
+
+    task: Task
+    X: NDArray[Any]
+    F: Array
+    returned: Array
+    n_evaluated: int
+    seconds: float
+    evaluation_seconds: float
+
+    def __repr__(self) -> str:
+        """Return which run it is and how much it found."""
+        return f"Run({self.task}: {len(self.F)} non-dominated designs)"
+
+    def found(self, assess: str) -> Array:
+        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> psi = result.runs[0]  # PSI returns the best of all that it evaluated
+            >>> bool((psi.found("evaluated") == psi.found("returned")).all())
+            True
+        """
+        return self.F if assess == "evaluated" else self.returned
+
+
+def perform(problem: Any, contender: Contender, task: Task) -> Run:
+    """Do a run.
+
+    Raises:
+        RunError: The problem or the algorithm raised; the message says in which run.
+    """
+    _warm_up(contender)
+    observed = ObservedProblem(problem, task.n_evaluations)
+    returned = np.zeros((0, problem.n_obj))
+    began = time.perf_counter()
+    try:
+        returned = contender.search(observed, task.n_evaluations, task.seed or 0)
+    except BudgetSpentError:
+        pass  # what it evaluated within the budget is assessed
+    except PsiError:
+        raise
+    except Exception as error:
+        raise RunError(str(task), f"{type(error).__name__}: {error}") from error
+    seconds = time.perf_counter() - began - observed.bookkeeping_seconds
+    X, F = observed.front()
+    return Run(
+        task,
+        design_space(problem).to_matrix(X),
+        F,
+        returned,
+        observed.n_evaluated,
+        seconds,
+        observed.evaluation_seconds,
+    )
+
+
+_WARM: set[str] = set()
+
+
+def _warm_up(contender: Contender) -> None:
+    """Let an algorithm import what it needs, once a process; no run is charged for it."""
+    if contender.name in _WARM or not contender.known:
+        return
+    _WARM.add(contender.name)
+    with suppress(Exception):  # an algorithm that suits other problems only
+        contender.search(ObservedProblem(BNH(), 16), 16, 0)
+
+
+_NUMBERS = ("n_evaluated", "seconds", "evaluation_seconds")
+
+
+@dataclass(frozen=True)
+class RunStore:
+    """A folder of runs on one problem.
+
+    Attributes:
+        folder: The folder. Its file ``problem.json`` says which problem the runs are on.
+    """
+
+    folder: Path
+
+    @classmethod
+    def of(cls, folder: str | PathLike[str], problem: Any) -> RunStore:
+        """Return the store in a folder, which is made if there is none.
+
+        Raises:
+            StudyMismatchError: The folder holds runs on another problem.
+        """
+        store = cls(Path(folder))
+        store.folder.mkdir(parents=True, exist_ok=True)
+        asked = problem_text(problem)
+        path = store.folder / "problem.json"
+        if not path.exists():
+            with whole_file(path) as written:
+                written.write_text(asked, encoding="utf-8")
+        elif path.read_text(encoding="utf-8") != asked:
+            raise StudyMismatchError(
+                f"{folder} holds runs on another problem, or with other bounds or constants "
+                f"(see {path}); give another folder"
+            )
+        return store
+
+    def load(self, task: Task) -> Run | None:
+        """Return a run if it is stored.
+
+        Raises:
+            StudyCorruptError: The file is no run, or damaged.
+        """
+        path = self._path(task)
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+                numbers = (stored[name].item() for name in _NUMBERS)
+                return Run(task, stored["X"], stored["F"], stored["returned"], *numbers)
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # whatever is wrong with a file that is no archive
+            raise StudyCorruptError(f"{path} is no stored run: {error}; remove it") from error
+
+    def save(self, run: Run) -> None:
+        """Write a run."""
+        numbers: dict[str, Any] = {name: getattr(run, name) for name in _NUMBERS}
+        X = run.X.astype(str) if run.X.dtype == object else run.X
+        with whole_file(self._path(run.task)) as path, path.open("wb") as file:
+            np.savez_compressed(file, X=X, F=run.F, returned=run.returned, **numbers)
+
+    def _path(self, task: Task) -> Path:
+        """Return a name that can be read, and that no other task has."""
+        plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)
+        if plain != task.algorithm:
+            plain = f"{plain}.{sha256(task.algorithm.encode()).hexdigest()[:8]}"
+        seed = "" if task.seed is None else f"_seed{task.seed}"
+        return self.folder / f"{plain}_{task.n_evaluations}{seed}.npz"

@@ -1,5 +1,0 @@
-"""Studies on disk: what was evaluated is kept, whatever happens to the process that did it."""
-
-from pymoo_psi.investigation.study.study import Study, read_study
-
-__all__ = ["Study", "read_study"]

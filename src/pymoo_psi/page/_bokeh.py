@@ -1,0 +1,286 @@
+"""Bokeh's plots of the page, and the source of the designs they look at.
+
+Bokeh's widgets of the page: the sliders with two ends, and the table.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from bokeh.models import (
+    BasicTicker,
+    BoxSelectTool,
+    BoxZoomTool,
+    CDSView,
+    ColumnDataSource,
+    FixedTicker,
+    HoverTool,
+    LassoSelectTool,
+    MultiLine,
+    PanTool,
+    PrintfTickFormatter,
+    Range1d,
+    ResetTool,
+    Scatter,
+    TapTool,
+    Text,
+    WheelZoomTool,
+)
+from bokeh.models.widgets import (
+    CellFormatter,
+    DataTable,
+    HTMLTemplateFormatter,
+    RangeSlider,
+    StringFormatter,
+    TableColumn,
+)
+from bokeh.plotting import figure
+from markupsafe import escape
+from numpy.typing import NDArray
+
+from pymoo_psi.page._data import Column, PageData
+from pymoo_psi.page._groups import PROTOTYPE, look
+
+_FADED = 0.10  # opacity of what is not selected
+_MOST_AXES = 12  # of the parallel coordinates
+_MOST_LINES_IN_HINT = 18
+
+
+class Axes(NamedTuple):
+    """A plot and the glyph in it."""
+
+    plot: figure
+    glyph: Any
+
+
+def designs_source(data: PageData) -> ColumnDataSource:
+    """Return the one source of the designs, which plots and table look at."""
+    looks = {group: look(group) for group in np.unique(data.group).tolist()}
+    looks_of_rows = [looks[group] for group in data.group.tolist()]
+    columns: dict[str, Any] = {column.field: column.values for column in data.columns}
+    columns |= {"label": data.labels, "rank": data.rank, "group": data.group, "mark": data.marks}
+    columns["shape"] = [row.shape for row in looks_of_rows]
+    columns["colour"] = [row.colour for row in looks_of_rows]
+    columns["stroke"] = np.where(data.group == PROTOTYPE, 2.5, 1.0).astype(np.float32)
+    columns["size"] = np.array([row.size for row in looks_of_rows], dtype=np.float32)
+    return ColumnDataSource(columns, name="designs")
+
+
+def scatter_plot(
+    name: str, source: ColumnDataSource, view: CDSView, x: Column, y: Column, hint: HoverTool
+) -> Axes:
+    """Return one of the linked scatter plots; its axes are set again where the page runs."""
+    brush = BoxSelectTool()
+    plot = figure(
+        name=name,
+        sizing_mode="stretch_both",
+        x_range=Range1d(start=0, end=1),
+        y_range=Range1d(start=0, end=1),
+        x_axis_label=x.label,
+        y_axis_label=y.label,
+        tools=[brush, LassoSelectTool(), TapTool(), PanTool(), BoxZoomTool(), WheelZoomTool(),
+               ResetTool(), hint],
+        active_drag=brush,
+        toolbar_location="right",
+        lod_threshold=10_000,
+        min_border=4,
+    )  # fmt: skip
+    plot.xaxis.ticker = BasicTicker(desired_num_ticks=6)
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    drawn: dict[str, Any] = {
+        "x": x.field,
+        "y": y.field,
+        "marker": {"field": "shape"},
+        "size": {"field": "size"},
+        "fill_color": {"field": "colour"},
+        "line_color": {"field": "colour"},
+        "line_width": {"field": "stroke"},
+    }
+    glyph = Scatter(**drawn, fill_alpha=0.85, line_alpha=0.85)
+    faded = Scatter(**drawn, fill_alpha=_FADED, line_alpha=_FADED)
+    renderer = plot.add_glyph(source, glyph, nonselection_glyph=faded, view=view)
+    hint.renderers = [renderer]
+    return Axes(plot, renderer)
+
+
+def hint_on_designs(data: PageData) -> HoverTool:
+    """Return what hovering shows: the number of a design and its values."""
+    columns = data.columns[:_MOST_LINES_IN_HINT]
+    tips = [(data.label_name, "@label"), ("rank", "@rank @mark")]
+    tips += [(column.label, f"@{column.field}{_pattern(column)}") for column in columns]
+    formats: dict[str, Any] = {
+        f"@{column.field}": "printf" for column in columns if column.is_number
+    }
+    return HoverTool(tooltips=tips, formatters=formats, limit=1, visible=False)
+
+
+def _pattern(column: Column) -> str:
+    return f"{{{column.printf}}}" if column.is_number else ""
+
+
+def parallel_plot(data: PageData, source: ColumnDataSource, ends: ColumnDataSource) -> figure:
+    """Return parallel coordinates; the page fills its sources with what is left.
+
+    Args:
+        data: What the page shows.
+        source: One row per line: ``xs``, ``ys``, ``colour``, ``width``, ``alpha``, ``label``.
+        ends: The values at the ends of the axes: ``x``, ``low``, ``high``.
+    """
+    axes = parallel_axes(data)
+    pick = TapTool()
+    plot = figure(
+        name="parallel",
+        sizing_mode="stretch_both",
+        x_range=Range1d(start=-0.35, end=len(axes) - 0.65),
+        y_range=Range1d(start=-0.12, end=1.12),
+        tools=[pick],
+        toolbar_location=None,
+        min_border=4,
+    )
+    plot.yaxis.visible = False
+    plot.ygrid.visible = False
+    plot.xgrid.grid_line_color = "#888888"
+    plot.xgrid.level = "glyph"
+    plot.xaxis.ticker = FixedTicker(ticks=list(range(len(axes))))
+    plot.xaxis.major_label_overrides = dict(enumerate(_axis_names(axes)))
+    plot.xaxis.axis_line_color = None
+    plot.xaxis.major_tick_line_color = None
+    plot.outline_line_color = None
+    drawn: dict[str, Any] = {
+        "xs": "xs",
+        "ys": "ys",
+        "line_color": {"field": "colour"},
+        "line_width": {"field": "width"},
+    }
+    line = MultiLine(**drawn, line_alpha={"field": "alpha"})
+    faded = MultiLine(**drawn, line_alpha=_FADED / 2)
+    lines = plot.add_glyph(source, line, nonselection_glyph=faded)
+    pick.renderers = [lines]
+    plot.add_tools(HoverTool(renderers=[lines], limit=1, tooltips=[(data.label_name, "@label")]))
+    for field, place in (("low", 0), ("high", 1)):
+        style: dict[str, Any] = {
+            "y_offset": 4 - 8 * place,
+            "text_align": "center",
+            "text_baseline": "bottom" if place else "top",
+            "text_font_size": "11px",
+            "text_color": "#444444",
+            "background_fill_color": "white",
+            "background_fill_alpha": 0.85,
+        }
+        text = Text(x="x", y={"value": place}, text={"field": field}, **style)
+        plot.add_glyph(ends, text, level="annotation")
+    return plot
+
+
+def _axis_names(axes: list[Column]) -> list[str]:
+    """Return the labels of the axes as far as there is room; in two rows if one is too narrow."""
+    room = 64 // len(axes)
+    labels = [column.label for column in axes]
+    if all(len(label) <= room for label in labels):
+        return labels
+    short = [text if len(text) <= 2 * room else f"{text[: 2 * room - 1]}…" for text in labels]
+    return [f"\n{text}" if j % 2 else text for j, text in enumerate(short)]
+
+
+def parallel_axes(data: PageData) -> list[Column]:
+    """Return the columns with an axis in the parallel coordinates, the criteria first."""
+    return data.having("criterion", "variable")[:_MOST_AXES]
+
+
+_FONT = """
+:host, .slick-grid { font-family: inherit; }
+.bk-slider-title { font-family: inherit; font-size: 12px; white-space: normal; }
+"""
+_TABLE_STYLE = (
+    _FONT
+    + """
+.slick-header-columns { background: #F3F4F6; }
+.slick-column-name { max-width: 100%; overflow: hidden; text-overflow: ellipsis; }
+.slick-header-right .slick-column-name { float: right; }
+.slick-header-right .slick-sort-indicator { left: 2px; }
+.slick-cell.selected { background: #CFE5F5 !important; }
+.number { text-align: right; font-variant-numeric: tabular-nums; }
+"""
+)
+_RANK = """<% if (mark === "prototype") { %>prototype<% } else if (mark === "dominated") { %>\
+dominated<% } else { %><%= rank %><%= mark ? " ★" : "" %><% } %>"""
+
+
+def limit_slider(
+    column: Column, group: NDArray[np.int32], limit: float | None = None
+) -> RangeSlider | None:
+    """Return the slider with two ends for the limits of a criterion; None for a constant.
+
+    Args:
+        column: The criterion.
+        group: ``(n,)`` groups of drawing.
+        limit: Where the end of the worse values stands at first, if not at the end of the track.
+    """
+    values = column.values[group != PROTOTYPE]
+    low, high = float(values.min()), float(values.max())
+    if not low < high:
+        return None
+    bounds = (low, high)
+    if limit is not None:
+        bounds = (max(low, limit), high) if column.maximize else (low, min(high, limit))
+    return RangeSlider(
+        name=f"limit_{column.field}",
+        title=column.label,
+        start=low,
+        end=high,
+        value=bounds,
+        step=(high - low) / 1000,
+        format=PrintfTickFormatter(format=column.printf),
+        sizing_mode="stretch_width",
+        bar_color="#0072B2",
+        margin=(2, 14, 4, 8),
+        stylesheets=[_FONT],
+    )
+
+
+def table_of(data: PageData, source: ColumnDataSource, view: CDSView) -> DataTable:
+    """Return the sortable table of what is left."""
+    wide = 104 if data.labels.dtype == object else 76
+    columns = [
+        _heading("label", data.label_name, wide, _text()),
+        _heading("group", "rank", 84, HTMLTemplateFormatter(template=_RANK)),
+    ]
+    for column in data.columns:
+        if column.is_number:
+            formatter: CellFormatter = HTMLTemplateFormatter(template=_number(column))
+        else:
+            formatter = _text()
+        name = column.name.partition(" ")[0] if column.role == "geometric" else column.label
+        columns.append(
+            _heading(column.field, name, min(max(68, 7 * len(name) + 24), 150), formatter)
+        )
+    return DataTable(
+        name="table",
+        source=source,
+        view=view,
+        columns=columns,
+        index_position=None,
+        autosize_mode="none",
+        row_height=22,
+        frozen_columns=2,
+        sizing_mode="stretch_both",
+        reorderable=False,
+        stylesheets=[_TABLE_STYLE],
+    )
+
+
+def _heading(field: str, name: str, width: int, formatter: CellFormatter) -> TableColumn:
+    return TableColumn(field=field, title=str(escape(name)), width=width, formatter=formatter)
+
+
+def _text() -> CellFormatter:
+    return StringFormatter()
+
+
+def _number(column: Column) -> str:
+    kind, digits = column.notation
+    method = "toFixed" if kind == "fixed" else "toExponential"
+    shown = f'<%= isNaN(value) ? "–" : value.{method}({digits}) %>'
+    return f'<div class="number">{shown}</div>'

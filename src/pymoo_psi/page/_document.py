@@ -1,0 +1,187 @@
+"""The page as one HTML document: Bokeh's parts, the frame around them, the script.
+
+The decision page with its data, its text and its file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.embed import file_html
+from bokeh.models import CDSView, ColumnDataSource, CustomJS, IndexFilter
+from bokeh.models.widgets import RangeSlider
+from bokeh.resources import INLINE
+from bokeh.themes import Theme
+
+from pymoo_psi.page._bokeh import (
+    designs_source,
+    hint_on_designs,
+    limit_slider,
+    parallel_axes,
+    parallel_plot,
+    scatter_plot,
+    table_of,
+)
+from pymoo_psi.page._data import Column, PageData
+from pymoo_psi.page._groups import DOMINATED, OPTIMUM, PROTOTYPE, group_name, look
+
+_THEME = Theme(
+    json={
+        "attrs": {
+            "Plot": {"outline_line_color": "#BBBBBB", "border_fill_color": None},
+            "Axis": {
+                "axis_label_text_font": "system-ui, sans-serif",
+                "axis_label_text_font_style": "normal",
+                "axis_label_text_font_size": "12px",
+                "axis_label_text_color": "#222222",
+                "axis_label_standoff": 4,
+                "major_label_text_font": "system-ui, sans-serif",
+                "major_label_text_font_size": "11px",
+                "major_label_text_color": "#444444",
+                "axis_line_color": "#BBBBBB",
+                "major_tick_line_color": "#BBBBBB",
+                "minor_tick_line_color": None,
+            },
+            "BasicTickFormatter": {"power_limit_high": 7},
+            "Grid": {"grid_line_color": "#EEEEEE"},
+        }
+    }
+)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One scatter plot: its name and what is on its axes at first."""
+
+    name: str
+    x: Column
+    y: Column
+
+
+def panels(data: PageData) -> list[Panel]:
+    """Return the scatter plots: of criteria, of variables, of the geometric criteria.
+
+    Without variables the second one is of further criteria, if there are any.
+    """
+    criteria, variables = data.having("criterion"), data.having("variable")
+    mu1, mu2, mu3 = data.having("geometric")
+    pairs = [("criteria", criteria[0], criteria[1] if len(criteria) > 1 else mu1)]
+    if variables:
+        pairs.append(("variables", variables[0], (variables[1:] or criteria)[0]))
+    elif len(criteria) > 2:
+        pairs.append(("variables", criteria[-2], criteria[-1]))
+    pairs.append(("geometric", mu3, mu2))
+    return [Panel(*pair) for pair in pairs]
+
+
+def html_of(data: PageData) -> str:
+    """Return the page with all it needs inlined."""
+    source = designs_source(data)
+    shown = IndexFilter(indices=np.flatnonzero(data.group != DOMINATED).tolist(), name="shown")
+    view = CDSView(filter=shown)
+    scatters = [
+        (panel, scatter_plot(panel.name, source, view, panel.x, panel.y, hint_on_designs(data)))
+        for panel in panels(data)
+    ]
+    lines = ColumnDataSource(
+        {key: [] for key in ("xs", "ys", "colour", "width", "alpha", "label", "row")}, name="lines"
+    )
+    ends = ColumnDataSource({key: [] for key in ("x", "low", "high")})
+    table = table_of(data, source, view)
+    sliders = [
+        (column, limit_slider(column, data.group, data.limits.get(column.name)))
+        for column in data.having("criterion")
+    ]
+
+    document = Document(theme=_THEME, title=data.title)
+    for root in (
+        *(axes.plot for _, axes in scatters),
+        parallel_plot(data, lines, ends),
+        table,
+        *(slider for _, slider in sliders if slider is not None),
+    ):
+        document.add_root(root)
+    arguments = {
+        "source": source,
+        "shown": shown,
+        "lines": lines,
+        "ends": ends,
+        "table": table,
+        "limits": [_limit(column, slider) for column, slider in sliders if slider is not None],
+        "plots": [
+            {"name": panel.name, "plot": axes.plot, "renderer": axes.glyph}
+            for panel, axes in scatters
+        ],
+        "columns": [_described(column) for column in data.columns],
+        "parallel": [column.field for column in parallel_axes(data)],
+        "names": {"label": data.label_name, "file": _file_name(data.title)},
+    }
+    document.js_on_event("document_ready", CustomJS(args=arguments, code=_asset("page.js")))
+    return file_html(
+        document,
+        resources=INLINE,
+        title=data.title,
+        template=_asset("page.html"),
+        template_variables=_frame(data, [panel for panel, _ in scatters], sliders),
+        theme=_THEME,
+    )
+
+
+def _limit(column: Column, slider: RangeSlider) -> dict[str, Any]:
+    return {"field": column.field, "slider": slider}
+
+
+def _described(column: Column) -> dict[str, Any]:
+    kind, digits = column.notation if column.is_number else ("text", 0)
+    return {
+        "field": column.field,
+        "name": {"mu1": "mu1", "mu2": "mu2", "mu3": "mu3"}.get(column.field, column.name),
+        "label": column.label,
+        "maximize": column.maximize,
+        "notation": [kind, digits],
+    }
+
+
+def _frame(
+    data: PageData, shown: list[Panel], sliders: list[tuple[Column, RangeSlider | None]]
+) -> dict[str, Any]:
+    """Return what the template writes around Bokeh's parts."""
+    groups = [g for g in sorted(np.unique(data.group).tolist(), reverse=True) if g != PROTOTYPE]
+    return {
+        "heading": data.title,
+        "style": _asset("page.css"),
+        "panels": shown,
+        "choices": {
+            "Criteria": data.having("criterion"),
+            "Design variables": data.having("variable"),
+            "Geometric criteria": data.having("geometric"),
+        },
+        "ranks": [
+            {
+                "group": g,
+                "name": group_name(g),
+                "svg": look(g).svg,
+                "count": int((data.group == g).sum()),
+                "on": g != DOMINATED,
+            }
+            for g in groups
+        ],
+        "prototype": look(PROTOTYPE).svg if (data.group == PROTOTYPE).any() else "",
+        "optimum": {"svg": look(OPTIMUM).svg, "labels": data.optima, "kind": data.label_name},
+        "sliders": [(column, slider and slider.name) for column, slider in sliders],
+        "remarks": data.remarks,
+        "normalize": data.normalize,
+    }
+
+
+def _file_name(title: str) -> str:
+    words = "".join(c if c.isalnum() else " " for c in title).split()
+    return "_".join(words)[:60] or "designs"
+
+
+def _asset(name: str) -> str:
+    return files("pymoo_psi.page").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,311 @@
+"""From a frame of designs to the page: ranked, checked, put in the order of drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name
+from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.page._data import Column, PageData, Role, checked_values, text_column
+from pymoo_psi.page._groups import PROTOTYPE, groups_of
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+MOST_ROWS = 20_000
+"""Of more designs than this the page shows the ranked ones only."""
+
+_GEOMETRIC = ("μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DecisionPage(PageData):
+    """A page to decide on a Pareto set with; :func:`decision_page` makes it.
+
+    See :class:`PageData` for the attributes.
+
+    Example:
+        >>> import pandas as pd
+        >>> from pymoo_psi.page import decision_page
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+        >>> decision_page(frame, ["cost", "mass"], title="Brackets")
+        DecisionPage('Brackets': 3 of 3 designs)
+    """
+
+    def __repr__(self) -> str:
+        """Return the title and how many designs are shown."""
+        shown = int((self.group != PROTOTYPE).sum())
+        return f"DecisionPage({self.title!r}: {shown} of {self.n_designs} designs)"
+
+    def html(self) -> str:
+        """Return the page as one HTML document that needs no network.
+
+        Raises:
+            PsiError: Bokeh is not installed.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> html = decision_page(frame, ["cost", "mass"], title="Brackets").html()
+            >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
+            (True, True)
+        """
+        try:
+            import_module("bokeh")
+        except ImportError:
+            raise PsiError("the page needs bokeh: pip install 'pymoo-psi[page]'") from None
+        from pymoo_psi.page._document import html_of
+
+        return html_of(self)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the page, whole or not at all.
+
+        Raises:
+            OSError: The file cannot be written there.
+            PsiError: Bokeh is not installed.
+
+        Example:
+            >>> import pathlib, tempfile
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = pathlib.Path(folder, "page.html")
+            ...     decision_page(frame, ["cost", "mass"], title="Brackets").save(path)
+            ...     "Brackets" in path.read_text("utf-8")
+            True
+        """
+        html = self.html()
+        with whole_file(path) as written:
+            written.write_text(html, encoding="utf-8")
+
+
+def decision_page(
+    frame: pd.DataFrame,
+    objectives: Sequence[str],
+    *,
+    variables: Sequence[str] = (),
+    maximize: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+    label: str | None = None,
+    normalize: bool = True,
+    prototype: pd.DataFrame | Mapping[str, Any] | None = None,
+    limits: Mapping[str, float] | None = None,
+    title: str = "Pareto set",
+) -> DecisionPage:
+    """Return a page to decide on a Pareto set with, to be saved as one HTML file.
+
+    The designs are ranked (:func:`pymoo_psi.rank_of_efficiency`). Linked plots show the criteria,
+    the design variables and the geometric criteria; limits on criteria and a choice of ranks
+    reduce them, the table and the parallel coordinates to what is left, which the reader exports
+    as CSV. Dominated designs can be switched on. Of more than 20 000 designs the ranked ones are
+    shown, and the page says so.
+
+    Args:
+        frame: One row per design, two or more.
+        objectives: Names of the columns with the criteria; finite numbers.
+        variables: Names of the columns with the design variables. Numbers, which may be missing,
+            are plotted; texts are in the table only.
+        maximize: Names of the objectives of which more is better.
+        units: Units of columns by name.
+        label: Name of the column with the designs' numbers or names; the frame's index unless
+            given.
+        normalize: Rank with each objective in units of its range.
+        prototype: An existing design, or several as a frame, with a value for each objective.
+            It is not ranked and stays on the page whatever the limits.
+        limits: Limits on objectives that are set when the page opens and that its reader can move:
+            at most this, or at least for an objective of which more is better.
+        title: Heading of the page.
+
+    Returns:
+        The page: what it shows as data, ``.html()`` and ``.save(path)``.
+
+    Raises:
+        ArgumentValueError: A name is not a column or occurs twice; there are fewer than two
+            designs; an objective is missing somewhere or infinite; a limit leaves no design.
+        ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
+
+    Example:
+        >>> import pandas as pd
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
+        >>> page = decision_page(frame, ["cost", "mass"], units={"mass": "kg"}, title="Brackets")
+        >>> page, page.optima
+        (DecisionPage('Brackets': 3 of 3 designs), ['B'])
+    """
+    import pandas as pd
+
+    if not isinstance(frame, pd.DataFrame):
+        raise ArgumentTypeError(f"frame must be a pandas.DataFrame, got {type(frame).__name__}")
+    _check_columns(frame, objectives, variables, label)
+    for name in maximize:
+        known_name("maximize", name, list(objectives))
+    for name in units or {}:
+        known_name("units", name, [*objectives, *variables])
+    if len(frame) < 2:
+        rule = "of at least two designs to decide between"
+        raise invalid("frame", rule, Received(f"{len(frame)} rows"))
+    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
+    F = np.column_stack([checked_values(frame, name, complete=True) for name in objectives])
+    ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
+    order, remarks = _rows_to_show(ranking)
+    _check_limits(limits or {}, frame, objectives, maximize)
+
+    extra = _prototype_frame(prototype, objectives, label)
+    mu = ranking.criteria[order]
+    whole = frame.iloc[order]
+    if len(extra):
+        P = np.column_stack([checked_values(extra, name, complete=True) for name in objectives])
+        mu = np.vstack([mu, ranking.frame.distances(P * sign)])
+        whole = pd.concat([whole, extra.reindex(columns=_used(objectives, variables, label))])
+    columns = _columns(whole, objectives, variables, maximize, units or {}, mu)
+    return DecisionPage(
+        title=str(title),
+        columns=columns,
+        label_name=label or str(frame.index.name or "design"),
+        labels=_labels(whole[label] if label else whole.index),
+        rank=np.concatenate([ranking.rank[order], np.full(len(extra), -1)]).astype(np.int32),
+        group=np.concatenate(
+            [groups_of(ranking)[order], np.full(len(extra), PROTOTYPE, dtype=np.int32)]
+        ),
+        n_designs=len(frame),
+        remarks=remarks,
+        normalize=bool(normalize),
+        limits=dict(limits or {}),
+    )
+
+
+def _used(objectives: Sequence[str], variables: Sequence[str], label: str | None) -> list[str]:
+    return [*objectives, *variables, *([label] if label else [])]
+
+
+def _check_columns(
+    frame: pd.DataFrame, objectives: Sequence[str], variables: Sequence[str], label: str | None
+) -> None:
+    for argument, names in (("objectives", objectives), ("variables", variables)):
+        if isinstance(names, str):
+            raise ArgumentTypeError(f"{argument} must be a list of names, got {names!r}")
+    if not objectives:
+        raise invalid("objectives", "names of one column or more", list(objectives))
+    have = [str(name) for name in frame.columns]
+    seen: set[str] = set()
+    for argument, names in (
+        ("objectives", objectives),
+        ("variables", variables),
+        ("label", [] if label is None else [label]),
+    ):
+        for name in names:
+            known_name(argument, name, have)
+            if name in seen or have.count(name) > 1:
+                raise invalid(argument, "columns that are named once", name)
+            seen.add(name)
+
+
+def _check_limits(
+    limits: Mapping[str, float],
+    frame: pd.DataFrame,
+    objectives: Sequence[str],
+    maximize: Sequence[str],
+) -> None:
+    for name, limit in limits.items():
+        known_name("limits", name, list(objectives))
+        value, best = finite_number(f"the limit on {name!r}", limit), frame[name].min()
+        if name in maximize and value > (best := frame[name].max()):
+            raise invalid(f"the limit on {name!r}", f"at most {best:g}, its best value", value)
+        if name not in maximize and value < best:
+            raise invalid(f"the limit on {name!r}", f"at least {best:g}, its best value", value)
+
+
+def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """Return the rows to show, the best last, and what is to be said about them."""
+    group, mu1 = groups_of(ranking), ranking.criteria[:, 0]
+    order = np.lexsort((-mu1, group))
+    remarks: list[str] = []
+    if len(order) > MOST_ROWS:
+        ranked = order[group[order] > 0]
+        shown = ranked[-MOST_ROWS:]
+        best = "" if len(shown) == len(ranked) else f" best of {_count(len(ranked))}"
+        remarks.append(f"Of {_count(len(order))} designs the{best} {_count(len(shown))} ranked"
+                       " ones are shown.")  # fmt: skip
+        order = shown
+    if not (ranking.rank == 6).any():
+        remarks.append("No design has rank 6: several are equally near to U.")
+    return order, tuple(remarks)
+
+
+def _count(n: int) -> str:
+    return f"{n:,}".replace(",", "\u202f")
+
+
+def _prototype_frame(
+    prototype: pd.DataFrame | Mapping[str, Any] | None,
+    objectives: Sequence[str],
+    label: str | None,
+) -> pd.DataFrame:
+    """Return the prototypes as rows, labelled "prototype" unless they say otherwise."""
+    import pandas as pd
+
+    if prototype is None:
+        return pd.DataFrame(columns=list(objectives))
+    if isinstance(prototype, Mapping):
+        prototype = pd.DataFrame([dict(prototype)], index=["prototype"])
+    if not isinstance(prototype, pd.DataFrame):
+        shown = type(prototype).__name__
+        raise ArgumentTypeError(f"prototype must be a mapping or a pandas.DataFrame, got {shown}")
+    missing = [name for name in objectives if name not in prototype]
+    if missing:
+        rule = "a design with a value for every objective"
+        raise invalid("prototype", rule, Received(f"none for {missing[0]!r}"))
+    if label is not None and label not in prototype:
+        unnamed = isinstance(prototype.index, pd.RangeIndex)
+        prototype = prototype.assign(**{label: "prototype" if unnamed else prototype.index})
+    return prototype
+
+
+def _columns(
+    whole: pd.DataFrame,
+    objectives: Sequence[str],
+    variables: Sequence[str],
+    maximize: Sequence[str],
+    units: Mapping[str, str],
+    mu: NDArray[np.float64],
+) -> tuple[Column, ...]:
+    from pandas.api.types import is_numeric_dtype
+
+    columns = [
+        Column(f"c{j}", name, units.get(name, ""), "criterion", name in maximize,
+               checked_values(whole, name, complete=True))
+        for j, name in enumerate(objectives)
+    ]  # fmt: skip
+    for j, name in enumerate(variables):
+        number = is_numeric_dtype(whole[name])
+        role: Role = "variable" if number else "text"
+        values = (
+            checked_values(whole, name, complete=False)
+            if number
+            else text_column(whole[name].tolist())
+        )
+        columns.append(Column(f"v{j}", name, units.get(name, ""), role, False, values))
+    columns += [
+        Column(f"mu{j + 1}", name, "", "geometric", False, mu[:, j])
+        for j, name in enumerate(_GEOMETRIC)
+    ]
+    return tuple(columns)
+
+
+def _labels(column: Any) -> NDArray[Any]:
+    cells = column.tolist()
+    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):
+        return np.array(cells, dtype=np.int32)
+    return text_column(cells)

@@ -1,0 +1,277 @@
+"""The values printed in Tables 6.1 and 6.2 of the paper, to be compared with computed ones.
+
+Cheshankov, Bozduganova, Ivanov, Vitliemov: Multi-objective Motion Synthesis of a Rolling Sphere
+in a Rectilinear Chute-conveyor with Transformed Dry Friction, Technische Mechanik 32(6), 2012,
+684–697. The test point that Table 6.2 calls 1356 is number 2571 by its f3 and f4.
+
+The paper's results computed anew, and compared with what it prints.
+
+For each friction coefficient the LPτ points of the box are tested, the Pareto set is ranked by
+efficiency with plain Euclidean distances, and the tables are read off: Table 6.1 lists the
+Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimum's.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from pymoo.optimize import minimize
+
+from pymoo_psi._validation import integer, job_count
+from pymoo_psi.algorithms import PSI, Refinement, refine
+from pymoo_psi.chute import MODELS
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.problems import VectorizedSphereChute
+
+
+def published_table(number: str) -> pd.DataFrame:
+    """Return a printed table.
+
+    Args:
+        number: ``"6.1"`` (Salukvadze optima) or ``"6.2"`` (selected designs of rank 5).
+
+    Returns:
+        One row per printed row; columns ``mu``, ``test_point``, ``paper_f1`` … ``paper_f4``.
+
+    Example:
+        >>> print(published_table("6.1"))
+            mu  test_point  paper_f1  paper_f2  paper_f3  paper_f4
+        0  0.2        3599    1.9829    0.0532    0.3074    0.1130
+        1  0.4        3085    2.0454    0.0476    0.2635    0.1072
+        2  0.6        1029    2.0454    0.0476    0.2635    0.1144
+    """
+    text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
+    rows = json.loads(text)[f"table_{number.replace('.', '_')}"]
+    return pd.DataFrame(
+        [
+            {"mu": row["mu"], "test_point": row["test_point"]}
+            | {f"paper_f{j}": value for j, value in enumerate(row["f"], start=1)}
+            for row in rows
+        ]
+    )
+
+
+PAPER_MU = (0.2, 0.4, 0.6)
+PAPER_POINTS = 4096
+
+_CRITERIA = [f"f{j}" for j in range(1, 5)]
+_PRINTED = [f"paper_f{j}" for j in range(1, 5)]
+_COLUMNS = ["model", "mu", "test_point", *_CRITERIA, *_PRINTED]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One friction coefficient under one model.
+
+    Attributes:
+        model: ``"full"`` or ``"rolling"``.
+        mu: Friction coefficient.
+        test_point: ``(n,)`` numbers of the Pareto-optimal test points.
+        X: ``(n, 2)`` their designs.
+        F: ``(n, 4)`` their criteria.
+        ranking: Their ranks of efficiency.
+        refined: The continuous Salukvadze optimum, against the same U and N.
+
+    Example:
+        >>> case = solve_case(0.4, "rolling", 4096)
+        >>> case.test_point[case.ranking.salukvadze]  # the paper's design for mu = 0.4
+        array([3085])
+    """
+
+    model: str
+    mu: float
+    test_point: NDArray[np.int64]
+    X: NDArray[np.float64]
+    F: NDArray[np.float64]
+    ranking: EfficiencyRanking
+    refined: Refinement
+
+    def cheaper(self, rank: int) -> NDArray[np.intp]:
+        """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
+
+        Example:
+            >>> case = solve_case(0.4, "rolling", 4096)
+            >>> case.test_point[case.cheaper(5)]  # the row of Table 6.2 for mu = 0.4
+            array([2571])
+        """
+        members = self.ranking.subset(rank)
+        limit = self.F[self.ranking.salukvadze, 3].min()
+        cheaper: NDArray[np.intp] = members[self.F[members, 3] < limit]
+        return cheaper
+
+    def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
+        """Return designs as rows of the paper's tables, ordered by test point.
+
+        Example:
+            >>> case = solve_case(0.4, "rolling", 4096)
+            >>> print(case.rows(case.ranking.salukvadze).round(4))
+                 model   mu  test_point      f1      f2      f3      f4
+            0  rolling  0.4        3085  2.0458  0.0476  0.2635  0.1072
+        """
+        chosen = indices[np.argsort(self.test_point[indices])]
+        frame = pd.DataFrame(self.F[chosen], columns=_CRITERIA)
+        frame.insert(0, "test_point", self.test_point[chosen])
+        frame.insert(0, "mu", self.mu)
+        frame.insert(0, "model", self.model)
+        return frame
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """All cases of the paper, computed with ``n_points`` test points each.
+
+    Example:
+        >>> cases = [solve_case(0.4, model, 64) for model in ("rolling", "full")]
+        >>> [case.model for case in Reproduction(64, tuple(cases)).cases]
+        ['rolling', 'full']
+    """
+
+    n_points: int
+    cases: tuple[Case, ...]
+
+    def table_6_1(self) -> pd.DataFrame:
+        """Return the Salukvadze optima, with the printed one of the same μ beside each.
+
+        Returns:
+            Columns ``model, mu, test_point, f1 … f4, paper_f1 … paper_f4``.
+
+        Example:
+            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            >>> print(one.table_6_1()[["test_point", "f1", "paper_f1", "f2", "paper_f2"]].round(4))
+               test_point      f1  paper_f1      f2  paper_f2
+            0        3085  2.0458    2.0454  0.0476    0.0476
+        """
+        computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
+        printed = published_table("6.1").drop(columns="test_point")
+        return computed.merge(printed, on="mu", how="left")[_COLUMNS]
+
+    def table_6_2(self) -> pd.DataFrame:
+        """Return the designs of rank 5 with f4 below the optimum's, likewise.
+
+        A printed row stands beside the same test point of the same μ; elsewhere the columns
+        ``paper_f1`` … ``paper_f4`` are empty.
+
+        Example:
+            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            >>> print(one.table_6_2()[["test_point", "f2", "paper_f2", "f4", "paper_f4"]].round(4))
+               test_point      f2  paper_f2      f4  paper_f4
+            0        2571  0.0683    0.0683  0.1043    0.1043
+        """
+        computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
+        return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
+
+    def continuous_optima(self) -> pd.DataFrame:
+        """Return the continuous Salukvadze optimum of every case.
+
+        Returns:
+            Columns ``model, mu, f1 … f4``; ``distance`` to U, and ``best_point_distance``, how
+            far the best of the test points was from U.
+
+        Example:
+            No test point is nearer to U than the continuous optimum.
+
+            >>> one = Reproduction(64, (solve_case(0.4, "rolling", 64),))
+            >>> optimum = one.continuous_optima().iloc[0]
+            >>> bool(optimum["distance"] < optimum["best_point_distance"])
+            True
+        """
+        return pd.DataFrame(
+            [
+                {"model": case.model, "mu": case.mu}
+                | dict(zip(_CRITERIA, case.refined.f.tolist(), strict=True))
+                | {
+                    "distance": case.refined.distance,
+                    "best_point_distance": case.refined.start_distance,
+                }
+                for case in self.cases
+            ]
+        )
+
+    def findings(self, model: str = "rolling") -> dict[str, bool]:
+        """Compare what was computed under one model with what the paper prints.
+
+        Returns:
+            Each statement with whether it holds.
+
+        Example:
+            Fewer test points than the paper's are other designs.
+
+            >>> cases = [solve_case(mu, "rolling", 64) for mu in PAPER_MU]
+            >>> Reproduction(64, tuple(cases)).findings()["the same seven designs"]
+            False
+        """
+        tables = {"6.1": self.table_6_1(), "6.2": self.table_6_2()}
+        ours = pd.concat([table[table["model"] == model] for table in tables.values()])
+        theirs = pd.concat([published_table(number) for number in tables])
+        same = sorted(zip(ours["mu"], ours["test_point"], strict=True)) == sorted(
+            zip(theirs["mu"], theirs["test_point"], strict=True)
+        )
+        difference = ours[_CRITERIA].round(4).to_numpy() - ours[_PRINTED].to_numpy()
+        f1 = ours["f1"] - ours["paper_f1"]
+        last = next(case for case in self.cases if case.model == model and case.mu == PAPER_MU[-1])
+        return {
+            "the same seven designs": same,
+            "f2, f3, f4 equal at four decimals": same
+            and bool((abs(difference[:, 1:]) < 1e-9).all()),
+            "f1 within 6e-4 of print": same and bool((abs(f1) <= 6e-4).all()),
+            "M5 empty for mu = 0.6": len(last.ranking.subset(5)) == 0,
+            "no rank-4 design with smaller f4 for mu = 0.6": len(last.cheaper(4)) == 0,
+        }
+
+
+def solve_case(mu: float, model: str, n_points: int) -> Case:
+    """Investigate the chute for one μ under one model and rank its Pareto set.
+
+    Example:
+        >>> case = solve_case(0.2, "full", 64)
+        >>> case.refined.distance <= case.refined.start_distance
+        True
+    """
+    problem = VectorizedSphereChute(mu, model=model)
+    result = minimize(problem, PSI(n_points))
+    ranking = rank_of_efficiency(result.F, normalize=False)
+    refined = refine(problem, result.X[ranking.salukvadze[0]], ranking)
+    return Case(model, mu, result.opt.get("test_point"), result.X, result.F, ranking, refined)
+
+
+def reproduce(
+    n_points: int = PAPER_POINTS,
+    *,
+    n_jobs: int = 1,
+    on_case: Callable[[Case], object] = lambda case: None,
+) -> Reproduction:
+    """Solve every case of the paper under both models.
+
+    Args:
+        n_points: Test points per case; the paper has 4096.
+        n_jobs: Processes to work in, -1 for one per core.
+        on_case: Called with each case as soon as it is ready, to show progress.
+
+    Raises:
+        ArgumentValueError: A count is out of range.
+        ArgumentTypeError: A count is not an integer.
+
+    Example:
+        >>> reproduce(64).table_6_1()[["model", "mu", "test_point"]].head(3)
+             model   mu  test_point
+        0  rolling  0.2          18
+        1  rolling  0.4          35
+        2  rolling  0.6          35
+    """
+    from joblib import Parallel, delayed
+
+    n_points = integer("n_points", n_points, minimum=1)
+    n_jobs = job_count("n_jobs", n_jobs)
+    wanted = [(mu, model) for model in sorted(MODELS, reverse=True) for mu in PAPER_MU]
+    work = Parallel(n_jobs=n_jobs, return_as="generator")
+    cases = []
+    for case in work(delayed(solve_case)(mu, model, n_points) for mu, model in wanted):
+        on_case(case)
+        cases.append(case)
+    return Reproduction(n_points, tuple(cases))

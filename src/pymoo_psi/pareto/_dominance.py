@@ -1,0 +1,74 @@
+"""Which rows of a matrix of objectives, all minimised, are Pareto optimal."""
+
+from __future__ import annotations
+
+import moocore
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def nondominated(F: Array) -> Mask:
+    """Mark the rows of ``F`` that no other row dominates; equal rows are kept together.
+
+    Args:
+        F: ``(n, m)`` objective values without NaN, all minimised; n may be 0.
+
+    Returns:
+        ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
+
+    Example:
+        >>> nondominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
+        array([ True,  True, False,  True])
+    """
+    if len(F) == 0:
+        return np.zeros(0, dtype=bool)
+    if F.shape[1] == 1:
+        return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
+    return np.asarray(moocore.is_nondominated(F, keep_weakly=True), dtype=bool)
+
+
+def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
+    """Mark the points (a_i, b_i) that no other point dominates, in O(n) after a sort.
+
+    Args:
+        a: ``(n,)`` first criterion as integer levels (see :func:`levels`), n >= 1.
+        b: ``(n,)`` second criterion likewise.
+
+    Returns:
+        ``(n,)`` mask.
+    """
+    # The best b for each level of a; a point stays if it has that b and every smaller a is worse.
+    best = np.full(a.max() + 1, np.iinfo(np.intp).max)
+    np.minimum.at(best, a, b)
+    best_before = np.concatenate(([np.iinfo(np.intp).max], np.minimum.accumulate(best)[:-1]))
+    mask: Mask = (b == best[a]) & (b < best_before[a])
+    return mask
+
+
+def levels(values: Array, tolerance: float) -> NDArray[np.intp]:
+    """Number the distinct values of an array from 0 upwards; those within a tolerance are one.
+
+    Args:
+        values: ``(n,)`` finite values, n >= 1.
+        tolerance: Values get the same number if they differ by no more than this from the least
+            one with that number, so that a long chain of close values is not taken for one.
+
+    Returns:
+        ``(n,)`` integers in the order of the values.
+    """
+    order = np.argsort(values, kind="stable")
+    ordered = values[order]
+    starts = np.diff(ordered, prepend=-np.inf) > tolerance
+    first = np.flatnonzero(starts)
+    last = np.append(first[1:], len(ordered)) - 1
+    for k in np.flatnonzero(ordered[last] - ordered[first] > tolerance):  # chains: seldom any
+        i = int(first[k])
+        while ordered[last[k]] - ordered[i] > tolerance:
+            i = int(np.searchsorted(ordered, ordered[i] + tolerance, side="right"))
+            starts[i] = True
+    result = np.empty(len(values), dtype=np.intp)
+    result[order] = np.cumsum(starts) - 1
+    return result

@@ -1,0 +1,104 @@
+"""How well a set of points stands for a Pareto front, and which points stand for many.
+
+All objectives are minimised. The indicators are moocore's: the hypervolume (Zitzler and Thiele
+1998), IGD+ (Ishibuchi et al. 2015) and the additive epsilon indicator (Zitzler et al. 2003).
+"""
+
+from __future__ import annotations
+
+import moocore
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def hypervolume(F: Array, reference_point: float) -> float:
+    """Return the share of a cube that a set dominates, 0 to 1; exact, and 0 for no points.
+
+    Args:
+        F: ``(n, m)`` points, n >= 0; those not below the reference point count for nothing.
+        reference_point: r > 0; the cube reaches from 0 to r in every objective. A point below 0
+            counts as one at 0.
+    """
+    within = F[(reference_point > F).all(axis=1)]
+    if len(within) == 0:
+        return 0.0
+    volume = moocore.hypervolume(np.maximum(within, 0.0), ref=reference_point)
+    return float(volume / reference_point ** F.shape[1])
+
+
+def igd_plus(F: Array, reference: Array) -> float:
+    """Return how much a set is worse than the points of a reference set, in the mean.
+
+    Of each point of the reference set, the distance to what the nearest point of ``F``
+    dominates; 0 if all are dominated.
+
+    Args:
+        F: ``(n, m)`` points, n >= 0; infinite for no points.
+        reference: ``(k, m)`` the reference set, k >= 1.
+    """
+    return float(moocore.igd_plus(F, ref=reference)) if len(F) else np.inf
+
+
+def epsilon_additive(F: Array, reference: Array) -> float:
+    """Return by how much a set must be improved to dominate all of a reference set.
+
+    Args:
+        F: ``(n, m)`` points, n >= 0; infinite for no points.
+        reference: ``(k, m)`` the reference set, k >= 1.
+    """
+    return float(moocore.epsilon_additive(F, ref=reference)) if len(F) else np.inf
+
+
+def spread_subset(F: Array, size: int) -> NDArray[np.intp]:
+    """Return the indices of points that cover a set evenly: farthest first (Gonzalez 1985).
+
+    The best point of each objective comes first; then always the point farthest from those
+    chosen. No point of the set is farther from the nearest chosen one than twice what the best
+    choice of as many points could reach.
+
+    Args:
+        F: ``(n, m)`` points, in units in which distances have a meaning.
+        size: How many points, at least m; all, if there are no more.
+    """
+    if len(F) <= size:
+        return np.arange(len(F))
+    chosen = list(dict.fromkeys(F.argmin(axis=0).tolist()))
+    columns = np.ascontiguousarray(F.T)
+    far = np.full(len(F), np.inf)
+    for i in range(size):
+        if i == len(chosen):
+            chosen.append(int(far.argmax()))
+        squares = np.zeros(len(F))
+        for column in columns:  # a column at a time: no (n, m) array in every step
+            squares += (column - column[chosen[i]]) ** 2
+        np.minimum(far, squares, out=far)
+    return np.array(chosen)
+
+
+def attainment_surfaces(fronts: list[Array], percentiles: list[float]) -> dict[float, Array]:
+    """Return what a share of the runs attains, for two objectives (Fonseca et al. 2001).
+
+    A run attains a point if one of its own is no worse in either objective.
+
+    Args:
+        fronts: The ``(n_i, 2)`` points that each of r >= 1 runs has found, n_i >= 0.
+        percentiles: Shares of the runs in percent; so many of them or more attain the surface.
+
+    Returns:
+        For each percentile the ``(k, 2)`` corners of its surface by rising first objective; none
+        where so many runs have no points.
+    """
+    f1 = np.unique(np.concatenate([front[:, 0] for front in fronts]))
+    f2 = np.full((len(fronts), len(f1)), np.inf)
+    for attained, front in zip(f2, fronts, strict=True):  # the least f2 of a run up to each f1
+        np.minimum.at(attained, np.searchsorted(f1, front[:, 0]), front[:, 1])
+    f2 = np.sort(np.minimum.accumulate(f2, axis=1), axis=0)
+    surfaces = {}
+    for p in percentiles:
+        runs = max(1, int(np.ceil(p * len(fronts) / 100 - 1e-9)))  # 1e-9: of 3, 100 / 3 % is 1
+        least = f2[runs - 1]
+        corner = least < np.concatenate([[np.inf], least[:-1]])
+        surfaces[p] = np.column_stack([f1[corner], least[corner]])
+    return surfaces

@@ -1,0 +1,125 @@
+"""Objectives as the user has them: with names and senses, an array or a data frame."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import (
+    Received,
+    finite_array,
+    integer,
+    invalid,
+    known_name,
+    objective_matrix,
+)
+from pymoo_psi.errors import ArgumentTypeError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Objectives:
+    """The objective values of n designs in the user's own sense and under the user's own names.
+
+    Attributes:
+        values: ``(n, m)`` finite objective values as given; a copy of its own.
+        sign: ``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
+        names: The m column names of a data frame; f1, f2, … for an array.
+        labels: The row labels of a data frame; 0, 1, … for an array.
+    """
+
+    values: Array
+    sign: Array
+    names: tuple[Any, ...]
+    labels: Any
+
+    @classmethod
+    def of(cls, F: Any, maximize: Collection[Any] = ()) -> Objectives:
+        """Check and keep objective values.
+
+        Args:
+            F: ``(n, m)`` array or data frame, n, m >= 1.
+            maximize: Which are to be maximised: column indices from 0 or, of a data frame, names.
+
+        Raises:
+            ArgumentValueError: The values are not finite, or there is no such objective.
+            ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
+        """
+        names: tuple[Any, ...] | None = None
+        labels: Any = None
+        if is_frame(F):
+            names, labels = tuple(F.columns), F.index
+            F = _numbers(F)
+        values = objective_matrix("F", F).copy()
+        m = values.shape[1]
+        sign = np.ones(m)
+        sign[_columns(maximize, m, names)] = -1.0
+        shown = tuple(f"f{j + 1}" for j in range(m)) if names is None else names
+        return cls(values, sign, shown, range(len(values)) if labels is None else labels)
+
+    @property
+    def minimized(self) -> Array:
+        """``(n, m)`` the values with the sign of those to be maximised turned."""
+        return self.values * self.sign
+
+    def in_users_sense(self, values: Array) -> Array:
+        """Return ``(..., m)`` values in the sense of :attr:`minimized` in the user's own."""
+        turned: Array = values * self.sign + 0.0  # no -0.0
+        return turned
+
+    def point(self, name: str, value: ArrayLike | None) -> Array | None:
+        """Return a point given in the user's sense in that of :attr:`minimized`."""
+        if value is None:
+            return None
+        point = finite_array(name, value)
+        if point.shape != self.sign.shape:
+            rule = f"of shape {self.sign.shape}"
+            raise invalid(name, rule, Received(f"shape {point.shape}"))
+        return point * self.sign
+
+
+def is_frame(F: Any) -> bool:
+    """Say whether something is a pandas data frame, without importing pandas."""
+    return hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy")
+
+
+def _numbers(frame: Any) -> Array:
+    """Return the values of a data frame; a missing value is NaN."""
+    for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
+        if getattr(dtype, "kind", "O") not in "fiub":
+            raise ArgumentTypeError(
+                f"column {name!r} of F must hold real numbers, got dtype {dtype}; "
+                f"give F[[...]], the columns that are objectives"
+            )
+    values: Array = frame.to_numpy(dtype=np.float64, na_value=np.nan)
+    return values
+
+
+def _columns(maximize: Any, m: int, names: Sequence[Any] | None) -> list[int]:
+    if isinstance(maximize, (str, int)) or not isinstance(maximize, Collection):
+        raise ArgumentTypeError(
+            f"maximize must be a list of objectives, got {maximize!r:.80}; one goes into a list too"
+        )
+    return [_column(entry, m, names) for entry in maximize]
+
+
+def _column(entry: Any, m: int, names: Sequence[Any] | None) -> int:
+    """Return the index of an objective; a name goes before an index."""
+    if names is not None and entry in names:
+        if names.count(entry) > 1:
+            raise invalid("maximize", "names that only one column has", entry)
+        return names.index(entry)
+    if isinstance(entry, str):
+        if names is None:
+            remedy = "name objectives only where F is a data frame"
+            raise invalid("maximize", f"column indices from 0 to {m - 1}", entry, remedy)
+        known_name("maximize", entry, [name for name in names if isinstance(name, str)])
+    column = integer("maximize", entry, minimum=0)
+    if column >= m:
+        raise invalid("maximize", f"column indices from 0 to {m - 1}", column)
+    return column

@@ -1,0 +1,352 @@
+"""The three geometric criteria of a compromise point, seen from the utopian line UN.
+
+U is the componentwise minimum (ideal) and N the componentwise maximum (nadir) of a Pareto set.
+With d = f − U and e the unit vector from U to N,
+
+    μ1 = |d|            the distance to U,
+    μ2 = |d − (d·e) e|  the distance to the line UN,
+    μ3 = d·e            the distance from U of the projection onto UN,
+
+so that μ1² = μ2² + μ3² (paper, Section 5).
+
+Ranks of efficiency: a Pareto set contracted to a few subsets worth looking at.
+
+Let P12, P13, P23 be the sets of points that are Pareto optimal, both criteria minimised, in the
+pairs (μ1, μ2), (μ1, μ3), (μ2, μ3) of the geometric criteria (:mod:`pymoo_psi.pareto._ranking`).
+The rank of efficiency of a Pareto-optimal point is
+
+    Re = 3·[in P23] + 2·[in P13] + 1·[in P12],      0 = unranked.
+
+M6, the points in all three, is the Salukvadze optimum: the points nearest to U. Since
+μ1² = μ2² + μ3², P12 and P13 lie inside P23, so that ranks 1 and 2 do not occur.
+
+The paper (Section 5; Cheshankov et al., 2004) names the criteria and the ranks; the formula is
+inferred from its tables, all of which it reproduces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import Received, boolean, integer, invalid
+from pymoo_psi.pareto._dominance import levels, nondominated, nondominated_pair
+from pymoo_psi.pareto._objectives import Objectives
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class UtopianFrame:
+    """The points U and N and the scale in which distances are measured.
+
+    Attributes:
+        ideal: ``(m,)`` the positive utopian point U.
+        nadir: ``(m,)`` the negative utopian point N, nowhere below U.
+        normalize: Measure every objective in units of N − U; an objective with N = U, which
+            tells no design from another, then counts for nothing.
+
+    Example:
+        >>> frame = UtopianFrame(np.array([0.0, 0.0]), np.array([4.0, 4.0]), normalize=False)
+        >>> frame.distances(np.array([[0.0, 4.0], [3.0, 3.0]])).round(3)
+        array([[4.   , 2.828, 2.828],
+               [4.243, 0.   , 4.243]])
+    """
+
+    ideal: Array
+    nadir: Array
+    normalize: bool
+
+    @property
+    def scale(self) -> Array:
+        """``(m,)`` the length by which each objective is divided."""
+        span = self.nadir - self.ideal
+        if not self.normalize:
+            return np.ones_like(span)
+        return np.where(span > 0, span, np.inf)
+
+    @property
+    def direction(self) -> Array:
+        """``(m,)`` the unit vector e from U to N; zero if N = U."""
+        span = (self.nadir - self.ideal) / self.scale
+        largest = float(span.max())
+        if largest <= 0:
+            return span
+        return span / largest / float(np.linalg.norm(span / largest))
+
+    def distances(self, F: Array) -> Array:
+        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
+        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            d = (F - self.ideal) / self.scale
+            # In units of the length of UN, so that no square over- or underflows.
+            unit = float(np.abs((self.nadir - self.ideal) / self.scale).max()) or 1.0
+            d = d / unit
+            along = d @ self.direction
+            across = d - along[:, None] * self.direction
+            return np.column_stack([_row_norm(d), _row_norm(across), along]) * unit
+
+    def rounding(self, F: Array) -> float:
+        """Bound the rounding error that the criteria of ``F`` carry.
+
+        ``F`` is taken to be right to a few units in its last place, and m terms are summed.
+        """
+        return float(np.hypot.reduce(self.roundings(F)))
+
+    def roundings(self, F: Array) -> Array:
+        """Bound the rounding error of each term of a distance; an ``(m,)`` array."""
+        size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
+        bounds: Array = 8 * np.finfo(np.float64).eps * size / self.scale
+        return bounds
+
+
+def _row_norm(rows: Array) -> Array:
+    norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return norm
+
+
+RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
+"""The columns that follow the objectives in the frame of a ranking."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EfficiencyRanking:
+    """The ranking of the n rows of an objective matrix.
+
+    Attributes:
+        criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, of the dominated rows too.
+        rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
+        pareto: ``(n,)`` which rows are Pareto optimal.
+        frame: The points U and N and the scale in which the criteria are measured, all objectives
+            minimised.
+        objectives: What was ranked, in the user's sense and under the user's names.
+        salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
+            up to rounding. They are the rows of rank 6, and there is usually one. Only if several
+            rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
+            empty and are they all listed here.
+
+    Example:
+        The last row is dominated; of the others, the second is nearest to U = (0, 0).
+
+        >>> ranking = rank_of_efficiency([[0, 4], [1, 1], [4, 0], [4, 4]])
+        >>> ranking.pareto.tolist(), ranking.salukvadze.tolist()
+        ([True, True, True, False], [1])
+    """
+
+    criteria: Array
+    rank: NDArray[np.int64]
+    pareto: NDArray[np.bool_]
+    frame: UtopianFrame
+    salukvadze: NDArray[np.intp]
+    objectives: Objectives
+
+    def __repr__(self) -> str:
+        """Return how much is ranked and which row is the best."""
+        n, m = self.objectives.values.shape
+        best = ", ".join(map(str, self.salukvadze[:3].tolist()))
+        more = ", …" if len(self.salukvadze) > 3 else ""
+        return (
+            f"EfficiencyRanking({n} designs by {m} objectives: {np.sum(self.pareto)} Pareto "
+            f"optimal, the best in row {best}{more})"
+        )
+
+    @property
+    def ideal(self) -> Array:
+        """``(m,)`` the point U in the user's sense.
+
+        Example:
+            >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).ideal
+            array([1., 1.])
+        """
+        return self.objectives.in_users_sense(self.frame.ideal)
+
+    @property
+    def nadir(self) -> Array:
+        """``(m,)`` the point N in the user's sense.
+
+        Example:
+            The dominated row does not count.
+
+            >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1], [9, 9]]).nadir
+            array([4., 4.])
+        """
+        return self.objectives.in_users_sense(self.frame.nadir)
+
+    def subset(self, rank: int) -> NDArray[np.intp]:
+        """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first.
+
+        Example:
+            >>> ranking = rank_of_efficiency([[1, 4], [2, 2], [4, 1], [9, 9]])
+            >>> ranking.subset(6), ranking.subset(0)
+            (array([1]), array([0, 2]))
+        """
+        rank = integer("rank", rank, minimum=0)
+        if rank > 6:
+            raise invalid("rank", "0 to 6", rank)
+        members = np.flatnonzero(self.pareto & (self.rank == rank))
+        return members[np.argsort(self.criteria[members, 0], kind="stable")]
+
+    def to_frame(
+        self, F: ArrayLike | None = None, *, names: list[str] | None = None
+    ) -> pd.DataFrame:
+        """Return a table of the ranked designs, the best rank and the nearest to U first.
+
+        Args:
+            F: ``(n, m)`` values to show for the objectives; those that were ranked unless given.
+            names: Names of the objectives; by default those of the data frame that was ranked,
+                or f1, f2, ….
+
+        Returns:
+            One row per design, its index the row in ``F``, or the label of the row in the data
+            frame that was ranked; columns: the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``,
+            ``pareto``.
+
+        Raises:
+            ArgumentValueError: ``F`` has another shape, the number of names differs, or an
+                objective has the name of one of the other columns.
+
+        Example:
+            >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
+            >>> print(ranking.to_frame(names=["cost", "mass"]).round(2))
+               cost  mass   mu1   mu2   mu3  rank  pareto
+            1   3.0   3.0  0.71  0.00  0.71     6    True
+            0   1.0   5.0  1.00  0.71  0.71     0    True
+            2   5.0   1.0  1.00  0.71  0.71     0    True
+        """
+        import pandas as pd
+
+        shown = self.objectives if F is None else Objectives.of(F)
+        values, shape = shown.values, self.objectives.values.shape
+        if values.shape != shape:
+            raise invalid("F", f"of shape {shape}", Received(f"shape {values.shape}"))
+        columns = list(shown.names if names is None else names)
+        if len(columns) != shape[1]:
+            raise invalid("names", f"{shape[1]} names", columns)
+        if taken := [name for name in columns if name in RANKING_COLUMNS]:
+            rule = "other than mu1, mu2, mu3, rank and pareto, which are columns of the ranking"
+            raise invalid("names", rule, taken[0], "give others by names=[...]")
+        frame = pd.DataFrame(values, columns=columns, index=pd.Index(shown.labels))
+        frame[["mu1", "mu2", "mu3"]] = self.criteria
+        frame["rank"], frame["pareto"] = self.rank, self.pareto
+        return frame.iloc[self.order]
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """``(n,)`` indices, the best rank and the nearest to U first, the dominated rows last.
+
+        Example:
+            >>> rank_of_efficiency([[9, 9], [1, 4], [2, 2], [4, 1]]).order
+            array([2, 1, 3, 0])
+        """
+        return np.lexsort((self.criteria[:, 0], -self.rank, ~self.pareto))
+
+
+def rank_of_efficiency(
+    F: Any,
+    *,
+    normalize: bool = True,
+    ideal: ArrayLike | None = None,
+    nadir: ArrayLike | None = None,
+    maximize: Collection[Any] = (),
+) -> EfficiencyRanking:
+    """Rank the rows of any objective matrix by efficiency.
+
+    Dominated rows get rank 0 and do not move U or N. Values of a criterion that are equal up to
+    rounding count as equal, so that rounding noise decides nothing.
+
+    Args:
+        F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
+            m >= 1. Of a pandas data frame the names of columns and rows are kept.
+        normalize: Measure each objective in units of its range N − U, which makes the ranks
+            independent of the objectives' units. ``False`` measures plain Euclidean distances,
+            as the paper does.
+        ideal: ``(m,)`` the point U, in the same sense as ``F``; by default the best values over
+            the Pareto-optimal rows. It must be at least as good as they are.
+        nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
+            rows.
+        maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
+
+    Returns:
+        The ranking, its arrays in the order of the rows of ``F``.
+
+    Raises:
+        ArgumentValueError: ``F`` has the wrong shape, is empty or holds NaN or infinity; ``ideal``
+            or ``nadir`` does not fit; ``maximize`` names no objective.
+        ArgumentTypeError: ``F`` does not hold real numbers.
+
+    Example:
+        >>> ranking = rank_of_efficiency([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0], [1.0, 1.0]])
+        >>> ranking.rank.tolist(), ranking.salukvadze.tolist()
+        ([0, 6, 0, 0], [1])
+
+        >>> import pandas as pd
+        >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
+        >>> rank_of_efficiency(F, maximize=["yield"]).to_frame().round(2)
+           cost  yield   mu1   mu2   mu3  rank  pareto
+        B   2.0   30.0  0.42  0.06  0.41     6    True
+        A   1.0   10.0  1.00  0.71  0.71     0    True
+        C   5.0   40.0  1.00  0.71  0.71     0    True
+    """
+    objectives = Objectives.of(F, maximize)
+    pareto = nondominated(objectives.minimized)
+    return ranking_of(objectives, pareto, normalize=normalize, ideal=ideal, nadir=nadir)
+
+
+def ranking_of(
+    objectives: Objectives,
+    pareto: NDArray[np.bool_],
+    *,
+    normalize: bool,
+    ideal: ArrayLike | None = None,
+    nadir: ArrayLike | None = None,
+) -> EfficiencyRanking:
+    """Rank checked objectives whose Pareto-optimal rows, one or more, are known."""
+    normalize = boolean("normalize", normalize)
+    F = objectives.minimized
+    front = F[pareto]
+    best = front.min(axis=0)
+    U, N = objectives.point("ideal", ideal), objectives.point("nadir", nadir)
+    U = best if U is None else U
+    N = front.max(axis=0) if N is None else N
+    sign = objectives.sign
+    _require_order("ideal", "the best value of every objective", U, best, sign, better=True)
+    _require_order("nadir", "the ideal in every objective", N, U, sign, better=False)
+    with np.errstate(over="ignore"):
+        span = N - U
+    if not np.isfinite(span).all():
+        j = int(np.flatnonzero(~np.isfinite(span))[0])
+        raise invalid("F", "of finite range", Received(f"{U[j]} to {N[j]} in objective {j + 1}"))
+    frame = UtopianFrame(U, N, normalize)
+
+    criteria = frame.distances(F)
+    tolerance = frame.rounding(front)
+    mu1, mu2, mu3 = (levels(column, tolerance) for column in criteria[pareto].T)
+    rank = np.zeros(len(F), dtype=np.int64)
+    rank[pareto] = (
+        3 * nondominated_pair(mu2, mu3)
+        + 2 * nondominated_pair(mu1, mu3)
+        + 1 * nondominated_pair(mu1, mu2)
+    )
+    salukvadze = np.flatnonzero(pareto)[mu1 == 0]
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
+
+
+def _require_order(
+    name: str, than: str, point: Array, other: Array, sign: Array, *, better: bool
+) -> None:
+    """Require a point to be nowhere worse than another, or nowhere better; both minimised."""
+    lower, upper = (point, other) if better else (other, point)
+    wrong = np.flatnonzero(lower > upper)
+    if len(wrong):
+        j = wrong[0]
+        rule = f"at {'most' if better == (sign[j] > 0) else 'least'} {than}"
+        mine, theirs = (float(p[j] * sign[j]) + 0.0 for p in (point, other))  # no -0.0
+        shown = f"{mine} against {theirs} in objective {j + 1}"
+        raise invalid(name, rule, Received(shown))

@@ -1,0 +1,136 @@
+"""The chute-conveyor of the paper as a pymoo problem (Section 4, Eq. 4.1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.core.problem import ElementwiseProblem, Problem
+
+from pymoo_psi._validation import Received, finite_array, invalid, known_name, positive_number
+from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
+from pymoo_psi.chute._motion import criteria_of_one
+from pymoo_psi.problems._pymoo import require_known_keywords
+
+_OURS = (
+    "n_var",
+    "n_obj",
+    "n_ieq_constr",
+    "n_eq_constr",
+    "xl",
+    "xu",
+    "vtype",
+    "vars",
+    "elementwise",
+)
+
+
+class _ChuteProblem(Problem):
+    """What both classes share: parameters and box."""
+
+    def __init__(
+        self,
+        mu: float = 0.2,
+        *,
+        c: float = 0.3193,
+        r: float = 0.1,
+        omega0: ArrayLike = (0.0, 0.0, 0.0),
+        model: str = "full",
+        lower: ArrayLike = (0.0, 0.1),
+        upper: ArrayLike | None = None,
+        **kwargs: Any,
+    ) -> None:
+        require_known_keywords(type(self).__name__, Problem, kwargs, taken=_OURS)
+        self.parameters = ChuteParameters(
+            mu=positive_number("mu", mu),
+            c=positive_number("c", c),
+            r=positive_number("r", r),
+            omega0=_vector("omega0", omega0, 3),
+        )
+        self.model = known_name("model", model, MODELS)
+        xl = _vector("lower", lower, 2)
+        xu = (
+            np.array([3.5 * self.parameters.mu, 6.0])
+            if upper is None
+            else _vector("upper", upper, 2)
+        )
+        if (xl < 0).any():
+            raise invalid("lower", ">= 0", Received(str(xl.tolist())))
+        if (xl > xu).any():
+            both = f"lower={xl.tolist()}, upper={xu.tolist()}"
+            raise invalid("lower", "at most upper in each variable", Received(both))
+        super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Return what a study of this problem depends on besides bounds and sizes.
+
+        Example:
+            >>> SphereChute(mu=0.4, model="rolling").fingerprint()["mu"]
+            0.4
+        """
+        names = ("mu", "c", "r", "omega_X0", "omega_Y0", "omega_Z0")
+        return {"model": self.model, **dict(zip(names, self.parameters.columns, strict=True))}
+
+
+class SphereChute(_ChuteProblem, ElementwiseProblem):
+    """The sphere in the chute-conveyor: two variables, four objectives, one constraint.
+
+    Variables: u1 = tan α, the slope; u2 = v_P, the speed of the moving plane. Objectives, all
+    minimised and dimensionless: f1 the time, f2 the energy balance |W − D|, f3 = u1, f4 = u2
+    (Eqs. 3.1–3.4). Constraint: 1 − (η reached), which is <= 0 when the sphere reaches the exit
+    and above 0 when it stalls before; a stalled design has f1 = f2 = inf.
+
+    This class evaluates one design at a time, like a simulation that knows no arrays;
+    :class:`VectorizedSphereChute` gives the same values for many designs at once.
+
+    Args:
+        mu: Friction coefficient μ > 0.
+        c: Initial speed of the centre > 0; 0.3193 is 1 m/s for L = 1 m.
+        r: Radius over L, > 0.
+        omega0: Initial spins (ω_X0, ω_Y0, ω_Z0).
+        model: ``"full"``, the paper's model MM, or ``"rolling"``, from which its printed tables
+            follow.
+        lower: Lower bounds of (u1, u2), not negative.
+        upper: Upper bounds; ``None`` is (3.5 μ, 6). Up to u1 = 3.5 μ rolling is possible (2.12).
+        **kwargs: pymoo's own, such as ``elementwise_runner`` or ``callback``.
+
+    Raises:
+        ArgumentValueError: A parameter is not positive or finite, a bound does not fit, or the
+            model is unknown.
+        ArgumentTypeError: A parameter is not a number, or a keyword is unknown.
+
+    Example:
+        >>> import numpy as np
+        >>> SphereChute(0.4, model="rolling").evaluate(np.array([0.2635, 0.1072]))[0].round(4)
+        array([2.0459, 0.0476, 0.2635, 0.1072])
+    """
+
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        u1, v_p = x.tolist()
+        out["F"], reached = criteria_of_one(u1, v_p, self.parameters, self.model)
+        out["G"] = [1.0 - reached]
+
+
+class VectorizedSphereChute(_ChuteProblem):
+    """:class:`SphereChute` for many designs at once: the same arguments and the same values.
+
+    Example:
+        >>> import numpy as np
+        >>> problem = VectorizedSphereChute(0.4, model="rolling")
+        >>> F, G = problem.evaluate(np.array([[0.2635, 0.1072], [0.3, 0.2]]))
+        >>> F.shape, float(G.max())
+        ((2, 4), 0.0)
+    """
+
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        solved = motion(x[:, 0], x[:, 1], self.parameters, model=self.model)
+        out["F"] = criteria(solved)
+        out["G"] = 1.0 - solved.reached[:, None]
+
+
+def _vector(name: str, value: ArrayLike, size: int) -> Any:
+    vector = finite_array(name, value)
+    if vector.shape != (size,):
+        raise invalid(name, f"{size} numbers", value)
+    return vector

@@ -1,5 +1,0 @@
-"""Running a model on many workers, without losing a design."""
-
-from pymoo_psi.runners.joblib_runner import JoblibRunner
-
-__all__ = ["JoblibRunner"]

@@ -1,0 +1,16 @@
+"""Choosing from a Pareto set: selectors by pymoo's convention, their comparison, robustness."""
+
+from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
+from pymoo_psi.selection._mcdm import McdmMethod
+from pymoo_psi.selection._robustness import robustness
+from pymoo_psi.selection._selectors import CompromiseProgramming, EfficientSubset, SalukvadzeOptimum
+
+__all__ = [
+    "CompromiseProgramming",
+    "EfficientSubset",
+    "McdmMethod",
+    "SalukvadzeOptimum",
+    "SelectorComparison",
+    "compare_selectors",
+    "robustness",
+]

@@ -1,0 +1,207 @@
+"""Several selectors asked about one Pareto set, and who agrees with whom."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, invalid
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SelectorComparison:
+    """What k selectors choose from the same designs.
+
+    Attributes:
+        chosen: By name of the selector, the indices of the rows it chooses; perhaps none.
+        ranking: The ranking of all rows by efficiency, against which the choices are shown.
+        agreement: ``(k, k)`` share of the designs chosen by either of two selectors that both
+            choose: 1 for the same choice, 0 for none in common. One that chooses nothing agrees
+            with nobody.
+
+    Example:
+        >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+        >>> F = [[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]
+        >>> selectors = {"near U": SalukvadzeOptimum(), "f2": CompromiseProgramming(weights=[0, 1])}
+        >>> comparison = compare_selectors(F, selectors)
+        >>> comparison.chosen
+        {'near U': array([1]), 'f2': array([2])}
+        >>> comparison.agreement
+        array([[1., 0.],
+               [0., 1.]])
+    """
+
+    chosen: Mapping[str, NDArray[np.intp]]
+    ranking: EfficiencyRanking
+    agreement: Array
+
+    def __repr__(self) -> str:
+        """Return how many choose from how many, and what most of them choose."""
+        votes = self.votes
+        best = int(votes.argmax())
+        return (
+            f"SelectorComparison({len(self.chosen)} selectors, {len(votes)} designs: row {best} is "
+            f"chosen most often, by {votes[best]})"
+        )
+
+    @property
+    def votes(self) -> NDArray[np.int64]:
+        """``(n,)`` by how many selectors each row is chosen.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> selectors = {"near U": SalukvadzeOptimum(), "L2": CompromiseProgramming(2)}
+            >>> compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors).votes
+            array([0, 2, 0])
+        """
+        votes = np.zeros(len(self.ranking.rank), dtype=np.int64)
+        for indices in self.chosen.values():
+            votes[indices] += 1
+        return votes
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row for each selector and design it chooses.
+
+        Returns:
+            Columns: ``selector``, ``design`` (its row, or its label in the data frame that was
+            given), the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``, ``votes`` of all
+            selectors for it. A selector that chooses nothing has one row without a design.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> least_f2 = CompromiseProgramming(weights=[0, 1])
+            >>> selectors = {"near U": SalukvadzeOptimum(), "f2": least_f2}
+            >>> comparison = compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors)
+            >>> print(comparison.to_frame()[["selector", "design", "f1", "f2", "votes"]])
+              selector  design   f1   f2  votes
+            0   near U       1  0.3  0.4      1
+            1       f2       2  1.0  0.0      1
+        """
+        import pandas as pd
+
+        table = self.ranking.to_frame().drop(columns="pareto")
+        table.insert(0, "design", table.index)
+        table = table.set_axis(self.ranking.order).assign(votes=pd.Series(self.votes))
+        rows = {name: i if len(i) else [-1] for name, i in self.chosen.items()}
+        selectors = [name for name, indices in rows.items() for _ in indices]
+        wanted = [index for indices in rows.values() for index in indices]
+        frame = table.reindex(wanted).reset_index(drop=True)
+        frame.insert(0, "selector", selectors)
+        return frame
+
+    def agreement_frame(self) -> pd.DataFrame:
+        """Return :attr:`agreement` with the names of the selectors on both sides.
+
+        Example:
+            >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+            >>> selectors = {"near U": SalukvadzeOptimum(), "L2": CompromiseProgramming(2)}
+            >>> print(compare_selectors([[0, 3], [1, 1], [3, 0]], selectors).agreement_frame())
+                    near U   L2
+            near U     1.0  1.0
+            L2         1.0  1.0
+        """
+        import pandas as pd
+
+        names = list(self.chosen)
+        return pd.DataFrame(self.agreement, index=names, columns=names)
+
+
+def compare_selectors(
+    F: Any,
+    selectors: Mapping[str, Any],
+    *,
+    normalize: bool = True,
+    maximize: Collection[Any] = (),
+) -> SelectorComparison:
+    """Ask several selectors about one set of designs.
+
+    All are asked the same question: they get the Pareto-optimal rows only, all objectives
+    minimised, since methods that take dominated rows into account would shift their scales by
+    them. What a selector does to Python's warning filters is undone.
+
+    Args:
+        F: ``(n, m)`` objective values, an array or a data frame.
+        selectors: By name, anything with pymoo's ``.do(F)`` that returns an index, several, or
+            None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``,
+            methods of pymcdm in a :class:`pymoo_psi.selection.McdmMethod`.
+        normalize: Of the ranking beside the choices; the selectors have options of their own.
+        maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Raises:
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, there is no selector, or one
+            returns what is no index of a row.
+        ArgumentTypeError: ``selectors`` is no mapping to objects with ``.do``.
+
+    Example:
+        >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
+        >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
+        >>> comparison = compare_selectors(F, {
+        ...     "Salukvadze": SalukvadzeOptimum(),
+        ...     "L1": CompromiseProgramming(1),
+        ...     "L2": CompromiseProgramming(2),
+        ... })
+        >>> comparison.agreement_frame()
+                    Salukvadze   L1   L2
+        Salukvadze         1.0  0.0  1.0
+        L1                 0.0  1.0  0.0
+        L2                 1.0  0.0  1.0
+        >>> comparison.to_frame()[["selector", "design", "f1", "f2", "rank", "votes"]]
+             selector  design   f1    f2  rank  votes
+        0  Salukvadze       2  0.5  0.40     6      2
+        1          L1       1  0.1  0.72     5      1
+        2          L2       2  0.5  0.40     6      2
+    """
+    _require_selectors(selectors)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    front = np.flatnonzero(ranking.pareto)
+    values = ranking.objectives.minimized[front]
+    chosen = {}
+    for name, selector in selectors.items():
+        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+            answer = selector.do(values.copy())
+        chosen[name] = front[_indices(name, answer, len(front))]
+    return SelectorComparison(chosen, ranking, _agreement(list(chosen.values())))
+
+
+def _require_selectors(selectors: object) -> None:
+    if not isinstance(selectors, Mapping):
+        raise ArgumentTypeError(
+            f"selectors must be a mapping from names to selectors, got {selectors!r:.80}"
+        )
+    if not selectors:
+        raise invalid("selectors", "one or more", selectors)
+    for name, selector in selectors.items():
+        if isinstance(selector, type) or not callable(getattr(selector, "do", None)):
+            raise ArgumentTypeError(
+                f"selectors[{name!r}] must be an object with .do(F), got {selector!r:.80}"
+            )
+
+
+def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:
+    """Return what a selector answered as an array of distinct indices below n."""
+    indices = np.atleast_1d(np.zeros(0, dtype=np.intp) if answer is None else np.asarray(answer))
+    wrong = indices.ndim != 1 or indices.dtype.kind not in "iu"
+    if wrong or ((indices < 0) | (indices >= n)).any():
+        rule = f"a selector that returns indices from 0 to {n - 1}"
+        raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
+    _, first = np.unique(indices, return_index=True)
+    return indices[np.sort(first)].astype(np.intp)
+
+
+def _agreement(choices: list[NDArray[np.intp]]) -> Array:
+    """Return the Jaccard index of every pair of choices; 0 where both are empty."""
+    sets = [set(choice.tolist()) for choice in choices]
+    return np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])

@@ -1,0 +1,91 @@
+"""Methods of multi-criteria decision-making from elsewhere as selectors.
+
+The methods of pymcdm (extra ``mcdm``) score alternatives, ``method(matrix, weights, types)``, and
+say by ``method.rank(scores)`` which score is best. Nothing here imports pymcdm: any object with
+these two calls will do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pymoo.core.indicator import Indicator
+
+from pymoo_psi._validation import Received, invalid, objective_matrix
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.selection._selectors import checked_weights
+
+
+class McdmMethod(Indicator):
+    """A method of pymcdm, such as TOPSIS or VIKOR, as a selector with pymoo's ``.do(F)``.
+
+    ``.do(F)`` returns an index array of the rows the method ranks first: usually one, all of
+    them if they tie. Objectives are handed over as costs. A constant objective, which tells no
+    design from another and by which several methods would divide, is left out.
+
+    Args:
+        method: An instance, such as ``pymcdm.methods.TOPSIS()``.
+        weights: ``(m,)`` weights >= 0, not all 0; equal unless given. Only ratios matter.
+
+    Raises:
+        ArgumentTypeError: ``method`` cannot be called so; a class was given for an instance.
+        ArgumentValueError: A weight is negative, or all are 0; by ``.do``: their number is not
+            that of the objectives, or the method finds no scores for ``F``.
+
+    Example:
+        >>> import numpy as np
+        >>> class WeightedSum:
+        ...     def __call__(self, matrix, weights, types):
+        ...         return matrix @ weights
+        ...     def rank(self, scores):
+        ...         return 1 + np.searchsorted(np.sort(scores), scores)
+        >>> F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+        >>> McdmMethod(WeightedSum()).do(F)
+        array([1])
+        >>> McdmMethod(WeightedSum(), weights=[1, 9]).do(F)
+        array([2])
+    """
+
+    def __init__(self, method: Any, *, weights: ArrayLike | None = None) -> None:
+        super().__init__()
+        if isinstance(method, type) or not callable(method) or not hasattr(method, "rank"):
+            raise ArgumentTypeError(
+                f"method must be a method of pymcdm such as pymcdm.methods.TOPSIS(), "
+                f"got {method!r:.80}"
+            )
+        self.method = method
+        self.weights = None if weights is None else checked_weights(weights)
+
+    def do(self, F: Any, *args: Any, **kwargs: Any) -> NDArray[np.intp]:
+        """Return the indices of the rows of ``(n, m)`` ``F`` that the method ranks first.
+
+        Example:
+            >>> from pymcdm.methods import TOPSIS
+            >>> McdmMethod(TOPSIS()).do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
+            array([1])
+        """
+        F = np.asarray(F)
+        F = objective_matrix("F", F[None, :] if F.ndim == 1 else F)
+        weights = np.ones(F.shape[1]) if self.weights is None else self.weights
+        if len(weights) != F.shape[1]:
+            rule = f"{F.shape[1]} numbers, one for each objective"
+            raise invalid("weights", rule, Received(f"{len(weights)}"))
+        counts = (np.ptp(F, axis=0) > 0) & (weights > 0)
+        if not counts.any():  # nothing tells one design from another
+            return np.arange(len(F))
+        ranks = self._ranks(F[:, counts], weights[counts] / weights[counts].sum())
+        return np.flatnonzero(ranks == ranks.min())
+
+    def _ranks(self, F: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        name = type(self.method).__name__
+        try:
+            with np.errstate(all="ignore"):
+                scores = np.asarray(self.method(F, weights, -np.ones(F.shape[1], dtype=int)))
+            usable = scores.shape == (len(F),) and bool(np.isfinite(scores).all())
+        except ValueError as error:
+            raise invalid("F", f"fit for {name}", Received("an error"), str(error)) from error
+        if not usable:
+            raise invalid("F", f"fit for {name}", Received("no finite scores"))
+        return np.asarray(self.method.rank(scores), dtype=np.float64)

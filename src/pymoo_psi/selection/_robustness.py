@@ -1,0 +1,203 @@
+"""Designs of a family of problems whose parameters are uncertain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import Received, boolean, integer, invalid, job_count
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
+from pymoo_psi.pareto import Robustness
+from pymoo_psi.pareto._feasibility import meets_constraints
+from pymoo_psi.pareto._scenarios import ScenarioRanking, rank_scenario, tally
+from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.sequences import lp_tau
+
+Array = NDArray[np.float64]
+
+
+def robustness(
+    make_problem: Callable[..., Any],
+    X: ArrayLike | Sequence[Mapping[str, Any]],
+    *,
+    uncertainty: Mapping[str, Any],
+    n_scenarios: int = 256,
+    normalize: bool = True,
+    keep_bounds: bool = True,
+    names: Sequence[str] | None = None,
+    n_jobs: int = 1,
+) -> Robustness:
+    """See how designs rank when parameters of their problem are uncertain.
+
+    In every scenario the designs are evaluated by the problem of that scenario and ranked by
+    efficiency among themselves. A design that is infeasible there, or has an objective that is
+    not finite, is left out of that ranking.
+
+    Args:
+        make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
+            number of objectives must be the same in all scenarios.
+        X: ``(n, n_var)`` designs, or a list of mappings for a problem with named variables.
+        uncertainty: For each parameter its distribution, from ``scipy.stats`` or anything else
+            with the quantile function ``ppf`` or ``icdf``; the parameters are independent.
+        n_scenarios: How many scenarios, taken as quasi-random points (see :func:`scenarios`).
+        normalize: Measure each objective in units of its range in the scenario, as for
+            :func:`pymoo_psi.rank_of_efficiency`.
+        keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
+            infeasible there. The chute's bound on the slope, for one, is 3.5 μ.
+        names: Names of the objectives; f1, f2, … unless given.
+        n_jobs: Processes to work in, -1 for one per core. The result does not depend on it.
+
+    Returns:
+        Shares, statistics of the criteria and regret for each design.
+
+    Raises:
+        ArgumentValueError: A count is out of range, a distribution gives no finite values, or no
+            problem can be made in a scenario or evaluated there as the others.
+        ArgumentTypeError: An argument has the wrong type; ``make_problem`` gives no problem.
+
+    Example:
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import VectorizedSphereChute
+        >>> designs = [[0.2, 0.1], [0.25, 0.1], [0.3, 0.1], [0.35, 0.1], [0.4, 0.1]]
+        >>> result = robustness(
+        ...     lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
+        ...     designs,
+        ...     uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.2, 0.2)},
+        ...     n_scenarios=16,
+        ...     normalize=False,
+        ... )
+        >>> result.to_frame()[["x1", "x2", "optimum_share", "f1_worst"]].round(3)
+             x1   x2  optimum_share  f1_worst
+        2  0.30  0.1          0.688     2.318
+        3  0.35  0.1          0.312     2.228
+        4  0.40  0.1          0.000     2.159
+        1  0.25  0.1          0.000     2.435
+        0  0.20  0.1          0.000     2.589
+    """
+    if not callable(make_problem):
+        raise ArgumentTypeError(f"make_problem must be callable, got {make_problem!r:.80}")
+    normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
+    n_jobs = job_count("n_jobs", n_jobs)
+    designs = _designs(X)
+    points = scenarios(uncertainty, n_scenarios)
+    parameters = tuple(uncertainty)
+
+    m = _problem(make_problem, dict(zip(parameters, points[0].tolist(), strict=True))).n_obj
+    objectives = [f"f{j + 1}" for j in range(m)] if names is None else list(names)
+    if len(objectives) != m:
+        raise invalid("names", f"{m} names", objectives)
+
+    from joblib import Parallel, delayed
+
+    work = Parallel(n_jobs=n_jobs, return_as="generator")
+    return tally(
+        work(
+            delayed(_rank_in)(
+                make_problem, dict(zip(parameters, row, strict=True)), designs, m,
+                normalize, keep_bounds,
+            )
+            for row in points.tolist()
+        ),
+        X=designs if designs.ndim == 2 else tuple(designs),
+        parameters=parameters,
+        scenarios=points,
+        objectives=objectives,
+    )  # fmt: skip
+
+
+def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
+    """Return quasi-random values of uncertain parameters.
+
+    They are the LPτ points after the origin, which has no quantile under an unbounded
+    distribution, taken through the quantile functions.
+
+    Args:
+        uncertainty: Distributions by parameter, as for :func:`robustness`.
+        n_scenarios: How many.
+
+    Returns:
+        ``(n_scenarios, k)`` values, a column for each parameter.
+
+    Example:
+        >>> from scipy.stats import uniform
+        >>> scenarios({"mu": uniform(0.3, 0.2)}, 3).ravel().round(3)
+        array([0.4 , 0.35, 0.45])
+    """
+    if not isinstance(uncertainty, Mapping):
+        raise ArgumentTypeError(
+            f"uncertainty must be a mapping from parameters to distributions, "
+            f"got {uncertainty!r:.80}"
+        )
+    if not uncertainty:
+        raise invalid("uncertainty", "one or more parameters", uncertainty)
+    n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
+    points = lp_tau(n_scenarios, len(uncertainty), first=2)
+    columns = []
+    for (name, distribution), column in zip(uncertainty.items(), points.T, strict=True):
+        quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
+        if not isinstance(name, str) or not callable(quantile):
+            raise ArgumentTypeError(
+                f"uncertainty[{name!r}] must be a distribution such as "
+                f"scipy.stats.uniform(0.3, 0.2), got {distribution!r:.80}"
+            )
+        values = np.asarray(quantile(column), dtype=np.float64)
+        if values.shape != column.shape or not np.isfinite(values).all():
+            rule = "a distribution with finite quantiles"
+            raise invalid(f"uncertainty[{name!r}]", rule, Received(str(values)))
+        columns.append(values)
+    return np.column_stack(columns)
+
+
+def _designs(X: Any) -> NDArray[Any]:
+    """Return designs as pymoo evaluates them: a matrix, or an array of mappings."""
+    if not isinstance(X, np.ndarray) and len(X) and isinstance(X[0], Mapping):
+        designs = np.empty(len(X), dtype=object)
+        designs[:] = X
+    else:
+        designs = np.array(X)
+    if designs.ndim != 2 and not (designs.ndim == 1 and designs.dtype == object):
+        shape = Received(f"an array of shape {designs.shape}")
+        raise invalid("X", "two-dimensional (n designs, n_var variables)", shape)
+    if len(designs) == 0:
+        raise invalid("X", "of at least one design", Received("none"))
+    return designs
+
+
+def _problem(make_problem: Callable[..., Any], parameters: Mapping[str, float]) -> Any:
+    """Return the problem of a scenario."""
+    try:
+        problem = make_problem(**parameters)
+        require_problem(problem)
+    except PsiError as error:
+        where = ", ".join(f"{name}={value:g}" for name, value in parameters.items())
+        kind = ArgumentTypeError if isinstance(error, TypeError) else ArgumentValueError
+        raise kind(f"the scenario {where} must give a problem: {error}") from error
+    return problem
+
+
+def _rank_in(
+    make_problem: Callable[..., Any],
+    parameters: Mapping[str, float],
+    designs: NDArray[Any],
+    m: int,
+    normalize: bool,
+    keep_bounds: bool,
+) -> ScenarioRanking:
+    """Rank the designs in one scenario, whose problem must have m objectives."""
+    problem = _problem(make_problem, parameters)
+    if problem.n_obj != m:
+        shown = Received(f"{m} and {problem.n_obj}")
+        raise invalid("make_problem", "of one number of objectives", shown)
+    if designs.ndim == 2 and designs.shape[1] != problem.n_var:
+        shown = Received(f"an array of shape {designs.shape}")
+        raise invalid("X", f"of {problem.n_var} variables, as the problem", shown)
+    out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+    feasible = meets_constraints(out["G"], out["H"])
+    if keep_bounds and designs.ndim == 2:
+        for bound, sign in ((problem.xl, 1), (problem.xu, -1)):
+            if bound is not None:
+                feasible &= (sign * designs >= sign * np.asarray(bound)).all(axis=1)
+    return rank_scenario(np.asarray(out["F"], dtype=np.float64), feasible, normalize=normalize)

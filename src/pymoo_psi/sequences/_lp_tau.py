@@ -1,0 +1,131 @@
+"""The LPτ sequence of Sobol' in natural order, numbered from 1.
+
+Point number 1 is the origin; with n = number − 1, coordinate j of a point is the exclusive or of
+the direction numbers V_jk over the bits k that are set in n. ``scipy.stats.qmc.Sobol`` visits the
+same kind of points in Gray-code order and, from the third dimension on, with other direction
+numbers, so neither its numbering nor its points are those of the PSI literature.
+
+Source: I. M. Sobol', Yu. L. Levitan (1976), with the direction numbers as distributed by
+B. Shukhman, Computer Physics Communications 78 (1994) 279; ``lp_tau_directions.json`` holds them
+as primitive polynomials and initial numbers, and the usual recurrence gives the rest.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from importlib import resources
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import integer, invalid
+
+MAX_DIMENSIONS = 51
+"""Dimensions for which direction numbers of LPτ are published."""
+
+_BITS = 52  # a coordinate is a multiple of 2^-52: exact in a float64
+_LAST_NUMBER = 1 << _BITS
+
+
+def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
+    """Return consecutive points of the LPτ sequence in natural order.
+
+    ``lp_tau(n, d)[k:]`` equals ``lp_tau(n - k, d, first=1 + k)``; the cost is proportional to
+    ``n_points``, whatever ``first`` is.
+
+    Args:
+        n_points: How many points, 0 or more; it need not be a power of two.
+        n_dim: Their dimension, 1 to 51.
+        first: Number of the first point, from 1 (the origin).
+
+    Returns:
+        ``(n_points, n_dim)`` array in [0, 1).
+
+    Raises:
+        ArgumentValueError: A count is out of its range.
+        ArgumentTypeError: A count is not an integer.
+
+    Example:
+        >>> lp_tau(4, 2)
+        array([[0.  , 0.  ],
+               [0.5 , 0.5 ],
+               [0.25, 0.75],
+               [0.75, 0.25]])
+    """
+    n_points = integer("n_points", n_points, minimum=0)
+    n_dim = integer("n_dim", n_dim, minimum=1)
+    first = integer("first", first, minimum=1)
+    if n_dim > MAX_DIMENSIONS:
+        raise invalid(
+            "n_dim",
+            f"at most {MAX_DIMENSIONS} for LPτ",
+            n_dim,
+            "use QMCSampling, whose engines have no such limit",
+        )
+    start, stop = first - 1, first - 1 + n_points
+    if stop > _LAST_NUMBER:
+        raise invalid("first + n_points - 1", f"at most 2**{_BITS}", stop)
+
+    directions = _directions()[:n_dim]
+    low_bits = max(n_points - 1, 0).bit_length()
+    low = _table(directions, low_bits)
+    points = np.empty((n_points, n_dim), dtype=np.uint64)
+    # The wanted indices meet at most two aligned stretches of 2^low_bits, and within one of them
+    # the bits above low_bits do not change.
+    for high in range(start >> low_bits, ((stop - 1) >> low_bits) + 1 if n_points else 0):
+        begin = max(start, high << low_bits)
+        end = min(stop, (high + 1) << low_bits)
+        offset = high << low_bits
+        points[begin - start : end - start] = low[begin - offset : end - offset] ^ _single(
+            directions, offset
+        )
+    return np.ldexp(points.astype(np.float64), -_BITS)
+
+
+def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
+    """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit."""
+    table = np.zeros((1 << bits, len(directions)), dtype=np.uint64)
+    for k in range(bits):
+        table[1 << k : 2 << k] = table[: 1 << k] ^ directions[:, k]
+    return table
+
+
+def _single(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
+    """Return one point as integers: exclusive or over the set bits of its index."""
+    chosen = [k for k in range(index.bit_length()) if index >> k & 1]
+    point: NDArray[np.uint64] = np.bitwise_xor.reduce(directions[:, chosen], axis=1)
+    return point
+
+
+@lru_cache(maxsize=1)
+def _directions() -> NDArray[np.uint64]:
+    """Return V_jk · 2^52 for every dimension j and bit k, shape (51, 52)."""
+    text = resources.files(__package__).joinpath("lp_tau_directions.json").read_text("utf-8")
+    table = np.array(
+        [
+            _extended(entry["degree"], entry["poly_inner"], entry["m"])
+            for entry in json.loads(text)["dimensions"]
+        ],
+        dtype=np.uint64,
+    )
+    table.setflags(write=False)
+    return table
+
+
+def _extended(degree: int, inner: int, initial: list[int]) -> list[int]:
+    """Return m_k · 2^(52 − k), k = 1..52, of a primitive polynomial.
+
+    Recurrence: m_k = m_{k−s} xor 2^s m_{k−s} xor (xor of a_q 2^q m_{k−q} over q = 1..s−1).
+    """
+    if degree == 0:  # the van der Corput sequence: every m_k is 1
+        numbers = [1] * _BITS
+    else:
+        numbers = list(initial)
+        for k in range(degree, _BITS):
+            value = numbers[k - degree] ^ numbers[k - degree] << degree
+            for q in range(1, degree):
+                if inner >> (degree - 1 - q) & 1:
+                    value ^= numbers[k - q] << q
+            numbers.append(value)
+    return [m << (_BITS - k) for k, m in enumerate(numbers, start=1)]

@@ -1,0 +1,5 @@
+"""Studies on disk: what was evaluated is kept, whatever happens to the process that did it."""
+
+from pymoo_psi.storage._study import Study, read_study
+
+__all__ = ["Study", "read_study"]

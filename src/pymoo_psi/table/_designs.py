@@ -1,0 +1,177 @@
+"""Designs as a matrix: real numbers, or for mixed-variable problems integers, choices, booleans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, invalid
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.table._layout import is_writable
+
+Kind: TypeAlias = Literal["real", "integer", "boolean", "text", "mixed"]
+"""What a column of designs holds; "mixed" is a choice between values of several types."""
+
+_KINDS: dict[type, Kind] = {float: "real", int: "integer", bool: "boolean", str: "text"}
+_DTYPE_KINDS: dict[str, Kind] = {"f": "real", "i": "integer", "b": "boolean"}
+_INT64 = range(-(2**63), 2**63)
+
+
+def design_matrix(name: str, value: Any, variables: Sequence[str] | None = None) -> NDArray[Any]:
+    """Return designs as a new ``(n, n_var)`` array in one normal form.
+
+    Args:
+        name: Name of the argument, for messages.
+        value: ``(n, n_var)`` array or rows; or n mappings from variable to value, as pymoo's
+            mixed-variable problems have them. In rows of numbers alone, whole numbers beside
+            fractions are real numbers; other rows are taken as they are.
+        variables: The names of the variables, the order for mappings; theirs unless given.
+
+    Returns:
+        An array of float64, int64 or bool where all values are of one such type, else of objects:
+        Python's float, int, bool and str.
+
+    Raises:
+        ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
+        ArgumentTypeError: A value is neither number nor boolean nor text.
+    """
+    if not isinstance(value, np.ndarray):
+        value = list(value)
+    if len(value) and isinstance(value[0], Mapping):
+        value = _from_mappings(name, value, list(value[0]) if variables is None else variables)
+    try:
+        array = np.asarray(value)
+        if isinstance(value, list) and _has_lost_types(value, array):
+            array = np.array(value, dtype=object)
+    except ValueError as error:  # rows of unequal length
+        raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
+    if array.ndim != 2:
+        raise invalid(
+            name, "two-dimensional (n designs, n_var variables)", Received(f"shape {array.shape}")
+        )
+    if array.dtype.kind in "bi":
+        return np.array(array, dtype=bool if array.dtype.kind == "b" else np.int64, order="C")
+    if array.dtype.kind != "f":
+        if array.dtype.kind not in "OUu":
+            raise ArgumentTypeError(
+                f"{name} must hold numbers, booleans or text, got dtype {array.dtype}"
+            )
+        return _narrowest(
+            [[_plain(name, cell) for cell in row] for row in array.tolist()], array.shape
+        )
+    array = np.array(array, dtype=np.float64, order="C")
+    if not np.isfinite(array).all():
+        i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise invalid(name, "finite", Received(f"{array[i, j]} at index {(i, j)}"))
+    return array
+
+
+def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return the rows of several design matrices in normal form, their values of the same types."""
+    filled = [block for block in blocks if len(block)] or [blocks[0]]
+    if any(block.dtype != filled[0].dtype for block in filled):
+        filled = [block.astype(object) for block in filled]
+    return np.concatenate(filled)
+
+
+def design_row(
+    name: str, value: Any, variables: Sequence[str], kinds: Sequence[Kind] = ()
+) -> NDArray[Any]:
+    """Return one design as a new ``(n_var,)`` array in the normal form of :func:`design_matrix`.
+
+    Args:
+        name: Name of the argument, for messages.
+        value: ``(n_var,)`` array or values, or a mapping from variable to value.
+        variables: The names of the variables.
+        kinds: What the variables hold, where known; whole numbers are taken accordingly.
+    """
+    rows = value[None] if isinstance(value, np.ndarray) and value.ndim else [value]
+    row: NDArray[Any] = design_matrix(name, rows, variables)[0]
+    if len(row) != len(variables):
+        rule = f"{len(variables)} values, one for each variable"
+        raise invalid(name, rule, Received(len(row)))
+    if kinds:
+        cells = [_as_kind(cell, kind) for cell, kind in zip(row.tolist(), kinds, strict=True)]
+        row = design_matrix(name, np.array([cells], dtype=object))[0]
+    return row
+
+
+def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
+    """Return what each column of a design matrix in normal form holds."""
+    if X.dtype != object:
+        return (_DTYPE_KINDS[X.dtype.kind],) * int(X.shape[1])
+    columns: list[list[Any]] = X.T.tolist()
+    return tuple(map(_kind, columns))
+
+
+def values_in_order(column: NDArray[Any]) -> list[Any]:
+    """Return the distinct values of a column, ordered; values of one type stand together."""
+    distinct = {(type(value), value) for value in column.tolist()}
+    ordered = sorted(distinct, key=lambda pair: (pair[0].__name__, pair[1]))
+    return [value for _, value in ordered]
+
+
+def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
+    types = {type(cell) for row in cells for cell in row} or {float}
+    dtype: Any = object
+    if len(types) == 1:
+        dtype = {float: np.float64, int: np.int64, bool: np.bool_}.get(types.pop(), object)
+    if dtype is np.int64 and not all(cell in _INT64 for row in cells for cell in row):
+        dtype = object
+    array = np.empty(shape, dtype=dtype)
+    if array.size:
+        array[:] = cells
+    return array
+
+
+def _as_kind(cell: Any, kind: Kind) -> Any:
+    if kind == "real" and type(cell) is int:
+        return float(cell)
+    if kind == "integer" and type(cell) is float and cell.is_integer():
+        return int(cell)
+    return cell
+
+
+def _kind(column: list[Any]) -> Kind:
+    types = set(map(type, column))
+    if len(types) != 1:
+        return "mixed"
+    kind = _KINDS[types.pop()]
+    if kind == "integer" and not all(value in _INT64 for value in column):
+        return "mixed"  # no column of a file holds such integers
+    return kind
+
+
+def _from_mappings(name: str, rows: Any, variables: Sequence[str]) -> NDArray[Any]:
+    matrix = np.empty((len(rows), len(variables)), dtype=object)
+    for i, row in enumerate(rows):
+        if set(row) != set(variables):
+            rule = f"mappings of the variables {', '.join(variables)}"
+            raise invalid(name, rule, Received(", ".join(map(str, row)) or "an empty one"))
+        for j, variable in enumerate(variables):
+            matrix[i, j] = row[variable]
+    return matrix
+
+
+def _has_lost_types(rows: list[Any], array: NDArray[Any]) -> bool:
+    """Say whether numbers beside text have become text, or booleans beside numbers numbers."""
+    if array.dtype.kind in "if" and array.ndim == 2:
+        return any(isinstance(cell, (bool, np.bool_)) for row in rows for cell in row)
+    return array.dtype.kind in "US"
+
+
+def _plain(name: str, cell: object) -> float | int | bool | str:
+    if isinstance(cell, np.generic):
+        cell = cell.item()
+    if isinstance(cell, str) and is_writable(cell):
+        return str(cell)
+    if isinstance(cell, (bool, int)):
+        return bool(cell) if isinstance(cell, bool) else int(cell)
+    if isinstance(cell, float) and np.isfinite(cell):
+        return float(cell)
+    rule = f"{name} must hold finite numbers, booleans or Unicode text, got {cell!r:.80}"
+    kind = ArgumentValueError if isinstance(cell, (float, str)) else ArgumentTypeError
+    raise kind(f"{rule}; name the options of a choice by text")

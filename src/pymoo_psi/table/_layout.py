@@ -1,0 +1,229 @@
+"""What the columns of a test table mean: names, the box of the variables, the tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import (
+    Received,
+    finite_number,
+    integer,
+    invalid,
+    known_name,
+    real_array,
+)
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto._feasibility import EQ_TOLERANCE
+
+Array = NDArray[np.float64]
+Key: TypeAlias = str | int
+"""A variable, criterion or constraint: its name, or its index from 0."""
+Limits: TypeAlias = Mapping[str, float] | Mapping[int, float] | Mapping[str | int, float]
+"""Limits on criteria, f_j <= limit: each for the name of a criterion, or its index from 0."""
+
+RESERVED = ("test_point", "status", "broken", "reason", "pareto")  # further columns of a frame
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The columns of a test table.
+
+    Attributes:
+        variables: ``n_var`` names of the design variables.
+        objectives: ``m`` names of the criteria.
+        inequalities: ``n_ieq`` names of the inequality constraints, met where g <= 0.
+        equalities: ``n_eq`` names of the equality constraints, met where |h| <= eq_tolerance.
+        lower: ``(n_var,)`` lower bounds of the box; NaN where there is none or it is not known.
+        upper: ``(n_var,)`` upper bounds likewise.
+        eq_tolerance: How far an equality constraint may be from 0.
+
+    Example:
+        >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
+        >>> layout.variables, layout.upper
+        (('width', 'height'), array([2., 5.]))
+    """
+
+    variables: tuple[str, ...]
+    objectives: tuple[str, ...]
+    inequalities: tuple[str, ...]
+    equalities: tuple[str, ...]
+    lower: Array
+    upper: Array
+    eq_tolerance: float
+
+    def __post_init__(self) -> None:
+        """Check that the names are distinct and the bounds fit."""
+        for group in ("variables", "objectives", "inequalities", "equalities"):
+            object.__setattr__(self, group, _names(group, getattr(self, group)))
+        seen: set[str] = set(RESERVED)
+        for name in (*self.variables, *self.objectives, *self.constraints):
+            if name in seen:
+                raise invalid(
+                    "the names of a test table",
+                    f"distinct, and none of {', '.join(RESERVED)}",
+                    name,
+                )
+            seen.add(name)
+        for side in ("lower", "upper"):
+            bound = real_array(side, getattr(self, side)).copy()
+            if bound.shape != (len(self.variables),):
+                rule = f"{len(self.variables)} bounds, one for each variable"
+                raise invalid(side, rule, Received(f"shape {bound.shape}"))
+            bound.setflags(write=False)
+            object.__setattr__(self, side, bound)
+        for name, low, high in zip(self.variables, self.lower, self.upper, strict=True):
+            if low > high:
+                raise invalid("lower", "at most upper", Received(f"{low} > {high} for {name!r}"))
+        tolerance = finite_number("eq_tolerance", self.eq_tolerance)
+        if tolerance < 0:
+            raise invalid("eq_tolerance", "0 or more", tolerance)
+        object.__setattr__(self, "eq_tolerance", tolerance)
+
+    @classmethod
+    def of(
+        cls,
+        variables: int | Sequence[str] = 0,
+        objectives: int | Sequence[str] = 0,
+        inequalities: int | Sequence[str] = 0,
+        equalities: int | Sequence[str] = 0,
+        *,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        eq_tolerance: float = EQ_TOLERANCE,
+    ) -> Layout:
+        """Return the layout with these names; a number stands for as many default names.
+
+        Args:
+            variables: Names of the variables, or how many: x1, x2, …
+            objectives: Names of the criteria, or how many: f1, f2, …
+            inequalities: Names of the inequality constraints, or how many: g1, g2, …
+            equalities: Names of the equality constraints, or how many: h1, h2, …
+            lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
+            upper: ``(n_var,)`` upper bounds likewise.
+            eq_tolerance: How far an equality constraint may be from 0.
+
+        Raises:
+            ArgumentValueError: A name occurs twice or is reserved; the bounds do not fit.
+            ArgumentTypeError: A name is not text, a bound not a number.
+
+        Example:
+            >>> Layout.of(2, ["mass", "cost"], 1).constraints
+            ('g1',)
+        """
+        names = _numbered("x", variables)
+        unknown = np.full(len(names), np.nan)
+        return cls(
+            names,
+            _numbered("f", objectives),
+            _numbered("g", inequalities),
+            _numbered("h", equalities),
+            unknown if lower is None else real_array("lower", lower),
+            unknown if upper is None else real_array("upper", upper),
+            eq_tolerance,
+        )
+
+    @property
+    def constraints(self) -> tuple[str, ...]:
+        """Names of all constraints, the inequalities first.
+
+        Example:
+            >>> Layout.of(1, 1, ["stress"], ["volume"]).constraints
+            ('stress', 'volume')
+        """
+        return self.inequalities + self.equalities
+
+    @property
+    def is_blank(self) -> bool:
+        """Whether nothing is said yet: no variable and no criterion.
+
+        Example:
+            >>> Layout.of().is_blank, Layout.of(1, 1).is_blank
+            (True, False)
+        """
+        return not self.variables and not self.objectives
+
+    def variable(self, key: Key) -> int:
+        """Return the index of a variable given by name or index.
+
+        Example:
+            >>> Layout.of(["width", "height"], 1).variable("height")
+            1
+        """
+        return _index("variable", key, self.variables)
+
+    def objective(self, key: Key) -> int:
+        """Return the index of a criterion given by name or index.
+
+        Example:
+            >>> Layout.of(1, ["mass", "cost"]).objective("cost")
+            1
+        """
+        return _index("criterion", key, self.objectives)
+
+    def constraint(self, key: Key) -> int:
+        """Return the index of a constraint, the inequalities first, given by name or index.
+
+        Example:
+            >>> Layout.of(1, 1, ["stress"], ["volume"]).constraint("volume")
+            1
+        """
+        return _index("constraint", key, self.constraints)
+
+    def difference(self, other: Layout) -> str:
+        """Say in what another layout differs first; empty if in nothing.
+
+        Example:
+            >>> Layout.of(1, ["mass"]).difference(Layout.of(1, ["cost"]))
+            'objectives mass against cost'
+        """
+        if other is self:
+            return ""
+        for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
+            a, b = getattr(self, group), getattr(other, group)
+            if a != b:
+                return f"{group} {_listed(a)} against {_listed(b)}"
+        for side in ("lower", "upper"):
+            a, b = getattr(self, side), getattr(other, side)
+            for j in np.flatnonzero(~((a == b) | (np.isnan(a) & np.isnan(b)))):
+                return f"{side} bound of {self.variables[j]}: {a[j]} against {b[j]}"
+        return ""
+
+
+def is_writable(text: str) -> bool:
+    """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
+    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
+
+
+def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
+    if isinstance(group, str) or not isinstance(group, Sequence):
+        count = integer(f"the number of {letter} columns", group, minimum=0)
+        return tuple(f"{letter}{j + 1}" for j in range(count))
+    return tuple(group)
+
+
+def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
+    for name in names:
+        if not isinstance(name, str):
+            raise ArgumentTypeError(f"{group} must be names, got {name!r:.80}")
+        if not name or not is_writable(name):
+            raise invalid(group, "names of at least one Unicode character", name)
+    return tuple(str(name) for name in names)
+
+
+def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
+    if not names:
+        raise invalid(kind, "one of the table's", key, "the table has none")
+    if isinstance(key, (int, np.integer)) and not isinstance(key, bool):
+        if not 0 <= key < len(names):
+            raise invalid(kind, f"a name or an index from 0 to {len(names) - 1}", int(key))
+        return int(key)
+    return names.index(known_name(kind, key, names))
+
+
+def _listed(value: object) -> str:
+    return ", ".join(value) or "none" if isinstance(value, tuple) else str(value)

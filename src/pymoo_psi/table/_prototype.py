@@ -1,0 +1,71 @@
+"""The prototype: an existing design, carried along to see what the investigation gains on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, finite_array, invalid, real_array
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.table._designs import design_row
+from pymoo_psi.table._layout import Layout, is_writable
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prototype:
+    """An existing design.
+
+    Attributes:
+        name: What it is called.
+        x: ``(n_var,)`` its variables; they may lie outside the box.
+        f: ``(m,)`` its criteria, finite.
+        g: ``(n_ieq,)`` its inequality constraints; NaN where not known.
+        h: ``(n_eq,)`` its equality constraints; NaN where not known.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> table = TestTable.of([1], [[0.0]], [[1.0]], G=[[-1.0]]).with_prototype([0.3], [3.0])
+        >>> table.prototype.f, table.prototype.g  # its constraint was not said
+        (array([3.]), array([nan]))
+    """
+
+    name: str
+    x: NDArray[Any]
+    f: Array
+    g: Array
+    h: Array
+
+    def checked(self, layout: Layout) -> Prototype:
+        """Return the prototype with read-only arrays that fit the layout."""
+        if not isinstance(self.name, str) or not is_writable(self.name):
+            raise ArgumentTypeError(
+                f"the prototype's name must be Unicode text, got {self.name!r:.80}"
+            )
+        arrays: dict[str, NDArray[Any]] = {
+            "x": design_row("x of the prototype", self.x, layout.variables),
+            "f": finite_array("f of the prototype", self.f).copy(),
+            "g": real_array("g of the prototype", self.g).copy(),
+            "h": real_array("h of the prototype", self.h).copy(),
+        }
+        groups = {"f": layout.objectives, "g": layout.inequalities, "h": layout.equalities}
+        for letter, names in groups.items():
+            if arrays[letter].shape != (len(names),):
+                rule = f"of shape {(len(names),)}"
+                found = Received(f"shape {arrays[letter].shape}")
+                raise invalid(f"{letter} of the prototype", rule, found)
+        for array in arrays.values():
+            array.setflags(write=False)
+        return Prototype(self.name, **arrays)
+
+    def same_as(self, other: Prototype) -> bool:
+        """Say whether another prototype has the same name and values."""
+        return self.name == other.name and all(
+            [repr(v) for v in getattr(self, letter).tolist()]
+            == [repr(v) for v in getattr(other, letter).tolist()]
+            for letter in "xfgh"
+        )

@@ -1,0 +1,454 @@
+"""PSI as a pymoo algorithm: its results and pymoo's contracts."""
+
+import copy
+import importlib
+import pickle
+
+import numpy as np
+import pytest
+from pymoo.core.callback import Callback
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    QMCSampling,
+    SphereChute,
+    VectorizedSphereChute,
+    investigate,
+    lp_tau,
+)
+
+CHUTE = VectorizedSphereChute(0.4, model="rolling")
+
+
+class Unbounded(Problem):
+    def __init__(self, xl=None, xu=None, n_var=2):
+        super().__init__(n_var=n_var, n_obj=2, xl=xl, xu=xu)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = x[:, :2]
+
+
+def check_pareto_set(result, problem):
+    """All returned are feasible and mutually non-dominated; no feasible test dominates one."""
+    table = result.algorithm.table
+    ok = table.feasible()
+    assert result.opt.get("feas").all()
+    for f in result.F:
+        worse_nowhere, better_somewhere = (
+            (table.F[ok] <= f).all(axis=1),
+            (table.F[ok] < f).any(axis=1),
+        )
+        assert not (worse_nowhere & better_somewhere).any()
+    rows = result.opt.get("test_point") - table.numbers[0]
+    np.testing.assert_array_equal(table.X[rows], result.X)
+    np.testing.assert_array_equal(table.F[rows], result.F)
+    # and every feasible test that nothing dominates is returned
+    front = [
+        not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
+        for f in table.F[ok]
+    ]
+    assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "zdt1",
+        "zdt2",
+        "zdt3",
+        "zdt6",
+        "dtlz2",
+        "dtlz5",
+        "dtlz7",
+        "bnh",
+        "osy",
+        "tnk",
+        "welded_beam",
+        "truss2d",
+        "mw1",
+        "mw7",
+        "mw14",
+    ],
+)
+@pytest.mark.parametrize("block_size", [None, 7])
+def test_pareto_set_of_pymoos_problems(name, block_size):
+    problem = get_problem(name)
+    n = 200
+    with np.errstate(all="ignore"):  # the first point lies in a corner where truss2d divides by 0
+        result = minimize(problem, PSI(n, block_size=block_size))
+    lower, upper = problem.bounds()
+    np.testing.assert_array_equal(
+        result.algorithm.table.X, lower + (upper - lower) * lp_tau(n, problem.n_var)
+    )
+    assert result.algorithm.evaluator.n_eval == n == len(result.pop)
+    if result.F is not None:
+        check_pareto_set(result, problem)
+    else:
+        assert not result.algorithm.table.feasible().any()
+
+
+def test_blocks_do_not_matter():
+    results = [minimize(CHUTE, PSI(300, block_size=b)) for b in (1, 64, 299, 300, 1000)]
+    for result in results[1:]:
+        assert result.opt.get("test_point").tolist() == results[0].opt.get("test_point").tolist()
+        np.testing.assert_array_equal(result.F, results[0].F)
+
+
+def test_two_runs_continue_each_other():
+    whole, first, second = (
+        minimize(CHUTE, algorithm).algorithm.table
+        for algorithm in (PSI(100), PSI(40), PSI(60, first=41))
+    )
+    assert first.merge(second).equals(whole)
+    assert second.merge(first).equals(whole)
+    assert not first.equals(whole)
+
+
+def test_elementwise_and_vectorised_problems_agree():
+    slow = minimize(SphereChute(0.4, model="rolling"), PSI(50))
+    fast = minimize(CHUTE, PSI(50))
+    np.testing.assert_array_equal(slow.F, fast.F)
+
+
+def test_single_objective_returns_the_best():
+    result = minimize(get_problem("sphere", n_var=3), PSI(128))
+    assert result.F.shape == (1,)
+    assert result.F[0] == result.algorithm.table.F.min()
+
+
+def test_nothing_feasible_follows_pymoos_rule():
+    class Impossible(Unbounded):
+        def __init__(self):
+            Problem.__init__(self, n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], out["G"] = x, 1 + x[:, :1]
+
+    assert minimize(Impossible(), PSI(16)).F is None
+    least = minimize(Impossible(), PSI(16), return_least_infeasible=True)
+    assert least.G.tolist() == [[1.0]]
+    assert least.opt.get("test_point").tolist() == [1]
+
+
+def test_a_design_without_finite_objectives_is_not_pareto_optimal():
+    class Broken(Unbounded):
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = np.where(x[:, :1] < 0.3, np.nan, np.where(x[:, :1] < 0.5, -np.inf, x))
+
+    result = minimize(Broken(0, 1), PSI(64))
+    assert np.isfinite(result.F).all()
+    assert (result.X[:, 0] >= 0.5).all()
+
+
+def test_verbose_and_progress(capsys):
+    minimize(CHUTE, PSI(200, block_size=100), verbose=True, progress=True)
+    out = capsys.readouterr().out
+    assert "feasible" in out
+    assert "200" in out
+
+
+def test_callback_and_history():
+    class Counter(Callback):
+        def __init__(self):
+            super().__init__()
+            self.seen = []
+
+        def update(self, algorithm):
+            self.seen.append((algorithm.n_gen, algorithm.n_tested, len(algorithm.opt)))
+
+    result = minimize(CHUTE, PSI(100, block_size=30), callback=Counter(), save_history=True)
+    seen = result.algorithm.callback.seen
+    assert [tested for _, tested, _ in seen] == [30, 60, 90, 100]
+    assert [n for n, _, _ in seen] == [1, 2, 3, 4]
+    assert [len(entry.pop) for entry in result.history] == [30, 60, 90, 100]
+    assert [len(entry.opt) for entry in result.history] == [size for _, _, size in seen]
+
+
+@pytest.mark.parametrize(
+    ("termination", "tested"),
+    [(("n_gen", 2), 60), (("n_eval", 50), 60), (("time", 1e-9), 30), (None, 100)],
+)
+def test_terminations_stop_it_early(termination, tested):
+    result = minimize(CHUTE, PSI(100, block_size=30), termination)
+    assert len(result.algorithm.table) == tested
+    check_pareto_set(result, CHUTE)
+    own = PSI(100, block_size=30, termination=termination)
+    assert len(minimize(CHUTE, own).algorithm.table) == tested
+
+
+def test_ask_and_tell_with_evaluation_outside():
+    problem = get_problem("bnh")
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(problem)
+    sizes = []
+    while algorithm.has_next():
+        block = algorithm.ask()
+        again = algorithm.ask()
+        assert again.get("test_point").tolist() == block.get("test_point").tolist()
+        F, G = problem.evaluate(block.get("X"))
+        block.set("F", F, "G", G)
+        algorithm.tell(infills=block)
+        sizes.append(len(block))
+    assert sizes == [40, 40, 20]
+    assert algorithm.ask() is None
+    result, direct = algorithm.result(), minimize(problem, PSI(100))
+    np.testing.assert_array_equal(result.F, direct.F)
+
+
+def test_telling_something_else_is_refused():
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(CHUTE)
+    first = algorithm.ask()
+    with pytest.raises(
+        PsiError,
+        match=r"F of infills must be 4 values for each design, got an array of shape \(40, 0\)",
+    ):
+        algorithm.tell(infills=first)
+    CHUTE_F, CHUTE_G = CHUTE.evaluate(first.get("X"))
+    first.set("F", CHUTE_F, "G", CHUTE_G)
+    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 1"):
+        algorithm.tell(infills=first[::-1])
+    algorithm.tell(infills=first)
+    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 41"):
+        algorithm.tell(infills=first)
+
+
+def test_copies_go_their_own_way():
+    algorithm = PSI(100, block_size=40)
+    algorithm.setup(CHUTE)
+    algorithm.next()
+    for copied in (copy.deepcopy(algorithm), pickle.loads(pickle.dumps(algorithm))):
+        copied.next()
+        assert (algorithm.n_tested, copied.n_tested) == (40, 80)
+        np.testing.assert_array_equal(copied.run().F, minimize(CHUTE, PSI(100)).F)
+
+
+def test_runs_do_not_share_state():
+    algorithm = PSI(50)
+    first = minimize(CHUTE, algorithm)
+    second = minimize(CHUTE, algorithm)
+    assert algorithm.n_tested == 0
+    np.testing.assert_array_equal(first.F, second.F)
+
+
+def test_limits_on_criteria():
+    limits = {"f1": 2.2, 3: 1.0}
+    result = minimize(CHUTE, PSI(500, limits=limits, block_size=90))
+    table = result.algorithm.table
+    assert table.feasible().all()  # no constraint is broken; limits are not constraints
+    kept = (table.F[:, 0] <= 2.2) & (table.F[:, 3] <= 1.0)
+    expected = [
+        number
+        for number, f in zip(table.numbers[kept], table.F[kept], strict=True)
+        if not ((table.F[kept] <= f).all(axis=1) & (table.F[kept] < f).any(axis=1)).any()
+    ]
+    assert result.opt.get("test_point").tolist() == expected
+    assert table.numbers[table.pareto(limits)].tolist() == expected
+    assert minimize(CHUTE, PSI(100, limits={"f1": 0.5})).F is None
+
+
+@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
+@pytest.mark.parametrize("block_size", [7, 64, 1000])
+@pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])
+def test_investigate_is_psi_without_objects(keep, block_size, name):
+    problem = get_problem(name)
+    whole = minimize(problem, PSI(300, first=3)).algorithm.table
+    mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
+    table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
+    assert table.equals(whole.rows(mask))
+
+
+def test_investigate_shows_progress_and_closes_the_bar(monkeypatch):
+    seen = []
+
+    class Bar:
+        set = seen.append
+
+        def close(self):
+            seen.append("closed")
+
+    module = importlib.import_module("pymoo_psi.algorithms._investigate")
+    monkeypatch.setattr(module, "ProgressBar", Bar)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    investigate(CHUTE, 200, block_size=80, progress=True)
+    assert seen == [0.4, 0.8, 1.0, "closed"]
+
+
+def test_investigate_mixed_variables_and_limits():
+    whole = minimize(Mixed(), PSI(200)).algorithm.table
+    assert investigate(Mixed(), 200, block_size=64).equals(whole)
+    limited = investigate(Mixed(), 200, limits={"f1": 9.0}, keep="pareto", block_size=64)
+    assert limited.equals(whole.rows(whole.pareto({"f1": 9.0})))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
+        ({"keep": "best"}, "keep must be one of 'all', 'feasible', 'pareto', got 'best'"),
+        ({"progress": 1}, "progress must be True or False, got 1"),
+        ({"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
+        (
+            {"limits": {"f9": 1.0}, "keep": "pareto"},
+            "criterion must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'",
+        ),
+    ],
+)
+def test_bad_investigations(options, message):
+    with pytest.raises(PsiError, match=message):
+        investigate(CHUTE, **{"n_points": 8, **options})
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: minimize(CHUTE, PSI(8, limits={"f9": 1})), ValueError, "criterion must be one of"),
+        (lambda: PSI(0), ValueError, "n_points must be an integer >= 1, got 0"),
+        (lambda: PSI(10.0), TypeError, "n_points must be an integer >= 1, got 10.0"),
+        (lambda: PSI(10, first=0), ValueError, "first must be an integer >= 1, got 0"),
+        (lambda: PSI(10, block_size=0), ValueError, "block_size must be an integer >= 1, got 0"),
+        (
+            lambda: PSI(10, blocksize=5),
+            TypeError,
+            "PSI got an unknown keyword argument 'blocksize'",
+        ),
+        (
+            lambda: minimize(CHUTE, PSI(10), sed=1),
+            TypeError,
+            "unknown keyword argument 'sed'; did you mean 'seed'",
+        ),
+        (lambda: minimize(SphereChute, PSI(10)), TypeError, "pass an instance, not the class"),
+        (
+            lambda: minimize(Unbounded(), PSI(10)),
+            ValueError,
+            "bounds of x1 of Unbounded must be finite, got None and None",
+        ),
+        (
+            lambda: minimize(Unbounded(0, np.inf), PSI(10)),
+            ValueError,
+            "bounds of x1 of Unbounded must be finite, got 0.0 and inf; test points",
+        ),
+        (
+            lambda: minimize(Unbounded(1, 0), PSI(10)),
+            ValueError,
+            "bounds of x1 of Unbounded must be in rising order, got 1.0 and 0.0",
+        ),
+        (
+            lambda: minimize(Unbounded(0, 1, 52), PSI(10)),
+            ValueError,
+            "at most 51 for LPτ, got 52; use QMCSampling",
+        ),
+    ],
+)
+def test_bad_arguments(make, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert isinstance(caught.value, PsiError)
+
+
+class Mixed(ElementwiseProblem):
+    """One variable of each of pymoo's types."""
+
+    def __init__(self):
+        variables = {
+            "length": Real(bounds=(1.0, 2.0)),
+            "count": Integer(bounds=(3, 7)),
+            "hollow": Binary(),
+            "metal": Choice(options=["steel", "brass", "tin"]),
+        }
+        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        price = {"steel": 1.0, "brass": 2.5, "tin": 1.5}[x["metal"]]
+        mass = x["length"] * x["count"] * (0.5 if x["hollow"] else 1.0)
+        out["F"] = [
+            mass * price,
+            1.0 / mass + 0.1 * x["count"] + (0.3 if x["metal"] == "tin" else 0),
+        ]
+        out["G"] = [x["count"] - 6]
+
+
+def test_mixed_variables():
+    result = minimize(Mixed(), PSI(240))
+    table = result.algorithm.table
+    assert set(table.X[:, 3]) == {"steel", "brass", "tin"}
+    assert set(table.X[:, 1]) == {3, 4, 5, 6, 7}
+    assert set(table.X[:, 2]) == {True, False}
+    assert 1 <= min(table.X[:, 0]) < max(table.X[:, 0]) < 2
+    assert [x["metal"] for x in result.X] == table.X[result.opt.get("test_point") - 1, 3].tolist()
+    ok = table.feasible()
+    assert ok.tolist() == (table.X[:, 1] <= 6).tolist()
+    for f in result.F:
+        assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
+
+
+class Whole(Problem):
+    def __init__(self, vtype, **bounds):
+        super().__init__(n_var=2, n_obj=2, vtype=vtype, **bounds)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = np.column_stack([x[:, 0], 9 - x[:, 0] + x[:, 1]])
+
+
+def test_integer_and_binary_vectors():
+    """Every value comes equally often; a bound between integers counts as the one inside."""
+    table = minimize(Whole(int, xl=[-2, 0.5], xu=[1, 4]), PSI(64)).algorithm.table
+    assert table.X.dtype == np.int64
+    values, counts = np.unique(table.X[:, 0], return_counts=True)
+    assert values.tolist() == [-2, -1, 0, 1]
+    assert counts.tolist() == [16] * 4
+    assert np.unique(table.X[:, 1]).tolist() == [1, 2, 3, 4]
+    assert minimize(Whole(bool), PSI(64)).algorithm.table.X.dtype == bool
+
+
+def test_other_variables_are_refused():
+    with pytest.raises(
+        TypeError, match="vtype of Whole must be float, int or bool, got <class 'str'>"
+    ):
+        minimize(Whole(str, xl=0, xu=1), PSI(10))
+    problem = Mixed()
+    problem.vars["metal"] = Choice(options=[])
+    with pytest.raises(
+        TypeError, match="variable 'metal' of Mixed must be Real, Integer, Binary or"
+    ):
+        minimize(problem, PSI(10))
+
+
+def test_more_variables_than_lp_tau_has():
+    problem = get_problem("zdt1", n_var=60)
+    result = minimize(
+        problem, PSI(100, sampling=QMCSampling("sobol", scramble=False), block_size=30)
+    )
+    np.testing.assert_array_equal(
+        result.algorithm.table.X, QMCSampling("sobol", scramble=False).unit_points(100, 60)
+    )
+    check_pareto_set(result, problem)
+
+
+@pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
+def test_randomised_points_follow_the_seed(engine):
+    runs = [minimize(CHUTE, PSI(50, sampling=QMCSampling(engine)), seed=s).F for s in (1, 1, 2)]
+    np.testing.assert_array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_a_randomised_sequence_can_be_continued():
+    sobol = QMCSampling("sobol")
+    whole, first, second = (
+        minimize(CHUTE, algorithm, seed=4).algorithm.table
+        for algorithm in (
+            PSI(100, sampling=sobol),
+            PSI(40, sampling=sobol),
+            PSI(60, first=41, sampling=sobol),
+        )
+    )
+    assert first.merge(second).equals(whole)
+    with pytest.raises(PsiError, match="first must be 1 for the engine 'lhs', got 41; use 'sobol'"):
+        minimize(CHUTE, PSI(60, first=41, sampling=QMCSampling("lhs")))
+    with pytest.raises(TypeError, match="sampling must be LPTauSampling"):
+        PSI(10, sampling="lhs")

@@ -1,0 +1,346 @@
+"""PSI with a study file and with designs that fail: nothing is lost, nothing is done twice."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    JoblibRunner,
+    PsiError,
+    QMCSampling,
+    SphereChute,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+)
+from pymoo_psi.errors import EvaluationError, StudyCorruptError, StudyMismatchError
+
+
+class Counted(ElementwiseProblem):
+    """Two parabolas over a square; counts its evaluations and fails where it is told to."""
+
+    def __init__(self, broken=()):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+        self.seen, self.broken = [], set(broken)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.seen.append(tuple(x))
+        if len(self.seen) in self.broken:
+            raise RuntimeError(f"no convergence at {x[0]}")
+        out["F"] = [x[0] ** 2 + x[1], (1 - x[0]) ** 2 + x[1]]
+        out["G"] = [x[0] - 0.9]
+
+
+def run(problem, n, path, **options):
+    return minimize(problem, PSI(n, study=path, block_size=16, **options)).algorithm.table
+
+
+@pytest.mark.parametrize("first_by", ["psi", "investigate"])
+@pytest.mark.parametrize("then_by", ["psi", "investigate"])
+def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
+    path = tmp_path / "s.db"
+    whole = minimize(Counted(), PSI(100)).algorithm.table
+
+    def go(problem, n, by):
+        if by == "psi":
+            return run(problem, n, path)
+        return investigate(problem, n, study=path, block_size=16)
+
+    first = Counted()
+    assert go(first, 40, first_by).equals(whole.rows(np.arange(40)))
+    assert len(first.seen) == 40
+    again = Counted()
+    assert go(again, 40, then_by).equals(whole.rows(np.arange(40)))
+    assert again.seen == []
+    more = Counted()
+    assert go(more, 100, then_by).equals(whole)
+    assert len(more.seen) == 60
+    assert TestTable.read_study(path).equals(whole)
+
+
+def test_the_result_of_a_continued_study_is_that_of_one_run(tmp_path):
+    path = tmp_path / "s.db"
+    run(Counted(), 50, path)
+    result = minimize(Counted(), PSI(120, study=path))
+    direct = minimize(Counted(), PSI(120))
+    np.testing.assert_array_equal(result.F, direct.F)
+    np.testing.assert_array_equal(result.opt.get("test_point"), direct.opt.get("test_point"))
+    assert result.algorithm.evaluator.n_eval == 70
+
+
+def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
+    """Bit for bit, however the run is cut: the values of a design do not depend on its company."""
+    problem = VectorizedSphereChute(0.4)
+    whole = investigate(problem, 300)
+    for block_size in (1, 7, 64):
+        assert investigate(problem, 300, block_size=block_size).equals(whole)
+    run(problem, 100, tmp_path / "s.db")
+    assert run(problem, 300, tmp_path / "s.db").equals(whole)
+
+
+@pytest.mark.parametrize(
+    ("other", "options", "message"),
+    [
+        (SphereChute(0.4, model="rolling"), {}, "model"),
+        (SphereChute(0.5, lower=(0, 0.1), upper=(1.4, 6)), {}, "mu"),
+        (SphereChute(0.4, upper=(1.0, 6)), {}, "upper bound of x1: 1.4"),
+        (get_problem("zdt1", n_var=2), {}, "objectives"),
+        (SphereChute(0.4), {"study_key": "v2"}, "key"),
+        (SphereChute(0.4), {"sampling": QMCSampling("halton", scramble=False)}, "sampling"),
+    ],
+)
+def test_another_problem_is_refused(tmp_path, other, options, message):
+    path = tmp_path / "s.db"
+    run(SphereChute(0.4), 16, path)
+    before = path.read_bytes()
+    with pytest.raises(StudyMismatchError, match=message):
+        run(other, 16, path, **options)
+    assert path.read_bytes() == before
+
+
+def test_a_foreign_file_is_refused_untouched(tmp_path):
+    path = tmp_path / "s.db"
+    path.write_text("f1,f2\n1,2\n")
+    with pytest.raises(StudyCorruptError):
+        run(Counted(), 16, path)
+    assert path.read_text() == "f1,f2\n1,2\n"
+
+
+class Watched(JoblibRunner):
+    """A runner that notes how many designs it is given at a time."""
+
+    def __call__(self, f, X):
+        self.given = [*getattr(self, "given", []), len(X)]
+        return [f(x) for x in X]
+
+
+def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
+    monkeypatch.setattr("pymoo_psi.evaluation._evaluator._SECONDS", 0.0)  # every model is slow
+    problem = SphereChute(0.4, elementwise_runner=Watched(n_jobs=3))
+    run(problem, 16, tmp_path / "s.db")
+    assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
+
+
+@pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])
+def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
+    """Of a slow model no more is lost than what was being evaluated, here one design."""
+    monkeypatch.setattr("pymoo_psi.evaluation._evaluator._SECONDS", seconds)
+    path = tmp_path / "s.db"
+
+    class Impatient(Counted):
+        def name(self):
+            return "Counted"
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if len(self.seen) == 40:
+                raise KeyboardInterrupt
+            super()._evaluate(x, out)
+
+    with pytest.raises(KeyboardInterrupt):
+        minimize(Impatient(), PSI(64, study=path, block_size=16))
+    assert TestTable.read_study(path).numbers.tolist() == list(range(1, stored + 1))
+    rest = Counted()
+    table = run(rest, 64, path)
+    assert len(rest.seen) == 64 - stored
+    assert table.equals(minimize(Counted(), PSI(64)).algorithm.table)
+
+
+def test_failed_designs_are_recorded_and_retried(tmp_path):
+    path = tmp_path / "s.db"
+    table = run(Counted(broken={3, 7}), 32, path)
+    assert table.numbers[table.status == "failed"].tolist() == [3, 7]
+    assert table.reasons[3].startswith("RuntimeError: no convergence at")
+    assert not table.feasible()[[2, 6]].any()
+    again = Counted()
+    assert run(again, 32, path).equals(table)
+    assert again.seen == []
+    assert run(again, 32, path, retry=[3]).numbers[2] == 3
+    assert len(again.seen) == 1
+    healed = run(again, 32, path, retry="failed")
+    assert len(again.seen) == 2
+    assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
+
+
+def test_a_failure_tolerant_problem_is_guarded_once():
+    table = minimize(FailureTolerant(Counted(broken={3})), PSI(16)).algorithm.table
+    assert table.reasons[3].startswith("RuntimeError")
+    assert table.layout.constraints == ("g1",)
+
+
+def test_points_that_depend_on_their_number_are_another_study(tmp_path):
+    lhs = QMCSampling("lhs")
+    investigate(Counted(), 16, sampling=lhs, seed=1, study=tmp_path / "s.db")
+    with pytest.raises(StudyMismatchError, match="lhs of 16 points"):
+        investigate(Counted(), 32, sampling=lhs, seed=1, study=tmp_path / "s.db")
+
+
+def test_nothing_of_a_failed_design_is_pareto_optimal():
+    result = minimize(Counted(broken={1, 5}), PSI(64))
+    assert not np.isin(result.opt.get("test_point"), [1, 5]).any()
+    failed = result.pop[[0, 4]]
+    assert not failed.get("feas").any()
+    assert all(reason for reason in failed.get("failure"))
+
+
+class Holed(Problem):
+    """A vectorised problem with NaN in a strip and an exception in another."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if (x[:, 0] > 0.9).any():
+            raise ValueError("out of range")
+        F = np.column_stack([x[:, 0], 1 - x[:, 0] + x[:, 1]])
+        F[x[:, 0] < 0.1] = np.nan
+        out["F"] = F
+
+
+@pytest.mark.parametrize("by", ["psi", "investigate"])
+def test_vectorised_problems_lose_only_the_culprits(by):
+    table = (
+        minimize(Holed(), PSI(64)).algorithm.table
+        if by == "psi"
+        else investigate(Holed(), 64, block_size=20)
+    )
+    x = table.X[:, 0]
+    np.testing.assert_array_equal(table.status == "failed", (x < 0.1) | (x > 0.9))
+    assert "nan" in table.reasons[1]
+    assert "out of range" in next(
+        table.reasons[n] for n, v in zip(table.numbers, x, strict=True) if v > 0.9
+    )
+
+
+@pytest.mark.parametrize("by", ["psi", "investigate"])
+def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
+    path, problem = tmp_path / "s.db", Counted(broken={21})
+    go = {
+        "psi": lambda: run(problem, 64, path, on_failure="raise"),
+        "investigate": lambda: investigate(
+            problem, 64, study=path, block_size=16, on_failure="raise"
+        ),
+    }[by]
+    with pytest.raises(EvaluationError, match="no convergence at") as caught:
+        go()
+    assert "design [" in str(caught.value)
+    stored = TestTable.read_study(path)
+    assert set(range(1, 21)) <= set(stored.numbers.tolist())
+    if by == "psi":
+        assert len(problem.seen) == 21
+    rest = Counted()
+    assert run(rest, 64, path, retry="failed").equals(minimize(Counted(), PSI(64)).algorithm.table)
+
+
+def test_history_copies_and_pickles_hold_no_connection(tmp_path):
+    result = minimize(Counted(), PSI(48, study=tmp_path / "s.db", block_size=16), save_history=True)
+    assert [entry.n_tested for entry in result.history] == [16, 32, 48]
+
+
+# The modules are imported once: every run is a fork of this script, begun by the name of its log.
+SCRIPT = """
+import json, os, sys, time
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+from pymoo_psi import PSI
+
+class Logged(ElementwiseProblem):
+    def __init__(self, log):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+        self.log = log
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        with open(self.log, "a") as log:
+            log.write(json.dumps(list(x)) + "\\n")
+        time.sleep(0.001)
+        out["F"] = [x[0] ** 2 + x[1], (1 - x[0]) ** 2 + x[1]]
+        out["G"] = [x[0] - 0.9]
+
+for line in sys.stdin:
+    pid = os.fork()
+    if pid:
+        print(pid, flush=True)
+        print(os.waitpid(pid, 0)[1], flush=True)
+    else:
+        minimize(Logged(line.strip()), PSI(400, study=sys.argv[1], block_size=5))
+        os._exit(0)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of this test are forks")
+def test_a_study_killed_thirty_times_is_the_study_of_one_run(tmp_path):
+    """SIGKILL at random moments: the finished table is that of an uninterrupted run, bit for bit,
+    and no run evaluates a point that was committed before it."""
+    path = tmp_path / "s.db"
+    rng, kills, ended = random.Random(1), 0, None
+    whole = minimize(Counted(), PSI(400)).algorithm.table
+    by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
+    server = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with server:
+        while kills < 30 or ended != 0:
+            committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
+            if ended == 0:  # finished before its kill: begin a new study
+                path.unlink()
+                committed = set()
+            log = tmp_path / f"log{kills}"
+            log.unlink(missing_ok=True)
+            print(log, file=server.stdin, flush=True)
+            pid = int(server.stdout.readline())
+            if kills < 30:
+                time.sleep(rng.uniform(0, 0.12))
+                os.kill(pid, signal.SIGKILL)
+            ended = int(server.stdout.readline())
+            kills += ended == signal.SIGKILL
+            assert ended in (0, signal.SIGKILL)
+            assert not _evaluated(log, by_design) & committed
+    assert TestTable.read_study(path).equals(whole)
+    assert [p.name for p in tmp_path.glob("s.db*")] == ["s.db"]
+
+
+def _evaluated(log, by_design):
+    if not log.exists():
+        return set()
+    numbers = set()
+    for line in log.read_text().splitlines():
+        try:
+            numbers.add(by_design[tuple(json.loads(line))])
+        except ValueError:  # the kill cut the line
+            continue
+    return numbers
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"retry": "all"}, "retry must be 'failed' or numbers of test points, got 'all'"),
+        ({"retry": [0]}, "a number in retry must be an integer >= 1, got 0"),
+        ({"on_failure": "ignore"}, "on_failure must be one of 'raise', 'record', got 'ignore'"),
+        ({"study": 3}, "path must be the name of a file, got 3"),
+    ],
+)
+def test_bad_arguments(options, message):
+    with pytest.raises(PsiError, match=message):
+        PSI(8, **options)
+
+
+def test_randomised_points_need_a_seed(tmp_path):
+    with pytest.raises(
+        PsiError, match="seed must be given where a study has randomised points, got None"
+    ):
+        run(Counted(), 8, tmp_path / "s.db", sampling=QMCSampling("sobol"))

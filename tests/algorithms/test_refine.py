@@ -1,0 +1,95 @@
+"""The continuous Salukvadze optimum against a fine grid and closed forms."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, PsiError, SphereChute, VectorizedSphereChute, lp_tau, rank_of_efficiency
+from pymoo_psi.algorithms import refine
+
+
+class Parabolas(Problem):
+    """Two parabolas over a square; by symmetry the optimum is at (0.5, 0)."""
+
+    def __init__(self, limit=9.0, xl=0.0, xu=1.0):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=xl, xu=xu)
+        self.limit = limit
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = np.column_stack([x[:, 0] ** 2 + x[:, 1], (1 - x[:, 0]) ** 2 + x[:, 1]])
+        out["G"] = x[:, :1] - self.limit
+
+
+def best_of(problem, n, **options):
+    result = minimize(problem, PSI(n))
+    ranking = rank_of_efficiency(result.F, **options)
+    return result.X[ranking.salukvadze[0]], ranking
+
+
+def test_closed_form():
+    x0, ranking = best_of(Parabolas(), 100)
+    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])  # U = 0, N = 1
+    refined = refine(Parabolas(), x0, ranking)
+    np.testing.assert_allclose(refined.x, [0.5, 0], atol=1e-6)
+    np.testing.assert_allclose(refined.distance, np.hypot(0.25, 0.25), rtol=1e-9)
+    np.testing.assert_array_equal(refined.start, x0)
+
+
+def test_a_constraint_is_kept():
+    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
+    refined = refine(Parabolas(limit=0.4), [0.1, 0.3], ranking)
+    assert refined.x[0] <= 0.4
+    np.testing.assert_allclose(refined.x, [0.4, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("normalize", [True, False])
+@pytest.mark.parametrize("mu", [0.2, 0.4, 0.6])
+def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
+    problem = VectorizedSphereChute(mu, model="rolling")
+    x0, ranking = best_of(problem, 1024, normalize=normalize)
+    refined = refine(problem, x0, ranking)
+    u1, v_p = np.meshgrid(np.linspace(0, 3.5 * mu, 400), np.linspace(0.1, 6, 400))
+    F = problem.evaluate(np.column_stack([u1.ravel(), v_p.ravel()]), return_values_of=["F"])
+    assert refined.distance <= ranking.frame.distances(F)[:, 0].min()
+    assert refined.distance < refined.start_distance == ranking.criteria[ranking.salukvadze[0], 0]
+
+
+def test_a_problem_with_one_design():
+    """Where the bounds leave no room the start is the answer."""
+    problem = Parabolas(xl=0.3, xu=0.3)
+    refined = refine(problem, [0.3, 0.3], rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]]))
+    assert refined.x.tolist() == [0.3, 0.3]
+    assert refined.distance == refined.start_distance
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([2.0, 0.0],), r"x0 must be inside the box of the problem, got \[2.0, 0.0\]"),
+        (([0.5],), r"x0 must be of shape \(2,\), got shape \(1,\)"),
+        (([0.5, np.nan],), "x0 must be finite, got nan at index 1"),
+        (([0.5, 0.0],), "x0 must be a feasible design with finite objectives"),
+    ],
+)
+def test_bad_start(arguments, message):
+    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
+    with pytest.raises(PsiError, match=message):
+        refine(Parabolas(limit=0.4), *arguments, ranking)
+
+
+def test_bad_ranking():
+    with pytest.raises(TypeError, match="ranking must be an EfficiencyRanking, got None"):
+        refine(SphereChute(), [0.1, 0.2], None)
+
+
+def test_a_ranking_with_a_maximised_objective():
+    """The objectives of the problem are turned as those of the ranking were."""
+    problem = VectorizedSphereChute(0.4, model="rolling")
+    X = problem.xl + (problem.xu - problem.xl) * lp_tau(64, 2, first=2)
+    F = problem.evaluate(X)[0]
+    ranking = rank_of_efficiency(F, maximize=[2])
+    best = ranking.salukvadze[0]
+    refined = refine(problem, X[best], ranking)
+    assert refined.start_distance == ranking.criteria[best, 0]
+    assert refined.distance <= refined.start_distance

@@ -1,0 +1,284 @@
+"""The command line: results on success, one clear line and exit code 2 on a mistake."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pymoo_psi
+from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency
+from pymoo_psi.cli import main
+from tests.table.exact_csv import EXACT
+
+
+def run(capsys, *arguments):
+    code = main([str(a) for a in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_reproduce_writes_and_prints_the_tables(capsys, tmp_path):
+    out = tmp_path / "new" / "folder"
+    code, printed, err = run(capsys, "reproduce", "--out", out, "--points", 64)
+    assert code == 0
+    assert err.splitlines()[0] == "done: mu = 0.2, rolling model"
+    assert len(err.splitlines()) == 8  # six cases and two sets of figures, when there is no bar
+    assert "published tables follow from the rolling model" in printed
+    assert "Not compared: the paper tests 4096 points" in printed
+    table = pd.read_csv(out / "table_6_1.csv")
+    assert table.loc[table["model"] == "rolling", "paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
+    assert list(pd.read_csv(out / "table_6_2.csv").columns) == list(table.columns)
+    assert sorted(path.name for path in out.glob("*.csv")) == [
+        "continuous_optima.csv",
+        "table_6_1.csv",
+        "table_6_2.csv",
+    ]
+
+
+def test_solve_chute_by_psi(capsys, tmp_path):
+    file = tmp_path / "front.csv"
+    code, printed, err = run(
+        capsys, "solve", "chute", "--mu", 0.4, "--model", "rolling", "--points", 256, "--out", file
+    )
+    assert (code, err) == (0, "")
+    assert "VectorizedSphereChute by psi" in printed
+    from pymoo.optimize import minimize
+
+    result = minimize(VectorizedSphereChute(0.4, model="rolling"), PSI(256))
+    written = pd.read_csv(file, **EXACT).set_index("test_point").loc[result.opt.get("test_point")]
+    np.testing.assert_array_equal(written[["f1", "f2", "f3", "f4"]], result.F)
+    np.testing.assert_array_equal(written[["x1", "x2"]], result.X)
+    assert written["rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()
+
+
+def test_solve_by_nsga3_is_repeatable(capsys, tmp_path):
+    files = [tmp_path / name for name in ("a.csv", "b.csv", "c.csv")]
+    for file, seed in zip(files, (5, 5, 6), strict=True):
+        code, printed, _ = run(
+            capsys,
+            "solve",
+            "chute",
+            "--model",
+            "rolling",
+            "--algorithm",
+            "nsga3",
+            "--points",
+            200,
+            "--seed",
+            seed,
+            "--out",
+            file,
+        )
+        assert code == 0
+        assert "by nsga3" in printed
+    first, second, third = (file.read_text() for file in files)
+    assert first == second != third
+
+
+def test_solve_other_problems(capsys, tmp_path, monkeypatch):
+    assert run(capsys, "solve", "bnh", "--points", 100)[0] == 0
+    (tmp_path / "my_model.py").write_text(
+        "from pymoo.problems.multi.bnh import BNH\nready = BNH()\nmake = BNH\nnumber = 3\n"
+        "def broken():\n    raise RuntimeError('no licence')\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for attribute in ("ready", "make", "BNH"):
+        assert run(capsys, "solve", f"my_model:{attribute}", "--points", 64)[0] == 0
+    for attribute, reason in (
+        ("number", "int"),
+        ("broken", "no licence"),
+        ("absent", "no attribute"),
+    ):
+        code, _, err = run(capsys, "solve", f"my_model:{attribute}")
+        assert code == 2
+        assert reason in err
+        assert err.count("\n") == 1
+
+
+def test_solve_in_processes(capsys):
+    code, alone, _ = run(capsys, "solve", "chute", "--model", "rolling", "--points", 64)
+    again, shared, _ = run(
+        capsys, "solve", "chute", "--model", "rolling", "--points", 64, "--jobs", 2
+    )
+    assert code == again == 0
+    assert alone.splitlines()[1:] == shared.splitlines()[1:]
+
+
+def test_solve_continues_a_study(capsys, tmp_path):
+    study = tmp_path / "chute.db"
+    assert run(capsys, "solve", "chute", "--points", 100, "--study", study)[0] == 0
+    code, printed, _ = run(capsys, "solve", "chute", "--points", 160, "--study", study)
+    assert code == 0
+    assert "160 tested, 100 of them from the study" in printed
+    code, _, err = run(capsys, "solve", "chute", "--mu", 0.4, "--points", 160, "--study", study)
+    assert code == 2
+    assert "belongs to another problem" in err
+
+
+def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):
+    """With --jobs or --timeout no design is evaluated in the process of the command."""
+    (tmp_path / "hard_model.py").write_text(
+        "import os, time\n"
+        "from pymoo.core.problem import ElementwiseProblem\n"
+        "class Hard(ElementwiseProblem):\n"
+        "    def __init__(self):\n"
+        "        super().__init__(n_var=1, n_obj=2, xl=0, xu=1)\n"
+        "    def _evaluate(self, x, out, *args, **kwargs):\n"
+        "        if x[0] == 0:\n"
+        "            os._exit(3)\n"
+        "        if x[0] == 0.5:\n"
+        "            time.sleep(600)\n"
+        "        out['F'] = [x[0], 1 - x[0]]\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    code, printed, err = run(
+        capsys, "solve", "hard_model:Hard", "--points", 16, "--jobs", 2, "--timeout", 1,
+        "--study", "hard.db", "--study-key", "v1",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert "16 tested, 2 failed" in printed
+    code, _, err = run(
+        capsys,
+        "solve",
+        "hard_model:Hard",
+        "--points",
+        16,
+        "--study",
+        "hard.db",
+        "--study-key",
+        "v2",
+    )
+    assert code == 2
+    assert "key" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["solve", "chute", "--out", "absent/x.csv"], "absent/x.csv: No such file or directory"),
+        (
+            ["solve", "chute", "--study", "x.db", "--algorithm", "nsga3"],
+            "--study must be used with",
+        ),
+        (["solve", "chute", "--study", "pyproject.toml"], "pyproject.toml"),
+        (["solve", "chute", "--mu", "-1"], "mu must be a positive number, got -1.0"),
+        (["solve", "chute", "--mu", "x"], "Invalid value for '--mu'"),
+        (["solve", "chute", "--model", "ful"], "Invalid value for '--model'"),
+        (["solve", "chute", "--points", "0"], "n_points must be an integer >= 1, got 0"),
+        (
+            ["solve", "chute", "--algorithm", "nsga3", "--points", "0"],
+            "n_evaluations must be an integer >= 1",
+        ),
+        (["solve", "zdt99"], "PROBLEM must be 'chute', the name of a pymoo test problem"),
+        (
+            ["solve", "zdt1", "--mu", "0.3"],
+            "PROBLEM must be 'chute' where --mu is given, got 'zdt1'",
+        ),
+        (["solve", "no_such_module:thing"], "No module named 'no_such_module'"),
+        (
+            ["solve", "zdt1", "--jobs", "0"],
+            "--jobs must be 1 or more, or -1 for one per core, got 0",
+        ),
+        (
+            ["solve", "chute", "--points", "64", "--out", "absent/folder/x.csv"],
+            "No such file or directory",
+        ),
+        (["solve"], "Missing argument"),
+        (["solv"], "No such command 'solv'"),
+        (["reproduce", "--points", "-4", "--out", "."], "--points must be an integer >= 1, got -4"),
+        (["reproduce", "--pionts", "4"], "No such option: --pionts"),
+        (["reproduce", "--out", "pyproject.toml/x"], "pyproject.toml"),
+    ],
+)
+def test_mistakes(capsys, arguments, message):
+    code, printed, err = run(capsys, *arguments)
+    assert code == 2
+    assert message in err
+    assert err.startswith("pymoo-psi: error: ")
+    assert err.count("\n") == 1
+    assert "Traceback" not in printed + err
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path):
+    from pymoo_psi.cli._output import write_csv
+
+    file = tmp_path / "front.csv"
+    write_csv(pd.DataFrame({"a": [1]}), file)
+    old = file.read_text()
+
+    class Unwritable(pd.DataFrame):
+        def to_csv(self, *args, **kwargs):
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        write_csv(Unwritable({"a": [2]}), file)
+    assert file.read_text() == old
+    assert [path.name for path in tmp_path.iterdir()] == ["front.csv"]
+
+
+def test_the_installed_command_answers():
+    done = subprocess.run(
+        [sys.executable, "-c", "from pymoo_psi.cli import run; run()", "--help"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert "reproduce" in done.stdout
+    assert "solve" in done.stdout
+
+
+def test_python_m_and_version():
+    done = subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"pymoo-psi {pymoo_psi.__version__}\n"
+
+
+@pytest.mark.parametrize("words", [[], ["-h"], ["--help"]])
+def test_help(capsys, words):
+    code, printed, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    assert "Usage: pymoo-psi [OPTIONS] COMMAND" in printed
+    assert run(capsys, "rank", "-h")[1] == run(capsys, "rank", "--help")[1]
+
+
+def test_help_loads_no_heavy_library():
+    code = (
+        "import sys; from pymoo_psi.cli import main; main(['solve', '--help']); "
+        "heavy = ('numpy', 'pandas', 'scipy', 'pymoo', 'matplotlib', 'joblib', 'bokeh'); "
+        "print('loaded:', [name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "loaded: []"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ({"_PYMOO_PSI_COMPLETE": "source_bash"}, "complete -o default -F _pymoo_psi_completion"),
+        (
+            {
+                "_PYMOO_PSI_COMPLETE": "complete_bash",
+                "COMP_WORDS": "pymoo-psi re",
+                "COMP_CWORD": "1",
+            },
+            "reproduce",
+        ),
+    ],
+)
+def test_the_shell_completes(words, expected):
+    code = "from pymoo_psi.cli import run; run()"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **words},
+    )
+    assert expected in done.stdout

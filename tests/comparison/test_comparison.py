@@ -1,0 +1,417 @@
+"""The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.repair import Repair
+from pymoo.core.variable import Choice, Integer, Real
+from pymoo.problems import get_problem
+from pymoo.problems.functional import FunctionalProblem
+
+from pymoo_psi import PsiError, VectorizedSphereChute, compare, investigate, nsga3
+from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions, report
+from pymoo_psi.comparison._statistics import effect_size, holm, p_value
+from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
+
+points = arrays(
+    np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(0, 6).map(float)
+)
+
+
+class Counted(Problem):
+    """Two spheres that keep count themselves, apart from any bookkeeping of the comparison."""
+
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, xl=np.array([-1.0, 0, 1]), xu=np.array([1.0, 2, 3]))
+        self.calls = []
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.calls.append(X.copy())
+        out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
+
+
+EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2", "unsga3", "spea2", "sms", "moead"]
+
+
+@pytest.mark.parametrize("algorithm", EVERY)
+@pytest.mark.parametrize("budget", [1, 7, 100, 257])
+def test_every_algorithm_spends_exactly_its_budget_inside_the_same_bounds(algorithm, budget):
+    problem = Counted()
+    result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm], polish=False)
+    X = np.vstack(problem.calls)
+    assert len(X) == budget == result.to_frame()["evaluated"].item()
+    assert (problem.xl <= X).all()
+    assert (problem.xu >= X).all()
+    F = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
+    best = F[nondominated(F)]
+    found = result.runs[0].F
+    assert sorted(map(tuple, found)) == sorted(map(tuple, best))
+
+
+def test_psi_is_what_investigate_finds_and_nsga3_what_nsga3_finds():
+    problem = VectorizedSphereChute(0.4)
+    result = compare(problem, n_evaluations=200, seeds=[5], algorithms=["psi", "nsga3"])
+    psi, evolved = result.runs
+    table = investigate(problem, 200)
+    assert np.array_equal(psi.returned, table.F[table.pareto()])
+    assert np.array_equal(evolved.returned, nsga3(problem, n_evaluations=200, seed=5).F)
+
+
+def test_operators_of_an_algorithm_may_ask_the_problem():
+    class Stepped(Counted):
+        step = 0.25
+
+    class OnSteps(Repair):
+        def _do(self, problem, X, **kwargs):
+            return np.round(X / problem.step) * problem.step
+
+    result = compare(
+        Stepped(), n_evaluations=np.int64(40), seeds=np.int64(1), polish=False,
+        algorithms={"stepped": lambda n: NSGA2(pop_size=10, repair=OnSteps())},
+    )  # fmt: skip
+    X = result.runs[0].X
+    assert np.array_equal(X, np.round(X * 4) / 4)
+
+
+def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
+    class Greedy(NSGA2):
+        def _infill(self):
+            self.problem.evaluate(self.pop.get("X"))  # past the evaluator, uncounted by it
+            return super()._infill()
+
+    problem = Counted()
+    result = compare(
+        problem, n_evaluations=50, seeds=1, algorithms={"greedy": lambda n: Greedy(pop_size=20)}
+    )
+    polishing = result.reference.optimum_evaluations
+    assert sum(map(len, problem.calls)) - polishing <= 50
+    assert result.to_frame()["evaluated"].item() <= 50
+    assert result.to_frame()["hypervolume"].item() > 0
+
+
+def test_an_algorithm_that_finds_nothing_has_hypervolume_0_and_the_rest_goes_on():
+    def first(x):
+        return x[0]
+
+    rare = FunctionalProblem(
+        2, [first, lambda x: 1 - x[0]], constr_ieq=[lambda x: 0.999 - x[1]], xl=0, xu=1
+    )
+    result = compare(rare, n_evaluations=[16, 2048], seeds=2, algorithms=["psi", "nsga2"])
+    frame = result.to_frame().query("algorithm == 'psi'").set_index("evaluations")
+    assert frame.loc[16, ["hypervolume", "n_nondominated"]].tolist() == [0, 0]
+    assert np.isinf(frame.loc[16, ["igd_plus", "epsilon", "optimum_distance"]].astype(float)).all()
+    assert frame.loc[2048, "hypervolume"] > 0
+    assert np.isfinite(result.summary().query("evaluations == 2048")["hypervolume"]).all()
+
+
+def test_where_nothing_is_feasible_for_anyone_all_have_hypervolume_0():
+    never = FunctionalProblem(
+        2, [lambda x: x[0], lambda x: x[1]], constr_ieq=[lambda x: 1.0], xl=0, xu=1
+    )
+    result = compare(never, n_evaluations=[32], seeds=2, algorithms=["psi", "nsga3"])
+    assert (result.to_frame()["hypervolume"] == 0).all()
+    assert result.tests()["p"].tolist() == [1.0]
+    assert "No difference can be claimed" in conclusions(result)[0]
+    assert "0 in number" in report(result)
+
+
+def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
+    result = compare(get_problem("bnh"), n_evaluations=[64, 128], seeds=3)
+    union = np.vstack([run.F for run in result.runs])
+    best = np.unique(union[nondominated(union)], axis=0)
+    reference = result.reference
+    assert reference.n_union == len(best)
+    np.testing.assert_array_equal(reference.frame.ideal, best.min(axis=0))
+    np.testing.assert_array_equal(reference.frame.nadir, best.max(axis=0))
+    for run, measured in zip(result.runs, result.to_frame().to_dict("records"), strict=True):
+        assert reference.measure(run.F)["hypervolume"] == measured["hypervolume"]
+    # No run is better than all of them together.
+    everything = reference.measure(best)
+    assert everything["hypervolume"] >= result.to_frame()["hypervolume"].max()
+    assert everything["igd_plus"] <= result.to_frame()["igd_plus"].min()
+
+
+def test_a_known_front_joins_the_reference_and_no_optimum_is_nearer_than_the_continuous_one():
+    zdt1 = get_problem("zdt1", n_var=2)
+    front = zdt1.pareto_front()
+    result = compare(zdt1, n_evaluations=256, seeds=2, algorithms=["nsga3"], reference_front=front)
+    np.testing.assert_allclose(result.reference.frame.ideal, [0, 0], atol=1e-12)
+    np.testing.assert_allclose(result.reference.frame.nadir, [1, 1], atol=1e-2)
+    # min |(f1, 1 - sqrt f1)|: the derivative 2 f1 - (1 - sqrt f1) / sqrt f1 vanishes.
+    f1 = next(r.real**2 for r in np.roots([2, 0, 1, -1]) if abs(r.imag) < 1e-12)
+    np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-5)
+
+
+def test_what_is_returned_can_be_measured_instead():
+    problem = VectorizedSphereChute(0.4)
+    runs = {
+        assess: compare(
+            problem, n_evaluations=400, seeds=2, algorithms=["psi", "nsga3"], assess=assess
+        ).to_frame()
+        for assess in ("evaluated", "returned")
+    }
+    seen, returned = runs["evaluated"], runs["returned"]
+    assert seen["n_nondominated"].tolist()[0] == returned["n_nondominated"].tolist()[0]  # psi
+    assert (returned["hypervolume"] <= seen["hypervolume"]).all()
+    assert (returned["n_nondominated"][1:] < seen["n_nondominated"][1:]).all()
+
+
+def test_mixed_variables_are_compared_without_polishing():
+    class Beam(ElementwiseProblem):
+        def __init__(self):
+            variables = {
+                "length": Real(bounds=(1.0, 2.0)),
+                "ribs": Integer(bounds=(0, 3)),
+                "metal": Choice(options=["steel", "brass"]),
+            }
+            super().__init__(vars=variables, n_obj=2)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            weight = {"steel": 1.0, "brass": 1.3}[x["metal"]] * (x["length"] + 0.1 * x["ribs"])
+            out["F"] = [weight, 1 / (x["length"] * (1 + x["ribs"]))]
+
+    result = compare(Beam(), n_evaluations=[32], seeds=2, algorithms=["psi", "psi-scrambled"])
+    assert result.reference.optimum_evaluations == 0
+    assert (result.to_frame()["hypervolume"] > 0).all()
+
+
+# Indicators
+
+
+@given(points)
+def test_hypervolume_is_the_share_of_grid_cells_dominated(F):
+    r = 5.0
+    cells = list(itertools.product(range(5), range(5)))
+    dominated = [any(f[0] <= a and f[1] <= b for f in F) for a, b in cells]
+    assert hypervolume(F, r) == pytest.approx(np.mean(dominated))
+
+
+@given(points, points)
+def test_igd_plus_and_epsilon_by_their_definitions(F, R):
+    distances = [min(np.linalg.norm(np.maximum(f - r, 0)) for f in F) for r in R]
+    assert igd_plus(F, R) == pytest.approx(np.mean(distances))
+    assert epsilon_additive(F, R) == pytest.approx(max(min(max(f - r) for f in F) for r in R))
+
+
+def test_no_points_are_worst():
+    nothing, R = np.zeros((0, 3)), np.ones((2, 3))
+    assert hypervolume(nothing, 1.1) == 0
+    assert igd_plus(nothing, R) == epsilon_additive(nothing, R) == np.inf
+
+
+@given(arrays(np.float64, (40, 3), elements=st.floats(0, 1)), st.integers(3, 12))
+def test_a_spread_subset_covers_the_set_at_most_twice_as_badly_as_any_other_could(F, size):
+    chosen = spread_subset(F, size)
+    assert len(set(chosen.tolist())) <= len(chosen) == size
+    assert set(F.argmin(axis=0).tolist()) <= set(chosen.tolist())
+    gaps = np.linalg.norm(F[:, None] - F[chosen], axis=2).min(axis=1)
+    # Gonzalez: the points chosen after the best of each objective are this far apart, so that no
+    # choice of so many points could cover them all closer than half.
+    later = F[chosen[3:]]
+    if len(later) > 1:
+        apart = np.linalg.norm(later[:, None] - later, axis=2)[~np.eye(len(later), dtype=bool)]
+        assert gaps.max() <= apart.min() + 1e-9
+
+
+# Statistics
+
+
+def test_holm_against_the_textbook():
+    # Holm (1979): 0.005, 0.01, 0.03, 0.04 of four tests.
+    np.testing.assert_allclose(holm(np.array([0.01, 0.04, 0.03, 0.005])), [0.03, 0.06, 0.06, 0.02])
+    assert np.isnan(holm(np.array([0.5, np.nan]))[1])
+    assert holm(np.array([0.5, np.nan]))[0] == 0.5
+
+
+@given(arrays(np.float64, 7, elements=st.floats(0, 1)))
+def test_holm_never_lowers_p_and_keeps_the_order(p):
+    corrected = holm(p)
+    assert (corrected >= p).all()
+    assert (corrected <= np.minimum(1, 7 * p) + 1e-15).all()
+    order = np.argsort(p, kind="stable")
+    assert (np.diff(corrected[order]) >= 0).all()
+
+
+def test_p_values_by_counting():
+    low, high = np.arange(5.0), np.arange(5.0) + 10
+    # All orders are equally likely: 2 of C(10, 5) are as far apart.
+    assert p_value(low, high, fixed=(False, False)) == pytest.approx(2 / 252)
+    # Against one value: 2 of 2^5 signs.
+    assert p_value(low[:1] - 1, low, fixed=(True, False)) == pytest.approx(2 / 32)
+    assert p_value(low, low[:1] - 1, fixed=(False, True)) == pytest.approx(2 / 32)
+    assert p_value(np.ones(1), np.ones(5), fixed=(True, False)) == 1
+    assert np.isnan(p_value(low[:1], high[:1], fixed=(True, True)))
+
+
+def test_too_few_runs_are_told():
+    arguments = {"n_evaluations": 512, "algorithms": ["psi", "nsga3"]}
+    few = compare(get_problem("osy"), **arguments, seeds=5)  # 2 / 2^5 = 0.0625
+    enough = compare(get_problem("osy"), **arguments, seeds=6)
+    assert few.tests()["least_p"].item() == 0.0625
+    assert "take more seeds" in conclusions(few)[-1]
+    assert len(conclusions(enough)) == 1
+
+
+def test_infinite_values_are_ranked():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        a, b = np.array([np.inf] * 3), np.array([1.0, 2, 3])
+        assert p_value(b, b + 10, fixed=(False, False)) == pytest.approx(2 / 20)
+        assert p_value(a, b, fixed=(False, False)) == p_value(
+            np.full(3, 9.0), b, fixed=(False, False)
+        )
+        assert effect_size(a, b) == 1
+
+
+@given(
+    arrays(np.float64, 6, elements=st.integers(0, 3).map(float)),
+    arrays(np.float64, 4, elements=st.integers(0, 3).map(float)),
+)
+def test_effect_sizes_of_two_directions_add_up_to_one(a, b):
+    assert effect_size(a, b) + effect_size(b, a) == pytest.approx(1)
+    wins = [1.0 if x > y else 0.5 if x == y else 0.0 for x, y in itertools.product(a, b)]
+    assert effect_size(a, b) == pytest.approx(np.mean(wins))
+
+
+def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
+    result = compare(
+        get_problem("osy"), n_evaluations=1024, seeds=6, algorithms=["psi-scrambled", "nsga3"]
+    )
+    for indicator, sense in INDICATORS.items():
+        row = result.tests(indicator).iloc[0]
+        medians = result.to_frame().groupby("algorithm")[indicator].median() * sense
+        assert medians[row["better"]] >= medians[row["worse"]], indicator
+        assert 0.5 <= row["effect"] <= 1
+    sentence = conclusions(result)[0]
+    assert sentence.startswith("1024 evaluations: nsga3 has the largest hypervolume")
+    assert "better than psi-scrambled (effect 1.00, p = 0.002)" in sentence  # 2 / C(12, 6)
+
+
+# Keeping and continuing
+
+
+def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
+    problem = Counted()
+
+    class StoppedError(Exception):
+        pass
+
+    def stop(run, ready, total):
+        if ready == 3:
+            raise StoppedError
+
+    arguments = {"n_evaluations": [32, 64], "seeds": 2, "algorithms": ["psi", "nsga2"]}
+    with pytest.raises(StoppedError):
+        compare(problem, **arguments, folder=tmp_path, on_run=stop)
+    stored = len(list(tmp_path.glob("*.npz")))
+    assert 3 <= stored < 6
+    before = len(problem.calls)
+    ready = []
+    result = compare(
+        problem, **arguments, folder=tmp_path, polish=False,
+        on_run=lambda run, done, total: ready.append((done, total)),
+    )  # fmt: skip
+    assert ready == [(i, 6) for i in range(1, 7)]
+    again = compare(Counted(), **arguments, polish=False)
+    columns = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated"]
+    assert result.to_frame()[columns].equals(again.to_frame()[columns])
+    calls = len(problem.calls)
+    compare(problem, **arguments, folder=tmp_path, polish=False)
+    assert len(problem.calls) == calls > before  # the third time nothing was evaluated
+
+
+def test_processes_and_the_order_of_work_change_no_number(tmp_path):
+    problem = get_problem("bnh")
+    arguments = {"n_evaluations": [64, 32], "seeds": [4, 2]}
+    one = compare(problem, **arguments).to_frame().drop(columns=["seconds", "evaluation_seconds"])
+    two = compare(problem, **arguments, n_jobs=2, folder=tmp_path)
+    assert two.to_frame().drop(columns=["seconds", "evaluation_seconds"]).equals(one)
+
+
+def test_runs_on_another_problem_are_refused(tmp_path):
+    arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
+    compare(VectorizedSphereChute(0.4), **arguments)
+    for other in (VectorizedSphereChute(0.4, c=0.3), VectorizedSphereChute(0.4, upper=(1, 6))):
+        with pytest.raises(StudyMismatchError, match="another problem.*give another folder"):
+            compare(other, **arguments | {"n_evaluations": 32})
+    (stored,) = tmp_path.glob("*.npz")
+    stored.write_bytes(stored.read_bytes()[:40])
+    with pytest.raises(StudyCorruptError, match=r"psi_16\.npz is no stored run.*remove it"):
+        compare(VectorizedSphereChute(0.4), **arguments)
+
+
+def test_names_that_look_alike_have_files_of_their_own(tmp_path):
+    algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2"}
+    compare(get_problem("bnh"), n_evaluations=16, seeds=[1], algorithms=algorithms, folder=tmp_path)
+    assert len(list(tmp_path.glob("*.npz"))) == 3
+
+
+def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
+    problem = VectorizedSphereChute(0.6)
+    whole = compare(problem, n_evaluations=[64, 128], seeds=2)
+    whole.reference.save(tmp_path / "reference.npz")
+    row = compare(
+        problem, n_evaluations=64, seeds=[2], algorithms=["psi", "nsga3"],
+        reference=Reference.load(tmp_path / "reference.npz"),
+    ).to_frame()  # fmt: skip
+    frame = whole.to_frame()
+    same = frame[(frame["evaluations"] == 64) & (frame["seed"].isna() | (frame["seed"] == 2))]
+    same = same[same["algorithm"].isin(["psi", "nsga3"])]
+    for name in [*INDICATORS, "n_nondominated"]:
+        assert row[name].tolist() == same[name].tolist()
+
+
+# Wrong arguments
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
+        ({"n_evaluations": []}, "n_evaluations must be one or more integers"),
+        ({"n_evaluations": "256"}, "n_evaluations must be integers, got '256'"),
+        ({"seeds": 0}, "seeds must be an integer >= 1, got 0"),
+        ({"seeds": [1.5]}, "seeds must be an integer >= 0, got 1.5"),
+        ({"algorithms": "psi"}, "algorithms must be names or a mapping, got 'psi'"),
+        ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
+        ({"algorithms": []}, "algorithms must be one or more, such as psi"),
+        ({"algorithms": {"a": NSGA2}}, "got the class NSGA2; give lambda n: NSGA2"),
+        ({"assess": "all"}, "assess must be one of 'evaluated', 'returned', got 'all'"),
+        ({"reference_front": [[1, 2, 3]]}, "reference_front must be of 2 objectives"),
+        ({"reference": "x.npz"}, "reference must be a Reference, got str; Reference.load"),
+        ({"n_jobs": 0}, "n_jobs must be 1 or more, or -1"),
+    ],
+)
+def test_wrong_arguments_are_named(change, message):
+    arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"]} | change
+    with pytest.raises(PsiError, match=message):
+        compare(get_problem("bnh"), **arguments)
+
+
+def test_problems_that_cannot_be_compared_are_refused():
+    with pytest.raises(PsiError, match="objectives of problem must be at least 2, got 1"):
+        compare(get_problem("ackley"), n_evaluations=16)
+    three = compare(get_problem("dtlz2"), n_evaluations=8, seeds=1, algorithms=["psi"])
+    with pytest.raises(
+        PsiError, match="reference must be one for VectorizedSphereChute, got one for DTLZ2"
+    ):
+        compare(VectorizedSphereChute(), n_evaluations=8, reference=three.reference)
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
+    with pytest.raises(RunError, match="run of moead, 32 evaluations, seed 1 ended in Assertion"):
+        compare(
+            get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=["psi", "moead"],
+            folder=tmp_path, n_jobs=n_jobs,
+        )  # fmt: skip
+    assert [path.name for path in tmp_path.glob("psi*.npz")] == ["psi_32.npz"]

@@ -1,0 +1,401 @@
+"""Designs that fail: which ones, with which reason, and that no algorithm goes astray."""
+
+import copy
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.rnsga3 import RNSGA3
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.isres import ISRES
+from pymoo.algorithms.soo.nonconvex.nelder import NelderMead
+from pymoo.algorithms.soo.nonconvex.pso import PSO
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.repair import Repair
+from pymoo.core.variable import Choice, Integer, Real
+from pymoo.indicators.igd import IGD
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.util.ref_dirs import get_reference_directions
+
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi.evaluation._failures import FAILED
+
+
+def values(x):
+    """Two objectives of a design, or what goes wrong at some first variables."""
+    if x[0] == 1:
+        raise ZeroDivisionError("float division by zero")
+    if x[0] == 2:
+        return [np.nan, 1.0]
+    if x[0] == 3:
+        return [1.0, 2.0, 3.0]
+    if x[0] == 4:
+        return None
+    if x[0] == 5:
+        return ["good", "bad"]
+    if x[0] == 6:
+        return [np.inf, 1.0]
+    if x[0] == 7:
+        raise SystemExit(2)
+    return [x[0], x[1]]
+
+
+REASONS = {
+    1: "ZeroDivisionError: float division by zero",
+    2: "F is [nan, 1.0]",
+    3: "F has shape (3,) instead of (2,)",
+    4: "F is missing",
+    5: "F is not an array of numbers: could not convert string to float: 'good'",
+    6: "F is [inf, 1.0] though the design is feasible",
+    7: "SystemExit: 2",
+}
+
+
+class OneByOne(ElementwiseProblem):
+    def __init__(self, n_ieq=1, n_eq=1, **kwargs):
+        super().__init__(
+            n_var=2, n_obj=2, n_ieq_constr=n_ieq, n_eq_constr=n_eq, xl=0, xu=20, **kwargs
+        )
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = values(x)
+        if self.n_ieq_constr:
+            out["G"] = x[1] - 50
+        if self.n_eq_constr:
+            out["H"] = 0.0
+
+
+class Together(Problem):
+    """Raises for all designs because of one, as arrays do."""
+
+    def __init__(self, n_ieq=1, n_eq=1, **kwargs):
+        super().__init__(
+            n_var=2, n_obj=2, n_ieq_constr=n_ieq, n_eq_constr=n_eq, xl=0, xu=20, **kwargs
+        )
+        self.calls = 0
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.calls += 1
+        out["F"] = np.array([values(x) for x in X])
+        if self.n_ieq_constr:
+            out["G"] = [X[:, 1] - 50]
+        if self.n_eq_constr:
+            out["H"] = np.zeros(len(X))
+
+
+X = np.column_stack([np.arange(12.0), np.linspace(0, 11, 12)])
+BAD = list(REASONS)
+GOOD = [0, 8, 9, 10, 11]
+
+
+@pytest.mark.parametrize("kind", [OneByOne, Together])
+@pytest.mark.parametrize("n_ieq", [0, 1])
+@pytest.mark.parametrize("n_eq", [0, 1])
+class TestRecorded:
+    def test_failed_designs_are_infeasible_and_the_others_as_before(self, kind, n_ieq, n_eq):
+        problem = FailureTolerant(kind(n_ieq, n_eq))
+        out = problem.evaluate(X, return_as_dictionary=True, return_values_of=["F", "G", "H"])
+        np.testing.assert_array_equal(out["F"][BAD], np.inf)
+        np.testing.assert_array_equal(out["F"][GOOD], X[GOOD])
+        np.testing.assert_array_equal(out["G"][BAD, -1], FAILED)
+        np.testing.assert_array_equal(out["G"][GOOD, -1], 0.0)
+        assert out["G"].shape == (12, n_ieq + 1)
+        assert out["H"].shape == (12, n_eq)
+        if n_ieq:
+            np.testing.assert_array_equal(out["G"][GOOD, 0], X[GOOD, 1] - 50)
+
+    def test_each_has_its_reason(self, kind, n_ieq, n_eq):
+        problem = FailureTolerant(kind(n_ieq, n_eq))
+        reasons = problem.evaluate(X, return_as_dictionary=True)["failure"]
+        assert reasons[GOOD].tolist() == [""] * 5
+        told = {1: REASONS[1], 7: REASONS[7]} if kind is Together else REASONS
+        assert {i: reasons[i] for i in told} == told
+        assert all(reasons[BAD])
+        assert [failure.reason for failure in problem.failures] == reasons[BAD].tolist()
+        np.testing.assert_array_equal([failure.design for failure in problem.failures], X[BAD])
+
+    def test_raise_stops_at_the_first(self, kind, n_ieq, n_eq):
+        problem = FailureTolerant(kind(n_ieq, n_eq), on_failure="raise")
+        with pytest.raises(
+            EvaluationError, match=r"design \[1\.0, 1\.0\] .*: ZeroDivisionError: float division"
+        ) as caught:
+            problem.evaluate(X)
+        assert isinstance(caught.value.__cause__, ZeroDivisionError)
+        assert problem.evaluate(X[GOOD])[0].shape == (5, 2)
+
+    def test_one_design(self, kind, n_ieq, n_eq):
+        problem = FailureTolerant(kind(n_ieq, n_eq))
+        for i in (0, 1, 2):
+            out = problem.evaluate(X[i], return_as_dictionary=True)
+            assert out["F"].shape == (2,)
+            assert (out["failure"] != "") == (i > 0)
+
+
+def test_designs_that_do_not_fail_are_evaluated_together_and_once():
+    problem = Together()
+    FailureTolerant(problem).evaluate(X[GOOD])
+    assert problem.calls == 1
+    FailureTolerant(problem).evaluate(X)
+    assert problem.calls == 1 + 1 + 12
+
+
+def test_nan_in_an_array_fails_its_rows_only():
+    class Root(Problem):
+        def _evaluate(self, X, out, *args, **kwargs):
+            with np.errstate(invalid="ignore"):
+                out["F"] = np.sqrt(X)
+
+    problem = FailureTolerant(Root(n_var=1, n_obj=1, xl=-1, xu=1))
+    F, G = problem.evaluate(np.array([[0.25], [-0.25], [1.0]]))
+    assert F[:, 0].tolist() == [0.5, np.inf, 1.0]
+    assert G[:, 0].tolist() == [0.0, FAILED, 0.0]
+    assert problem.failures[0].reason == "F is [nan]"
+
+
+def test_nan_in_a_constraint_fails_too():
+    class Constrained(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], out["G"] = 1.0, np.nan if x[0] < 0 else -1.0
+
+    problem = FailureTolerant(Constrained(n_var=1, n_obj=1, n_ieq_constr=1, xl=-1, xu=1))
+    problem.evaluate(np.array([[-1.0], [1.0]]))
+    assert [failure.reason for failure in problem.failures] == ["G is [nan]"]
+
+
+def test_an_infinite_objective_of_an_infeasible_design_is_no_failure():
+    class Stalling(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], out["G"] = (np.inf, 1 - x[0]) if x[0] < 1 else (x[0], 0.0)
+
+    problem = FailureTolerant(Stalling(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=2))
+    F, G = problem.evaluate(np.array([[0.5], [1.5]]))
+    assert F[:, 0].tolist() == [np.inf, 1.5]
+    assert G.tolist() == [[0.5, 0.0], [0.0, 0.0]]
+    assert problem.failures == []
+
+
+def test_further_values_stay_with_their_designs():
+    class Talkative(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] in (0, 2):
+                raise ValueError
+            out["F"], out["stress"], out["note"] = x[0], [x[0], 1.0], {"x": x[0]}
+
+    problem = FailureTolerant(Talkative(n_var=1, n_obj=1, xl=0, xu=9))
+    out = problem.evaluate(np.arange(4.0)[:, None], return_as_dictionary=True)
+    np.testing.assert_array_equal(out["stress"], [[np.nan] * 2, [1, 1], [np.nan] * 2, [3, 1]])
+    assert out["note"].tolist() == [None, {"x": 1.0}, None, {"x": 3.0}]
+
+
+def test_a_stand_in_for_nan_is_respected():
+    problem = FailureTolerant(OneByOne(replace_nan_values_by=99.0))
+    assert problem.evaluate(X[2])[0].tolist() == [99.0, 1.0]
+
+
+def test_mixed_variables():
+    class Mixed(ElementwiseProblem):
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = {"s": X["a"], "l": np.nan, "x": 1 / 0 if X["b"] == 3 else 2.0}[X["c"]]
+
+    variables = {
+        "a": Real(bounds=(0, 1)),
+        "b": Integer(bounds=(0, 3)),
+        "c": Choice(options=["s", "l", "x"]),
+    }
+    problem = FailureTolerant(Mixed(vars=variables, n_obj=1))
+    result = minimize(problem, MixedVariableGA(pop_size=20), ("n_gen", 5), seed=1)
+    assert result.X["c"] == "s"
+    assert {f.reason for f in problem.failures} == {
+        "F is [nan]",
+        "ZeroDivisionError: division by zero",
+    }
+    assert all(set(f.design) == set("abc") for f in problem.failures)
+
+
+# Front and box
+
+
+class Holed(Problem):
+    """A front from (0, 1) to (1, 0), and NaN in a part of the box."""
+
+    def __init__(self, hole=0.3, n_obj=2, **kwargs):
+        super().__init__(n_var=3, n_obj=n_obj, xl=0, xu=1, **kwargs)
+        self.hole = hole
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        distance = ((X[:, 1:] - 0.5) ** 2).sum(axis=1)
+        F = np.column_stack([X[:, 0] + distance, 1 - X[:, 0] + distance])[:, : self.n_obj]
+        F[X[:, 1] < self.hole] = np.nan
+        out["F"] = F
+
+    def _calc_pareto_front(self, n=50):
+        return np.column_stack([np.linspace(0, 1, n), np.linspace(1, 0, n)])
+
+
+DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=20)
+
+
+def test_without_the_guard_nsga3_collapses_and_with_it_the_front_is_full():
+    fronts = {}
+    for name, problem in {"plain": Holed(), "guarded": FailureTolerant(Holed())}.items():
+        with warnings.catch_warnings():
+            if name == "plain":
+                warnings.simplefilter("ignore")
+            fronts[name] = minimize(problem, NSGA3(DIRECTIONS), ("n_gen", 40), seed=1).F
+    igd = IGD(Holed().pareto_front())
+    assert len(np.atleast_2d(fronts["plain"])) <= 3
+    assert len(fronts["guarded"]) == len(DIRECTIONS)
+    assert np.isfinite(fronts["guarded"]).all()
+    assert igd(fronts["guarded"]) < 0.03
+    assert not igd(np.atleast_2d(fronts["plain"])) <= 0.03  # NaN before pymoo 0.6.1.6
+
+
+MANY = {
+    "NSGA2": lambda: NSGA2(pop_size=21),
+    "NSGA3": lambda: NSGA3(DIRECTIONS),
+    "RNSGA3": lambda: RNSGA3(np.array([[0.3, 0.7]]), pop_per_ref_point=20),
+    "SMSEMOA": lambda: SMSEMOA(pop_size=20),
+    "PSI": lambda: PSI(300),
+}
+ONE = {
+    "GA": lambda: GA(pop_size=20),
+    "DE": lambda: DE(pop_size=20),
+    "PSO": lambda: PSO(pop_size=20),
+    "ISRES": lambda: ISRES(),
+    "NelderMead": lambda: NelderMead(),
+    "CMAES": lambda: CMAES(x0=np.full(3, 0.5)),
+}
+
+
+@pytest.mark.parametrize("hole", [0.3, 0.97, 2.0])
+@pytest.mark.parametrize(
+    ("algorithm", "n_obj"),
+    [(a, 2) for a in MANY.values()] + [(a, 1) for a in ONE.values()],
+    ids=[*MANY, *ONE],
+)
+def test_no_algorithm_warns_or_returns_a_failed_design(algorithm, n_obj, hole):
+    """With some designs failing, nearly all, and all."""
+    problem = FailureTolerant(Holed(hole, n_obj))
+    result = minimize(problem, algorithm(), ("n_gen", 8), seed=1)
+    if hole == 0.3:
+        assert result.F is not None
+    if hole == 2.0:
+        assert result.F is None or np.isinf(result.F).all()
+    elif result.F is not None:
+        assert np.isfinite(result.F).all()
+        assert (np.atleast_1d(result.opt.get("failure")) == "").all()
+
+
+def test_a_run_ends_by_itself_where_everything_fails():
+    minimize(FailureTolerant(Holed(2.0, 1)), GA(pop_size=10), seed=1)
+    minimize(FailureTolerant(Holed(2.0)), NSGA2(pop_size=10), seed=1)
+
+
+def test_individuals_carry_their_reasons():
+    result = minimize(FailureTolerant(Holed(0.5)), PSI(64), seed=1)
+    failed = result.pop.get("X")[:, 1] < 0.5
+    np.testing.assert_array_equal(result.pop.get("failure") != "", failed)
+    np.testing.assert_array_equal(result.pop.get("feas"), ~failed)
+
+
+def test_a_guard_without_failures_changes_nothing():
+    for algorithm in (NSGA2(pop_size=20), NSGA3(DIRECTIONS), PSI(60)):
+        problems = Holed(-1.0), FailureTolerant(Holed(-1.0))
+        fronts = [minimize(p, algorithm, ("n_gen", 10), seed=1).F for p in problems]
+        if isinstance(algorithm, PSI):
+            np.testing.assert_array_equal(*fronts)
+        assert fronts[0].shape == fronts[1].shape
+
+
+# The wrapper
+
+
+def test_it_looks_like_the_problem():
+    plain = get_problem("zdt1")
+    problem = FailureTolerant(plain)
+    assert (problem.name(), problem.n_var, problem.n_obj) == ("ZDT1", 30, 2)
+    np.testing.assert_array_equal(problem.bounds(), plain.bounds())
+    np.testing.assert_array_equal(problem.pareto_front(), plain.pareto_front())
+    np.testing.assert_array_equal(problem.ideal_point(), plain.ideal_point())
+    assert FailureTolerant(SphereChute(0.4)).parameters.mu == 0.4
+    with pytest.raises(AttributeError, match="mistyped"):
+        problem.mistyped  # noqa: B018
+
+
+def test_a_repair_finds_what_it_needs():
+    class Items(Together):
+        most = 4.0
+
+    class AtMost(Repair):
+        def _do(self, problem, X, **kwargs):
+            return np.minimum(X, problem.most)
+
+    result = minimize(
+        FailureTolerant(Items()), NSGA2(pop_size=10, repair=AtMost()), ("n_gen", 2), seed=1
+    )
+    assert result.pop.get("X").max() <= 4.0
+
+
+def test_callback_and_data_are_the_problems():
+    calls = []
+    problem = OneByOne(callback=lambda X, out: calls.append(len(X)), licence="x")
+    FailureTolerant(problem).evaluate(X)
+    assert calls == [12]
+    assert FailureTolerant(problem).data == {"licence": "x"}
+
+
+def test_copies_and_pickles():
+    problem = FailureTolerant(Together())
+    problem.evaluate(X)
+    for other in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem))):
+        assert len(other.failures) == 7
+        other.evaluate(X[1:2])
+        assert (len(other.failures), len(problem.failures)) == (8, 7)
+        np.testing.assert_array_equal(other.evaluate(X[GOOD])[0], X[GOOD])
+
+
+def test_a_history_shares_the_failures():
+    problem = FailureTolerant(Holed(0.5))
+    result = minimize(problem, NSGA2(pop_size=10), ("n_gen", 3), seed=1, save_history=True)
+    first = result.history[0].problem.failures
+    assert first[0] is problem.failures[0]
+    assert len(first) < len(problem.failures)
+
+
+def test_arguments():
+    with pytest.raises(
+        ArgumentTypeError, match="problem must be a pymoo Problem, got .*not the class"
+    ):
+        FailureTolerant(SphereChute)
+    with pytest.raises(
+        ArgumentValueError, match="on_failure must be one of 'raise', 'record', got 'ignore'"
+    ):
+        FailureTolerant(Together(), on_failure="ignore")
+
+
+@pytest.mark.parametrize("options", [{}, {"in_process": False}, {"timeout": 100.0}], ids=str)
+def test_reasons_come_back_from_the_workers(options):
+    class Local(ElementwiseProblem):  # travels by value
+        def __init__(self, **kwargs):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=20, **kwargs)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] == 1:
+                raise ZeroDivisionError("float division by zero")
+            out["F"] = [np.nan, 1.0] if x[0] == 2 else x
+
+    problem = FailureTolerant(Local(elementwise_runner=JoblibRunner(2, **options)))
+    problem.evaluate(X)
+    assert [f.reason for f in problem.failures] == [REASONS[1], REASONS[2]]
+    stopping = FailureTolerant(problem.wrapped, on_failure="raise")
+    with pytest.raises(EvaluationError, match=r"design \[[12]\.0, [12]\.0\] cannot be evaluated"):
+        stopping.evaluate(X)

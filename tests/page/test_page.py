@@ -1,0 +1,244 @@
+"""The decision page in Python: its data, where they come from, and what is refused."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import PsiError, TestTable, VectorizedSphereChute, investigate, rank_of_efficiency
+from pymoo_psi.cli import main
+from pymoo_psi.page import decision_page, table_from_file
+from pymoo_psi.page._groups import DOMINATED, OPTIMUM, PROTOTYPE, look
+from pymoo_psi.page._page import MOST_ROWS
+from tests.beams import CRITERIA, SETTINGS, beams
+
+pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
+
+# The data
+
+
+def test_it_says_how_much_it_shows():
+    assert (
+        repr(decision_page(beams(), CRITERIA, title="Beams"))
+        == "DecisionPage('Beams': 400 of 400 designs)"
+    )
+
+
+def test_columns_groups_and_order():
+    frame = beams()
+    data = decision_page(frame, CRITERIA, **SETTINGS)
+    ranking = rank_of_efficiency(frame[CRITERIA] * [1, 1, -1])
+    assert [column.label for column in data.columns] == [
+        "mass [kg]", "cost, total", "strength (max)", "width [mm]", "material",
+        "μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)",
+    ]  # fmt: skip
+    assert data.labels[-1] == "prototype"  # drawn last, on top
+    assert data.group[-1] == PROTOTYPE
+    assert data.rank[-1] == -1
+    rows = np.array([int(label) for label in data.labels[:-1]]) - 1001
+    assert sorted(rows) == list(range(400))
+    np.testing.assert_array_equal(data.rank[:-1], ranking.rank[rows])
+    np.testing.assert_array_equal(data.group[:-1] == DOMINATED, ~ranking.pareto[rows])
+    np.testing.assert_array_equal(data.columns[0].values[:-1], frame["mass"][rows])
+    np.testing.assert_allclose(data.columns[-3].values[:-1], ranking.criteria[rows, 0], rtol=1e-14)
+    U, span = ranking.ideal, ranking.nadir - ranking.ideal
+    np.testing.assert_allclose(
+        data.columns[-3].values[-1], np.linalg.norm(([1.4, 90.0, -0.2] - U) / span)
+    )
+    assert data.optima == [str(1001 + i) for i in ranking.salukvadze]
+    assert (np.diff(data.group) >= 0).all()
+
+
+def test_optimum_without_rank_6_is_marked_and_told():
+    angle = np.linspace(0.2, 1.3, 7)
+    F = 1 - np.column_stack([np.cos(angle), np.sin(angle)])
+    frame = pd.DataFrame(np.sqrt([[1, 4], [2, 3], [3, 2], [4, 1]]), columns=["a", "b"])
+    for circle, expected in ((frame, 4), (pd.DataFrame(F, columns=["a", "b"]), 1)):
+        ranking = rank_of_efficiency(circle, normalize=False, ideal=None)
+        data = decision_page(circle, ["a", "b"], normalize=False)
+        assert (data.group == OPTIMUM).sum() == len(ranking.salukvadze) <= expected
+        assert bool(data.remarks) == (not (ranking.rank == 6).any())
+
+
+def test_looks_are_those_of_the_figures():
+    from pymoo_psi.plots._style import MARKERS
+
+    for rank in (3, 4, 5, 6):
+        assert look(rank).colour == MARKERS[rank].colour
+    assert look(0).colour == "#ADADAD"
+    shapes = [look(group).shape for group in (0, 3, 4, 5, 6, PROTOTYPE)]
+    assert len(set(shapes)) == len(shapes)
+
+
+def test_beyond_many_rows_only_ranked_ones_are_shown():
+    n = MOST_ROWS + 1
+    a = np.linspace(0, 1, n)
+    frame = pd.DataFrame({"a": a, "b": (1 - np.sqrt(a)) ** 2})
+    assert len(decision_page(frame.iloc[:-1], ["a", "b"]).labels) == MOST_ROWS
+    data = decision_page(frame, ["a", "b"])
+    ranked = rank_of_efficiency(frame).rank > 0
+    assert sorted(data.labels) == np.flatnonzero(ranked).tolist()
+    assert re.match(r"Of 20.001 designs the .* ranked ones are shown\.", data.remarks[0])
+
+
+@pytest.mark.parametrize(
+    ("values", "notation"),
+    [
+        ([1.98291, 2.0454], ("fixed", 5)),
+        ([1.0, 7.0], ("fixed", 0)),
+        ([100.5, 900.0], ("fixed", 1)),
+        ([1e-9, 3e-9], ("exponent", 3)),
+        ([1e12, 3e12], ("exponent", 3)),
+        ([0.25, 0.25], ("fixed", 4)),
+        ([np.nan, np.nan], ("fixed", 0)),
+    ],
+)
+def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notation):
+    from pymoo_psi.page._data import Column
+
+    assert Column("c0", "a", "", "criterion", False, np.array(values)).notation == notation
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"objectives": ["mas"]}, "objectives must be one of .* got 'mas'; did you mean 'mass'?"),
+        ({"objectives": []}, "objectives must be names of one column or more"),
+        ({"objectives": "mass"}, "objectives must be a list of names, got 'mass'"),
+        ({"objectives": ["mass", "mass"]}, "objectives must be columns that are named once"),
+        ({"objectives": ["material"], "variables": (), "maximize": (), "prototype": None, "units": {}}, "column 'material' must be numbers, got .* in row 1"),
+        ({"variables": ["depth"]}, "variables must be one of"),
+        ({"variables": ["mass"]}, "variables must be columns that are named once, got 'mass'"),
+        ({"maximize": ["width"]}, "maximize must be one of 'cost, total', 'mass', 'strength'"),
+        ({"units": {"depth": "m"}}, "units must be one of"),
+        ({"label": "name"}, "label must be one of"),
+        ({"limits": {"width": 1.0}}, "limits must be one of 'cost, total', 'mass', 'strength'"),
+        ({"limits": {"mass": "1"}}, "the limit on 'mass' must be a finite number"),
+        ({"limits": {"mass": -9.0}}, "the limit on 'mass' must be at least .*, its best value"),
+        ({"limits": {"strength": 9.0}}, "the limit on 'strength' must be at most .*, its best"),
+        ({"normalize": "no"}, "normalize must be True or False"),
+        ({"prototype": {"mass": 1.0}}, "prototype must be a design with a value for every objective"),
+        ({"prototype": 3}, "prototype must be a mapping or a pandas.DataFrame, got int"),
+        ({"frame": beams().iloc[:0]}, "frame must be of at least two designs .* got 0 rows"),
+        ({"frame": beams().iloc[:1]}, "frame must be of at least two designs .* got 1 rows"),
+        ({"frame": beams().to_numpy()}, "frame must be a pandas.DataFrame, got ndarray"),
+        (
+            {"frame": beams().assign(mass=[np.nan, *range(399)])},
+            "column 'mass' must be finite, got nan in row 1; leave out designs that failed",
+        ),
+        (
+            {"frame": beams().assign(width=np.inf)},
+            "column 'width' must be finite, got inf in row 1",
+        ),
+    ],
+)  # fmt: skip
+def test_mistakes(change, message):
+    arguments = {"frame": beams(), "objectives": CRITERIA, **SETTINGS, **change}
+    with pytest.raises(PsiError, match=message):
+        decision_page(**arguments)
+
+
+# Files
+
+
+def test_any_csv(tmp_path):
+    file = tmp_path / "set.csv"
+    beams().to_csv(file, index=False)
+    table = table_from_file(file)
+    assert table.objectives == ("mass", "cost, total", "strength", "width")
+    assert (table.label, table.variables) == ("number", ())
+    table = table_from_file(file, objectives=["mass", "strength"], variables=["width"])
+    assert (table.objectives, table.variables) == (("mass", "strength"), ("width",))
+
+
+def test_our_own_csv(tmp_path):
+    file = tmp_path / "front.csv"
+    columns = ["test_point", "x1", "x2", "f1", "f2", "mu1", "mu2", "mu3", "rank"]
+    pd.DataFrame(np.ones((2, 9)), columns=columns).to_csv(file, index=False)
+    table = table_from_file(file)
+    assert (table.objectives, table.variables) == (("f1", "f2"), ("x1", "x2"))
+    assert table.label == "test_point"
+
+
+def test_a_test_table(tmp_path):
+    file = tmp_path / "table.csv"
+    tests = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
+    tests = tests.with_prototype([0.5, 1.0], [2.0, 0.1, 0.5, 1.0], name="P1")
+    tests.to_csv(file)
+    table = table_from_file(file)
+    assert isinstance(TestTable.read_csv(file), TestTable)
+    assert (table.objectives, table.variables) == (("f1", "f2", "f3", "f4"), ("x1", "x2"))
+    assert table.frame["test_point"].tolist() == tests.numbers[tests.eligible()].tolist()
+    data = decision_page(
+        table.frame,
+        table.objectives,
+        variables=table.variables,
+        label=table.label,
+        prototype=table.prototype,
+    )
+    assert data.label_name == "test_point"
+    assert data.labels[-1] == "P1"
+
+
+def test_the_command(capsys, tmp_path):
+    file, out = tmp_path / "set.csv", tmp_path / "page.html"
+    beams().to_csv(file, index=False)
+    beams().iloc[[3]].to_csv(tmp_path / "old.csv", index=False)
+    names = ["--objectives", 'mass, "cost, total",strength', "--maximize", "strength"]
+    more = ["--units", "mass=kg", "--prototype", str(tmp_path / "old.csv"), "--out", str(out)]
+    more += ["--limits", "mass=0.9,strength>=-0.9"]
+    assert main(["page", str(file), *names, *more]) == 0
+    assert "400 designs by mass, cost, total, strength: open" in capsys.readouterr().out
+    text = out.read_text("utf-8")
+    assert text.lstrip().startswith("<!DOCTYPE html>")
+    assert "mass [kg]" in text
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "message"),
+    [
+        ("", [], "set.csv: it is empty; it must hold a line of column names"),
+        ("a,b\n", [], "set.csv: it holds column names, but no row"),
+        ("a,b\n1,2\n", [], "frame must be of at least two designs to decide between, got 1 rows"),
+        ("a,b\nx,y\nz,w\n", [], "set.csv: no column holds numbers"),
+        ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
+        ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
+        ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
+        ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a>=2"], "--limits must be a<=number here, got a>=2"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a<=2", "--maximize", "a"], "--limits must be a>=number here"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "c=2"], "limits must be one of 'a', 'b', got 'c'"),
+        ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
+        ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),
+        ("a,b\n1\n3,1,2\n", [], "row 1 (line 2) has 1 cells, the header 2"),
+        ("SQLite format 3\0", [], "must be a study file of pymoo-psi, but it is none"),
+    ],
+)  # fmt: skip
+def test_mistakes_on_the_command_line(capsys, tmp_path, monkeypatch, content, options, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "set.csv").write_text(content)
+    assert main(["page", "set.csv", *options]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["set.csv"]
+
+
+# Saving
+
+
+def test_saving_replaces_whole_files_only(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        decision_page(beams(), CRITERIA).save(tmp_path / "absent" / "page.html")
+    (tmp_path / "page.html").write_text("old")
+    with pytest.raises(PsiError):
+        decision_page(beams(), ["absent"]).save(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text() == "old"
+
+
+def test_without_bokeh_the_remedy_is_told(monkeypatch):
+    page = decision_page(beams(), CRITERIA)
+    monkeypatch.setitem(__import__("sys").modules, "bokeh", None)
+    with pytest.raises(PsiError, match=r"needs bokeh: pip install 'pymoo-psi\[page\]'"):
+        page.html()

@@ -1,0 +1,87 @@
+"""The paper's tables, computed and then compared with the printed values."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import PsiError
+from pymoo_psi.chute import ChuteParameters, criteria, motion
+from pymoo_psi.paper import PAPER_MU, Reproduction, published_table, reproduce, solve_case
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    return Reproduction(4096, tuple(solve_case(mu, "rolling", 4096) for mu in PAPER_MU))
+
+
+def test_everything_the_paper_says_holds_under_rolling(rolling):
+    findings = rolling.findings()
+    assert len(findings) == 5
+    assert all(findings.values()), findings
+
+
+def test_printed_tables_are_the_papers():
+    """Seven rows, as in the text of the article."""
+    first, second = published_table("6.1"), published_table("6.2")
+    assert first["paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
+    assert second["test_point"].tolist() == [258, 1286, 2314, 2571]
+    assert second["paper_f4"].tolist() == [0.1115, 0.1029, 0.1101, 0.1043]
+
+
+@pytest.mark.parametrize("model", ["full", "rolling"])
+def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling):
+    result = rolling if model == "rolling" else reproduce(128)
+    for table in (result.table_6_1(), result.table_6_2()):
+        rows = table[table["model"] == model]
+        p = ChuteParameters(mu=rows["mu"].to_numpy())
+        expected = criteria(motion(rows["f3"].to_numpy(), rows["f4"].to_numpy(), p, model=model))
+        np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
+
+
+def test_columns_and_rows():
+    table = reproduce(64).table_6_1()
+    columns = "model mu test_point f1 f2 f3 f4 paper_f1 paper_f2 paper_f3 paper_f4"
+    assert list(table.columns) == columns.split()
+    assert set(zip(table["model"], table["mu"], strict=True)) == {
+        (model, mu) for model in ("full", "rolling") for mu in PAPER_MU
+    }
+
+
+def test_a_deviation_is_found(rolling):
+    """The comparison can fail: other designs, other values, a filled M5."""
+    wrong = [dataclasses.replace(case, F=case.F + 1e-3) for case in rolling.cases]
+    findings = Reproduction(4096, tuple(wrong)).findings()
+    assert findings["the same seven designs"]
+    assert not findings["f2, f3, f4 equal at four decimals"]
+    assert not findings["f1 within 6e-4 of print"]
+    few = Reproduction(512, tuple(solve_case(mu, "rolling", 512) for mu in PAPER_MU)).findings()
+    assert not few["the same seven designs"]
+
+
+def test_processes_change_nothing():
+    alone, shared = reproduce(64), reproduce(64, n_jobs=2)
+    pd.testing.assert_frame_equal(alone.table_6_1(), shared.table_6_1())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
+        ({"n_points": 8, "n_jobs": 0}, "n_jobs must be 1 or more, or -1 for one per core, got 0"),
+    ],
+)
+def test_bad_arguments(options, message):
+    with pytest.raises(PsiError, match=message):
+        reproduce(**options)
+
+
+def test_continuous_optima_are_nearer_than_the_best_test_points(rolling):
+    table = rolling.continuous_optima()
+    assert (table["distance"] < table["best_point_distance"]).all()
+    for case, row in zip(rolling.cases, table.itertuples(), strict=True):
+        f = np.array([row.f1, row.f2, row.f3, row.f4])
+        np.testing.assert_allclose(np.linalg.norm(f - case.ranking.ideal), row.distance)
+        m = motion(row.f3, row.f4, ChuteParameters(mu=row.mu), model="rolling")
+        np.testing.assert_allclose(criteria(m), f)

@@ -1,0 +1,126 @@
+"""What a runner sends, and when: sizes of chunks, on numbers and a clock of the test."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pymoo_psi.parallel._chunks import LONGEST_CHUNK, Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.parallel._in_process import evaluate_while
+
+
+@given(
+    n=st.integers(1, 5000),
+    workers=st.integers(1, 64),
+    cost=st.one_of(st.just(math.nan), st.floats(1e-9, 1e4)),
+)
+def test_chunks_use_up_the_designs_and_stay_in_their_bounds(n, workers, cost):
+    sizes, left = [], n
+    while left:
+        sizes.append(chunk_size(left, workers, cost))
+        assert 1 <= sizes[-1] <= left
+        left -= sizes[-1]
+    assert sum(sizes) == n
+    assert all(a >= b for a, b in itertools.pairwise(sizes)), "chunks never grow towards the end"
+    if not math.isnan(cost):
+        assert all(size == 1 or (size - 0.5) * cost <= LONGEST_CHUNK for size in sizes)
+
+
+@pytest.mark.parametrize(
+    ("n", "workers", "cost", "size"),
+    [
+        (1000, 2, 0.01, 10),  # a chunk lasts 0.1 s
+        (1000, 2, 1e-4, 250),  # all workers have work
+        (20, 2, 0.01, 5),  # the end is shared
+        (20, 2, 1e-4, 20),  # but not in crumbs
+        (1000, 2, 60.0, 1),
+        (1000, 2, math.nan, 1),  # unknown: one at a time
+    ],
+)
+def test_chunk_sizes(n, workers, cost, size):
+    assert chunk_size(n, workers, cost) == size
+
+
+def test_the_cost_is_the_median_and_one_slow_import_does_not_count():
+    cost = Cost()
+    assert math.isnan(cost.seconds)
+    assert not cost.known
+    for designs_, seconds in [(1, 0.9), (1, 0.001), (100, 0.1)]:
+        assert not cost.known
+        cost.add(designs_, seconds)
+    assert cost.known
+    assert cost.seconds == 0.001
+    for _ in range(3):  # the model has become slow
+        cost.add(1, 0.5)
+    assert cost.seconds == 0.5
+
+
+def test_a_first_design_of_minutes_is_believed():
+    cost = Cost()
+    cost.add(1, 60.0)
+    assert cost.known
+
+
+def test_the_overhead_is_the_least_of_the_last():
+    overhead = Overhead()
+    overhead.add(elapsed=1.5, busy=2.0, workers=2)
+    assert overhead.seconds == 0.01
+    for _ in range(5):
+        overhead.add(elapsed=1.5, busy=2.0, workers=2)
+    assert overhead.seconds == 0.5
+
+
+def test_cheap_designs_are_not_worth_sending():
+    assert not worth_sending(100, 1e-5, 2, 0.01)
+    assert worth_sending(100, 1e-2, 2, 0.01)
+    assert not worth_sending(100, 1e-2, 2, 0.3), "when sending takes longer than all of it"
+    assert not worth_sending(10**9, 60.0, 1, 0.0), "when there is one worker"
+
+
+class Clock:
+    """Time that passes only when a design is evaluated."""
+
+    def __init__(self, seconds):
+        self.now, self.seconds, self.looks = 0.0, seconds, 0
+
+    def __call__(self):
+        self.looks += 1
+        return self.now
+
+    def evaluate(self, design):
+        self.now += self.seconds
+        return {"F": design}
+
+
+def test_a_cheap_model_is_evaluated_here_with_few_looks_at_the_clock():
+    clock, cost = Clock(1e-6), Cost()
+    done = evaluate_while(clock.evaluate, list(range(5000)), cost, lambda left: False, clock)
+    assert [values["F"] for values in done] == list(range(5000))
+    assert cost.seconds == pytest.approx(1e-6)
+    assert clock.looks < 30
+
+
+def test_a_dear_model_is_left_after_three_designs():
+    clock, cost = Clock(0.01), Cost()
+    asked = []
+
+    def enough(left):
+        asked.append(left)
+        return cost.known and worth_sending(left, cost.seconds, 2, 0.01)
+
+    assert len(evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock)) == 3
+    assert asked == [100, 99, 98, 97]
+    assert evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock) == []
+
+
+def test_a_model_that_becomes_dear_is_noticed_within_a_call():
+    clock, cost = Clock(1e-5), Cost()
+    evaluate_while(clock.evaluate, list(range(1000)), cost, lambda left: False, clock)
+    clock.seconds = 0.01
+
+    def enough(left):
+        return worth_sending(left, cost.seconds, 2, 0.01)
+
+    assert 0 < len(evaluate_while(clock.evaluate, list(range(500)), cost, enough, clock)) <= 300

@@ -1,0 +1,326 @@
+"""Selectors in one pipeline, those of pymoo and pymcdm included, and who agrees with whom."""
+
+import functools
+import inspect
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    CompromiseProgramming,
+    EfficientSubset,
+    PsiError,
+    SalukvadzeOptimum,
+    VectorizedSphereChute,
+    nsga3,
+    rank_of_efficiency,
+)
+from pymoo_psi.selection import McdmMethod, compare_selectors
+
+with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+    from pymoo.mcdm.pseudo_weights import PseudoWeights
+
+sets = st.one_of(
+    st.tuples(st.integers(1, 20), st.integers(1, 5)).flatmap(
+        lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
+    ),
+    st.tuples(st.integers(2, 40), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
+        lambda t: np.random.default_rng(t[2]).random(t[:2])
+    ),
+)
+orders = st.sampled_from([1, 1.5, 2, 7, 400, np.inf])
+F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+
+
+def by_hand(F, p, weights, normalize):
+    """The nearest Pareto-optimal rows by loops, distances rounded to nine digits."""
+    rows = F.tolist()
+    front = [
+        i
+        for i, r in enumerate(rows)
+        if not any(all(a <= b for a, b in zip(o, r, strict=True)) and o != r for o in rows)
+    ]
+    columns = list(zip(*(rows[i] for i in front), strict=True))
+    keys = []
+    for i in front:
+        terms = [
+            w * (f - min(c)) / ((max(c) - min(c) or np.inf) if normalize else 1)
+            for f, c, w in zip(rows[i], columns, weights, strict=True)
+        ]
+        top = max(terms) or 1.0
+        if p == np.inf:
+            keys.append((round(max(terms), 9), round(sum(terms), 9)))
+        else:
+            keys.append((round(top * sum((t / top) ** p for t in terms) ** (1 / p), 9),))
+    return [i for i, key in zip(front, keys, strict=True) if key == min(keys)]
+
+
+@given(F=sets, p=orders, normalize=st.booleans(), data=st.data())
+def test_compromise_programming_agrees_with_the_oracle(F, p, normalize, data):
+    weights = data.draw(arrays(float, F.shape[1], elements=st.sampled_from([1.0, 2.0, 5.0])))
+    F.setflags(write=False)
+    selector = CompromiseProgramming(p, weights=weights, normalize=normalize)
+    assert selector.do(F).tolist() == by_hand(F, p, weights / weights.sum(), normalize)
+
+
+@given(F=sets, normalize=st.booleans())
+def test_the_euclidean_compromise_is_the_salukvadze_optimum(F, normalize):
+    compromise = CompromiseProgramming(normalize=normalize).do(F)
+    assert compromise.tolist() == SalukvadzeOptimum(normalize=normalize).do(F).tolist()
+
+
+@given(F=sets, p=orders, data=st.data())
+def test_units_do_not_matter_to_a_compromise(F, p, data):
+    factor = data.draw(arrays(float, F.shape[1], elements=st.sampled_from([1e-9, 0.3, 7.0, 1e12])))
+    assert (
+        CompromiseProgramming(p).do(F * factor).tolist() == CompromiseProgramming(p).do(F).tolist()
+    )
+
+
+def test_ties_in_the_worst_objective_are_broken_by_the_sum():
+    F = np.array(
+        [[0.0, 1.0, 1.0], [0.5, 0.5, 0.4], [0.5, 0.5, 0.1], [0.5, 0.3, 0.2], [1.0, 0.0, 0.0]]
+    )
+    assert CompromiseProgramming(np.inf).do(F).tolist() == [3]
+    assert CompromiseProgramming(np.inf).do(F[[0, 1, 4]]).tolist() == [1]
+
+
+def test_weights_of_zero_leave_an_objective_out():
+    assert CompromiseProgramming(weights=[0, 1]).do(F3).tolist() == [2]
+    assert CompromiseProgramming(weights=[1e-300, 1]).do(F3).tolist() == [2]
+    assert CompromiseProgramming(1e6).do(F3).tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"p": 0.5}, ValueError, "p must be a number from 1 to inf, got 0.5"),
+        ({"p": np.nan}, ValueError, "p must be a number from 1 to inf, got nan"),
+        ({"p": "inf"}, TypeError, "p must be a number from 1 to inf, got 'inf'"),
+        ({"weights": [1, -1]}, ValueError, "weights must be a list of numbers >= 0"),
+        ({"weights": [0, 0]}, ValueError, "weights must be .* not all of them 0"),
+        ({"weights": 1}, ValueError, "weights must be a list of numbers >= 0"),
+        ({"weights": [np.inf, 1]}, ValueError, "weights must be finite"),
+        ({"normalize": "yes"}, TypeError, "normalize must be True or False"),
+    ],
+)
+def test_bad_options(options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        CompromiseProgramming(**options)
+    assert isinstance(caught.value, PsiError)
+
+
+def test_the_number_of_weights():
+    for selector in (
+        CompromiseProgramming(weights=[1, 1, 1]),
+        McdmMethod(topsis(), weights=[1] * 3),
+    ):
+        with pytest.raises(PsiError, match="weights must be 2 numbers, one for each .* got 3"):
+            selector.do(F3)
+
+
+class topsis:  # noqa: N801 - a stand-in for an instance of pymcdm's TOPSIS
+    """TOPSIS in five lines, to test the adapter where pymcdm is not installed."""
+
+    def __call__(self, matrix, weights, types):
+        assert (types == -1).all()
+        unit = (matrix.max(axis=0) - matrix) / np.ptp(matrix, axis=0) * weights
+        best, worst = unit.max(axis=0), unit.min(axis=0)
+        far = np.linalg.norm(unit - worst, axis=1)
+        return far / (far + np.linalg.norm(unit - best, axis=1))
+
+    def rank(self, scores):
+        return 1 + (scores[:, None] < scores).sum(axis=1)
+
+
+def test_a_method_from_elsewhere():
+    assert McdmMethod(topsis()).do(F3).tolist() == [1]
+    assert McdmMethod(topsis(), weights=[1, 99]).do(F3).tolist() == [2]
+    assert McdmMethod(topsis()).do(F3[1]).tolist() == [0]
+    constant = np.column_stack([F3, [7.0] * 3])
+    assert McdmMethod(topsis()).do(constant).tolist() == [1]
+    assert McdmMethod(topsis()).do(np.ones((3, 2))).tolist() == [0, 1, 2]
+    assert McdmMethod(topsis()).do(F3[[0, 2]]).tolist() == [0, 1]  # a tie
+
+
+class Broken(topsis):
+    def __call__(self, matrix, weights, types):
+        if len(matrix) > 2:
+            raise ValueError("cannot be applied")
+        return np.array([np.nan] * len(matrix))
+
+
+def test_a_method_that_fails():
+    with pytest.raises(PsiError, match="F must be fit for Broken, got an error; cannot be applied"):
+        McdmMethod(Broken()).do(F3)
+    with pytest.raises(PsiError, match="F must be fit for Broken, got no finite scores"):
+        McdmMethod(Broken()).do(F3[:2])
+    for method in (topsis, max, "TOPSIS"):
+        with pytest.raises(TypeError, match=r"method must be a method of pymcdm such as"):
+            McdmMethod(method)
+
+
+def test_methods_of_pymcdm():
+    methods = pytest.importorskip("pymcdm.methods")
+    F = np.random.default_rng(1).dirichlet(np.ones(3), 60) ** 0.7
+    reference = McdmMethod(topsis(), weights=[1, 2, 3]).do(F)
+    assert McdmMethod(methods.TOPSIS(), weights=[1, 2, 3]).do(F).tolist() == reference.tolist()
+    for method in (
+        methods.VIKOR(),
+        methods.PROMETHEE_II("usual"),
+        methods.MABAC(),
+        methods.WASPAS(),
+    ):
+        (chosen,) = McdmMethod(method).do(F)
+        constant = np.column_stack([F, np.full(60, 2.0)])
+        assert McdmMethod(method).do(constant).tolist() == [chosen]
+    # VIKOR's S, R and Q at v = 1 is compromise programming at p = 1, at v = 0 at p = inf.
+    for v, p in ((1.0, 1), (0.0, np.inf)):
+        assert (
+            McdmMethod(vikor(methods, v)).do(F).tolist() == CompromiseProgramming(p).do(F).tolist()
+        )
+
+
+def vikor(methods, v):
+    """Before pymcdm 1.3 the call takes v, not the constructor."""
+    if "v" in inspect.signature(methods.VIKOR).parameters:
+        return methods.VIKOR(v=v)
+    method = methods.VIKOR()
+    called = functools.partial(method, v=v)
+    called.rank = method.rank
+    return called
+
+
+def selectors(m):
+    return {
+        "Salukvadze": SalukvadzeOptimum(),
+        "rank 5": EfficientSubset(5),
+        "L1": CompromiseProgramming(1),
+        "L2": CompromiseProgramming(2),
+        "Chebyshev": CompromiseProgramming(np.inf, weights=np.arange(1, m + 1)),
+        "pseudo weights": PseudoWeights(np.full(m, 1 / m)),
+        "trade-off": HighTradeoffPoints(),
+        "TOPSIS": McdmMethod(topsis()),
+    }
+
+
+def solved(name, algorithm):
+    options = {"n_obj": 4, "n_var": 8} if name == "dtlz2" else {}
+    problem = (
+        VectorizedSphereChute(0.4, model="rolling")
+        if name == "chute"
+        else get_problem(name, **options)
+    )
+    if algorithm == "NSGA-III":
+        return nsga3(problem, n_evaluations=600, seed=1).F
+    return minimize(problem, NSGA2(pop_size=40), ("n_gen", 15), seed=1).F
+
+
+@pytest.mark.parametrize("algorithm", ["NSGA-II", "NSGA-III"])
+@pytest.mark.parametrize("name", ["zdt1", "bnh", "kursawe", "dtlz2", "chute"])
+def test_pipeline(name, algorithm):
+    F = solved(name, algorithm)
+    n, m = F.shape
+    comparison = compare_selectors(F, selectors(m))
+    for chosen, selector in zip(comparison.chosen.values(), selectors(m).values(), strict=True):
+        with warnings.catch_warnings():
+            alone = selector.do(F)  # one loop serves them all; every row here is Pareto optimal
+        alone = [] if alone is None else np.atleast_1d(alone).tolist()
+        assert chosen.tolist() == alone
+        assert all(0 <= i < n for i in alone)
+    assert comparison.ranking.pareto.all()
+    assert comparison.agreement.shape == (8, 8)
+    assert comparison.agreement_frame().loc["Salukvadze", "L2"] == 1.0
+    assert comparison.votes.sum() == sum(map(len, comparison.chosen.values()))
+    frame = comparison.to_frame()
+    assert set(frame["selector"]) == set(selectors(m))
+
+
+class Fixed:
+    def __init__(self, answer):
+        self.answer = answer
+
+    def do(self, F):
+        F[:] = np.nan  # a selector may spoil what it is given
+        return self.answer
+
+
+def test_agreement_is_the_share_in_common():
+    F = pd.DataFrame({"a": [9.0, 0, 1, 2, 3], "b": [9.0, 3, 2, 1, 0]}, index=list("xABCD"))
+    comparison = compare_selectors(
+        F,
+        {
+            "one": Fixed(np.int64(1)),
+            "two": Fixed([1, 2]),
+            "three": Fixed(np.array([2, 1, 3])),
+            "none": Fixed(None),
+            "empty": Fixed(np.array([], dtype=int)),
+        },
+    )
+    # The row x is dominated: indices a selector returns count from A.
+    assert {name: i.tolist() for name, i in comparison.chosen.items()} == {
+        "one": [2],
+        "two": [2, 3],
+        "three": [3, 2, 4],
+        "none": [],
+        "empty": [],
+    }
+    np.testing.assert_allclose(
+        comparison.agreement,
+        [
+            [1, 1 / 2, 1 / 3, 0, 0],
+            [1 / 2, 1, 2 / 3, 0, 0],
+            [1 / 3, 2 / 3, 1, 0, 0],
+            [0] * 5,
+            [0] * 5,
+        ],
+    )
+    assert comparison.votes.tolist() == [0, 0, 3, 2, 1]
+    frame = comparison.to_frame()
+    assert frame["design"].fillna("-").tolist() == list("BBCCBD--")
+    assert frame["a"].tolist()[:3] == [1.0, 1.0, 2.0]
+    assert frame["votes"].tolist()[:3] == [3, 3, 2]
+    ranking = rank_of_efficiency(F)
+    np.testing.assert_array_equal(frame["mu1"][:3], ranking.criteria[[2, 2, 3], 0])
+
+
+def test_maximised_objectives_reach_the_selectors_turned():
+    F = np.array([[0.0, 0.0], [0.3, 0.6], [1.0, 1.0], [1.0, 0.5]])
+    named = compare_selectors(F, {"best": SalukvadzeOptimum()}, maximize=[1])
+    assert named.chosen["best"].tolist() == [1]
+    assert named.to_frame().loc[0, ["f1", "f2"]].tolist() == [0.3, 0.6]
+
+
+def test_a_selector_cannot_switch_the_warnings_off():
+    F = np.random.default_rng(0).dirichlet(np.ones(3), 30)
+    before = list(warnings.filters)
+    compare_selectors(F, {"trade-off": HighTradeoffPoints()})
+    assert list(warnings.filters) == before
+
+
+@pytest.mark.parametrize(
+    ("selectors", "kind", "message"),
+    [
+        ({}, ValueError, "selectors must be one or more"),
+        ([SalukvadzeOptimum()], TypeError, "selectors must be a mapping from names to selectors"),
+        ({"a": SalukvadzeOptimum}, TypeError, r"selectors\['a'\] must be an object with .do"),
+        ({"a": 3}, TypeError, r"selectors\['a'\] must be an object with .do\(F\), got 3"),
+        ({"a": Fixed(3)}, ValueError, r"selectors\['a'\] must be .* indices from 0 to 2, got 3"),
+        ({"a": Fixed(-1)}, ValueError, "indices from 0 to 2, got -1"),
+        ({"a": Fixed(0.5)}, ValueError, "indices from 0 to 2, got 0.5"),
+    ],
+)
+def test_bad_selectors(selectors, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        compare_selectors(F3, selectors)
+    assert isinstance(caught.value, PsiError)

@@ -1,0 +1,311 @@
+"""The test table: its arrays, the sets of designs, constraints and limits."""
+
+import copy
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, TestTable
+from pymoo_psi.table import Layout
+
+# A coarse grid makes ties, dominated designs and values on a limit common.
+grid = st.integers(-2, 2).map(float)
+odd = st.one_of(grid, st.sampled_from([np.nan, np.inf, -np.inf]))
+
+
+@st.composite
+def tables(draw, values=odd):
+    n, m, n_ieq, n_eq = (draw(st.integers(*r)) for r in ((0, 12), (1, 3), (0, 3), (0, 2)))
+    numbers = draw(st.lists(st.integers(1, 40), min_size=n, max_size=n, unique=True))
+    X = draw(arrays(float, (n, 2), elements=grid))
+    F = draw(arrays(float, (n, m), elements=values))
+    G = draw(arrays(float, (n, n_ieq), elements=values))
+    H = draw(arrays(float, (n, n_eq), elements=st.sampled_from([0.0, 5e-5, -1e-4, 2e-4, 1.0])))
+    failed = draw(st.sets(st.sampled_from(numbers), max_size=2)) if n else set()
+    reasons = dict.fromkeys(failed, "it broke")
+    for array in (X, F, G, H):
+        array.setflags(write=False)
+    numbers = np.array(numbers, dtype=int)
+    return TestTable.of(numbers, X, F, G, H, reasons=reasons)
+
+
+limits_on_f1 = st.one_of(st.none(), st.sampled_from([{"f1": 1.0}, {0: -1.0}, {"f1": np.inf}]))
+
+
+def keeps(row, limits):
+    return limits is None or row[0] <= next(iter(limits.values()))
+
+
+def dominates(a, b):
+    return (a <= b).all() and (a < b).any()
+
+
+def rows(table):
+    """Every test as (number, x, f, g, h, status)."""
+    blocks = (table.numbers, table.X, table.F, table.G, table.H, table.status)
+    return list(zip(*blocks, strict=True))
+
+
+@given(table=tables())
+def test_status_follows_from_reasons_constraints_and_criteria(table):
+    for number, _, f, g, h, status in rows(table):
+        met = all(v <= 0 for v in g) and all(abs(v) <= 1e-4 for v in h)
+        if table.reasons.get(number) == "it broke":
+            expected = "failed"
+        elif not met:
+            expected = "infeasible"
+        else:
+            expected = "ok" if np.isfinite(f).all() else "failed"
+        assert status == expected
+        assert (number in table.reasons) == (status == "failed")
+
+
+def test_a_criterion_that_is_not_finite_is_a_reason():
+    table = TestTable.of([4, 5], [[0.0], [1.0]], [[1.0, np.nan], [-np.inf, 1.0]])
+    assert table.reasons == {4: "f2 is nan", 5: "f1 is -inf"}
+
+
+@given(table=tables(), limits=limits_on_f1)
+def test_feasible_and_pareto_agree_with_the_oracle(table, limits):
+    feasible = [r[5] == "ok" and bool(keeps(r[2], limits)) for r in rows(table)]
+    assert table.feasible(limits).tolist() == feasible
+    front = [r[2] for r, ok in zip(rows(table), feasible, strict=True) if ok]
+    pareto = [
+        ok and not any(dominates(f, r[2]) for f in front)
+        for r, ok in zip(rows(table), feasible, strict=True)
+    ]
+    assert table.pareto(limits).tolist() == pareto
+    assert table.eligible(limits).tolist() == feasible  # as made by TestTable.of
+
+
+@given(table=tables(), limits=limits_on_f1)
+def test_limits_change_nothing_but_the_answer(table, limits):
+    before = table.feasible().tolist()
+    inside = table.feasible(limits)
+    assert not (inside & ~table.feasible()).any()
+    assert table.feasible().tolist() == before
+
+
+@given(table=tables(), limits=limits_on_f1)
+def test_the_ordered_test_table_holds_the_feasible_designs_in_order(table, limits):
+    ordered = table.sorted_by("f1", limits)
+    assert sorted(ordered.numbers) == sorted(table.numbers[table.feasible(limits)])
+    assert (np.diff(ordered.F[:, 0]) >= 0).all()
+    place = {number: i for i, number in enumerate(table.numbers.tolist())}
+    steps = np.diff(ordered.F[:, 0]).tolist()
+    for (a, b), step in zip(pairwise(ordered.numbers.tolist()), steps, strict=True):
+        assert step > 0 or place[a] < place[b]
+    for number, x, f, *_ in rows(ordered):
+        np.testing.assert_array_equal(x, table.X[place[number]])
+        np.testing.assert_array_equal(f, table.F[place[number]])
+
+
+def test_a_feasible_design_without_criterion_comes_last():
+    layout = Layout.of(1, 1)
+    F = np.array([[np.nan], [2.0], [1.0]])
+    table = TestTable(layout, np.arange(1, 4), np.zeros((3, 1)), F, F[:, :0], F[:, :0], ["ok"] * 3)
+    assert table.sorted_by(0).numbers.tolist() == [3, 2, 1]
+    assert table.pareto().tolist() == [False, False, True]
+
+
+@given(table=tables(), cuts=st.lists(st.integers(0, 12), max_size=4))
+def test_blocks_joined_are_the_table(table, cuts):
+    edges = [0, *sorted(min(c, len(table)) for c in cuts), len(table)]
+    blocks = [table.rows(np.arange(a, b)) for a, b in pairwise(edges)]
+    for start in (TestTable.empty(), TestTable.empty(table.layout)):
+        one_by_one = start
+        for block in blocks:
+            one_by_one = one_by_one.extended(block)
+        assert one_by_one.equals(table)
+        assert start.extended(*blocks).equals(table)
+
+
+@given(table=tables())
+def test_rows_by_mask_and_by_index_agree(table):
+    mask = table.numbers % 2 == 0
+    assert table.rows(mask).equals(table.rows(np.flatnonzero(mask)))
+    assert table.rows([]).equals(table.rows(np.zeros(len(table), dtype=bool)))
+    assert set(table.rows(mask).reasons) == {n for n in table.reasons if n % 2 == 0}
+
+
+@given(table=tables())
+def test_a_table_is_read_only_and_survives_copying(table):
+    for other in (table, pickle.loads(pickle.dumps(table)), copy.copy(table), copy.deepcopy(table)):
+        assert other.equals(table)
+        for name in ("numbers", "X", "F", "G", "H", "status"):
+            assert not getattr(other, name).flags.writeable
+    with pytest.raises(AttributeError):
+        table.F = None
+
+
+def test_a_table_does_not_share_its_makers_arrays():
+    F = np.array([[1.0]])
+    table = TestTable.of([1], [[0.0]], F)
+    F[0] = 7.0
+    assert table.F.tolist() == [[1.0]]
+
+
+@pytest.mark.parametrize(
+    ("X", "dtype", "same"),
+    [
+        ([[0.0, 1.0]], float, [0.0, 1.0]),
+        ([[0, 1.0]], float, [0.0, 1.0]),
+        (np.array([[1, 2]], dtype=np.int32), np.int64, [1, 2]),
+        (np.array([[1, 2]], dtype=np.uint64), np.int64, [1, 2]),
+        (np.array([[1, 2]], dtype=object), np.int64, [1, 2]),
+        ([[2**70, 2]], object, [2**70, 2]),
+        ([[True, False]], bool, [True, False]),
+        ([[True, 0.5]], object, [True, 0.5]),
+        ([["a", 1, np.float64(2)]], object, ["a", 1, 2.0]),
+        ([{"b": np.int64(1), "a": np.True_}], object, [1, True]),
+        (np.float32([[0.5]]), float, [0.5]),
+    ],
+)
+def test_designs_keep_the_types_of_their_values(X, dtype, same):
+    table = TestTable.of([1], X, [[1.0]])
+    assert table.X.dtype == dtype
+    assert [(type(v), v) for v in table.X[0].tolist()] == [(type(v), v) for v in same]
+
+
+@pytest.mark.parametrize("others", [[[0.5]], [[1]], [[True]], [["a"]]])
+@pytest.mark.parametrize("first", [[[0.5]], [[1]], [[True]], [["a"]]])
+def test_joined_designs_keep_the_types_of_their_values(first, others):
+    a, b = TestTable.of([1], first, [[1.0]]), TestTable.of([2], others, [[1.0]])
+    for start in (TestTable.empty(), TestTable.empty(a.layout), a.rows([])):
+        joined = start.extended(a, b)
+        values = [first[0][0], others[0][0]]
+        assert [(type(v), v) for v in joined.X[:, 0].tolist()] == [(type(v), v) for v in values]
+        assert joined.rows([1]).equals(b)
+
+
+# Constraints
+
+
+@settings(deadline=None)  # the first example imports pandas
+@given(table=tables(), limits=limits_on_f1)
+def test_costs_of_constraints_agree_with_the_oracle(table, limits):
+    costs = table.constraint_costs(limits)
+    names = list(table.layout.constraints) + (["f1"] if limits else [])
+    assert costs.index.tolist() == names
+    broken = {}
+    for number, _, f, g, h, status in rows(table):
+        if status != "failed":
+            checks = [v <= 0 for v in g] + [abs(v) <= 1e-4 for v in h]
+            checks += [keeps(f, limits)] if limits else []
+            broken[number] = [name for name, met in zip(names, checks, strict=True) if not met]
+    assert table.broken(limits) == {n: tuple(b) for n, b in broken.items() if b}
+    for name in names:
+        alone = [f for number, _, f, *_ in rows(table) if broken.get(number) == [name]]
+        assert costs.loc[name, "rejects"] == sum(name in b for b in broken.values())
+        assert costs.loc[name, "alone"] == len(alone)
+        for j, criterion in enumerate(table.layout.objectives):
+            best = min((f[j] for f in alone if np.isfinite(f[j])), default=np.nan)
+            np.testing.assert_equal(costs.loc[name, f"{criterion}_alone"], best)
+            feasible = table.F[table.eligible(limits), j]
+            best = min(feasible, default=np.nan)
+            np.testing.assert_equal(costs.loc[name, f"{criterion}_feasible"], best)
+
+
+@given(table=tables())
+def test_a_constraint_as_criterion_frees_what_it_alone_rejects(table):
+    for k, name in enumerate(table.layout.constraints):
+        looked_at = table.with_constraint_as_criterion(name)
+        assert looked_at.equals(table.with_constraint_as_criterion(k))
+        assert looked_at.layout.objectives == (*table.layout.objectives, name)
+        assert looked_at.layout.constraints == tuple(
+            c for c in table.layout.constraints if c != name
+        )
+        freed = looked_at.feasible() & ~table.feasible()
+        computed = set(table.numbers[np.isfinite(table.F).all(axis=1)].tolist())
+        alone = [n for n, names in table.broken().items() if names == (name,) and n in computed]
+        assert table.numbers[freed].tolist() == alone
+        limit = 0.0 if name in table.layout.inequalities else 1e-4
+        np.testing.assert_array_equal(looked_at.feasible({name: limit}), table.feasible())
+
+
+def test_soft_limit_of_a_bridge():
+    """A hand-made case: relaxing g1 to 0.1 would buy a design 3 lighter than any feasible one."""
+    layout = Layout.of(1, ["mass"], ["stress"], lower=[0.0], upper=[1.0])
+    table = TestTable.of(
+        [1, 2, 3, 4], [[0.9], [0.6], [0.5], [0.1]], [[10.0], [8.0], [7.0], [1.0]],
+        G=[[-1.0], [0.0], [0.1], [5.0]], layout=layout, reasons={4: "buckled"},
+    )  # fmt: skip
+    costs = table.constraint_costs({"mass": 9.0})
+    assert costs.loc["stress"].tolist() == [0.0, 1, 1, 8.0, 7.0]
+    assert costs.loc["mass"].tolist() == [9.0, 1, 1, 8.0, 10.0]
+    softer = table.with_constraint_as_criterion("stress")
+    assert softer.numbers[softer.pareto({"stress": 0.1})].tolist() == [1, 2, 3]
+
+
+def test_more_than_64_constraints():
+    G = np.zeros((3, 150))
+    G[1, 149] = G[2, 70] = 1.0
+    table = TestTable.of([1, 2, 3], np.zeros((3, 1)), np.zeros((3, 1)), G)
+    assert table.broken() == {2: ("g150",), 3: ("g71",)}
+
+
+# Errors
+
+PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [1.0]])
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: PLAIN.feasible({"f12": 1.0}), ValueError, "criterion must be one of 'f1', 'f2', got 'f12'; did you mean 'f"),
+        (lambda: PLAIN.feasible({2: 1.0}), ValueError, "criterion must be a name or an index from 0 to 1, got 2"),
+        (lambda: PLAIN.feasible({-1: 1.0}), ValueError, "criterion must be a name or an index from 0 to 1, got -1"),
+        (lambda: PLAIN.feasible({None: 1.0}), TypeError, "criterion must be one of 'f1', 'f2', got None"),
+        (lambda: PLAIN.pareto({"f1": np.nan}), ValueError, "limit on 'f1' must be a number, got nan; leave"),
+        (lambda: PLAIN.pareto({"f1": "2"}), TypeError, "limit on 'f1' must be a number, got '2'"),
+        (lambda: PLAIN.pareto({"f1": 1, 0: 2}), ValueError, "limits must be given once a criterion"),
+        (lambda: PLAIN.feasible([1.0, 2.0]), TypeError, r"limits must map criteria to numbers, .* got \[1.0, 2.0\]"),
+        (lambda: PLAIN.sorted_by("x1"), ValueError, "criterion must be one of 'f1', 'f2', got 'x1'"),
+        (lambda: PLAIN.with_constraint_as_criterion("h1"), ValueError, "constraint must be one of 'g1', got 'h1'"),
+        (lambda: TestTable.empty().histogram("x1"), ValueError, "variable must be one of the table's, got 'x1'; the table has none"),
+        (lambda: PLAIN.rows([2]), ValueError, "selection must be a mask or indices of 2 rows, got index 2 is out"),
+        (lambda: PLAIN.rows([True]), ValueError, "selection must be a mask or indices of 2 rows"),
+        (lambda: PLAIN.rows([0.5]), TypeError, "selection must be a mask or indices, got dtype float64"),
+        (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
+        (lambda: PLAIN.extended(PLAIN), ValueError, "distinct, got test point 1 twice"),
+        (lambda: PLAIN.extended(PLAIN.with_constraint_as_criterion(0)), ValueError, "block must be of the table's layout, got objectives f1, f2 against f1, f2, g1"),
+        (lambda: TestTable.of([1, 1], [[0.0], [1.0]], [[1.0], [2.0]]), ValueError, "distinct, got test point 1 twice"),
+        (lambda: TestTable.of([0], [[0.0]], [[1.0]]), ValueError, "numbers must be integers from 1, got 0"),
+        (lambda: TestTable.of([1.0], [[0.0]], [[1.0]]), TypeError, "numbers must be integers from 1, got dtype float64"),
+        (lambda: TestTable.of([[1]], [[0.0]], [[1.0]]), ValueError, r"numbers must be one-dimensional, got shape \(1, 1\)"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\) \(tests, columns\), got shape \(2, 1\)"),
+        (lambda: TestTable.of([1], [[0.0]], [1.0]), ValueError, r"F must be of shape"),
+        (lambda: TestTable.of([1], [0.0], [[1.0]]), ValueError, "X must be two-dimensional"),
+        (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, r"X must be finite, got nan at index \(0, 0\)"),
+        (lambda: TestTable.of([1], [[1j]], [[1.0]]), TypeError, "X must hold numbers, booleans or text, got dtype complex"),
+        (lambda: TestTable.of([1], [[None]], [[1.0]]), TypeError, "got None; name the options of a choice by text"),
+        (lambda: TestTable.of([1], [{"a": 1}], [[1.0]], layout=Layout.of(["b"], 1)), ValueError, "X must be mappings of the variables b, got a"),
+        (lambda: TestTable.of([1], [[0.0]], [["a"]]), TypeError, "F must be an array of real numbers"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={2: "why"}), ValueError, "reasons must be given for failed test points, got one for 2"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons=["why"]), TypeError, "reasons must map test points to texts"),
+        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["ok"]), ValueError, "status must be ok where the constraints are met, .* got 'ok' for test point 1"),
+        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["infeasible!"]), ValueError, "got 'infeasible!' for test point 1"),
+        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], []), ValueError, r"status must be of shape \(1,\), got shape \(0,\)"),
+        (lambda: Layout.of(["a", "a"], 1), ValueError, "names of a test table must be distinct, .* got 'a'"),
+        (lambda: Layout.of(1, ["x1"]), ValueError, "names of a test table must be distinct, .* got 'x1'"),
+        (lambda: Layout.of(["status"], 1), ValueError, "none of test_point, status, .* got 'status'"),
+        (lambda: Layout.of([""], 1), ValueError, "variables must be names of at least one Unicode character"),
+        (lambda: Layout.of(["\ud800"], 1), ValueError, "variables must be names of at least one Unicode character"),
+        (lambda: TestTable.of([1], [["a\0"]], [[1.0]]), ValueError, "X must hold finite numbers, booleans or Unicode text, got 'a"),
+        (lambda: Layout.of([1], 1), TypeError, "variables must be names, got 1"),
+        (lambda: Layout.of(-1), ValueError, "the number of x columns must be an integer >= 0, got -1"),
+        (lambda: Layout.of("mass"), TypeError, "the number of x columns must be an integer >= 0, got 'mass'"),
+        (lambda: Layout.of(2, 1, lower=[0.0]), ValueError, r"lower must be 2 bounds, one for each variable, got shape \(1,\)"),
+        (lambda: Layout.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "lower must be at most upper, got 1.0 > 0.0 for 'x1'"),
+        (lambda: Layout.of(1, 1, eq_tolerance=-1.0), ValueError, "eq_tolerance must be 0 or more, got -1.0"),
+    ],
+)  # fmt: skip
+def test_bad_arguments(make, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert isinstance(caught.value, PsiError)

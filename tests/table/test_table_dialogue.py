@@ -1,0 +1,249 @@
+"""Histograms, dependences, sections, refined boxes and the prototype."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, TestTable, lp_tau, rank_of_efficiency
+from pymoo_psi.table import Layout, section_points
+
+ring = lp_tau(512, 2)
+RING = TestTable.of(
+    np.arange(1, 513),
+    ring,
+    np.column_stack([ring[:, 0], 1 - ring[:, 1], ring.sum(axis=1)]),
+    G=np.abs(ring - 0.5).max(axis=1, keepdims=True) - 0.3,  # feasible in [0.2, 0.8]^2
+    layout=Layout.of(2, 3, 1, lower=[0.0, 0.0], upper=[1.0, 1.0]),
+)
+MIXED = TestTable.of(
+    [1, 2, 3, 4],
+    [
+        {"size": 0.5, "teeth": np.int64(12), "hard": np.bool_(True), "steel": np.str_("C45"), "code": 1},
+        {"size": 1.5, "teeth": 17, "hard": False, "steel": "C60", "code": "1"},
+        {"size": 0.7, "teeth": 14, "hard": True, "steel": "C45", "code": 1.5},
+        {"size": 0.9, "teeth": 12, "hard": True, "steel": "16MnCr5", "code": True},
+    ],
+    [[1.0], [2.0], [3.0], [4.0]],
+    G=[[0.0], [-1.0], [-1.0], [1.0]],
+    layout=Layout.of(
+        ["size", "teeth", "hard", "steel", "code"], 1, 1,
+        lower=[0.0, 10, *[np.nan] * 3], upper=[2.0, 20, *[np.nan] * 3],
+    ),
+)  # fmt: skip
+
+
+# Histograms
+
+
+@given(
+    column=arrays(float, st.integers(0, 30), elements=st.floats(-3, 3)),
+    bins=st.integers(1, 7),
+    boxed=st.booleans(),
+    limit=st.floats(-3, 3),
+)
+def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
+    box = {"lower": [-2.0], "upper": [2.0]} if boxed else {}
+    numbers = np.arange(1, len(column) + 1)
+    F = np.column_stack([column, -column])
+    table = TestTable.of(numbers, column[:, None], F, layout=Layout.of(1, 2, **box))
+    limits = {"f1": limit}
+    histogram = table.histogram("x1", bins=bins, limits=limits)
+    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
+    counts = (histogram.tested, histogram.feasible, histogram.pareto)
+    for count, mask in zip(counts, masks, strict=True):
+        assert count.sum() == mask.sum()
+    low, high = histogram.edges[:-1], histogram.edges[1:]
+    assert len(low) == bins
+    assert (low < high).all()
+    for k in range(bins):
+        last = k == bins - 1
+        inside = [low[k] <= v and (v < high[k] or (last and v <= high[k])) for v in column]
+        assert histogram.tested[k] == sum(inside)
+    if boxed:
+        assert histogram.edges[0] <= -2
+        assert histogram.edges[-1] >= 2
+
+
+def test_lp_tau_points_fill_equal_bins_equally():
+    histogram = RING.histogram("x2", bins=8)
+    assert histogram.tested.tolist() == [64] * 8
+    assert histogram.edges.tolist() == np.linspace(0, 1, 9).tolist()
+    assert (histogram.feasible[2:6] > 0).all()
+    assert histogram.feasible[[0, 7]].tolist() == [0, 0]
+
+
+def test_a_choice_has_one_bin_for_each_value():
+    teeth = MIXED.histogram("teeth")
+    assert teeth.values == (12, 14, 17)
+    assert teeth.edges.tolist() == [-0.5, 0.5, 1.5, 2.5]
+    assert teeth.tested.tolist() == [2, 1, 1]
+    assert teeth.feasible.tolist() == [1, 1, 1]
+    assert teeth.pareto.tolist() == [1, 0, 0]
+    steel = MIXED.histogram("steel", limits={"f1": 2.0})
+    assert dict(zip(steel.values, steel.feasible, strict=True)) == {
+        "16MnCr5": 0,
+        "C45": 1,
+        "C60": 1,
+    }
+    code = MIXED.histogram("code")  # 1, "1", 1.5 and True are four values
+    assert len(code.values) == 4
+    assert code.tested.tolist() == [1] * 4
+
+
+# Dependences and sections
+
+
+@pytest.mark.parametrize("limits", [None, {"f2": 0.6}])
+def test_a_dependence_is_the_projection_of_the_table(limits):
+    seen = RING.dependence("f2", "x1", limits=limits)
+    np.testing.assert_array_equal(seen.x, RING.X[:, 0])
+    np.testing.assert_array_equal(seen.f, RING.F[:, 1])
+    np.testing.assert_array_equal(seen.feasible, RING.feasible(limits))
+    np.testing.assert_array_equal(seen.pareto, RING.pareto(limits))
+    assert (seen.criterion, seen.variable) == ("f2", "x1")
+    assert seen.limit == (0.6 if limits else np.inf)
+
+
+def test_dependence_on_a_choice():
+    seen = MIXED.dependence(0, "steel")
+    assert seen.x.tolist() == ["C45", "C60", "C45", "16MnCr5"]
+    assert MIXED.dependence("f1", "size").x.dtype == np.float64
+
+
+@given(
+    design=arrays(float, st.integers(1, 5), elements=st.floats(-5, 5)),
+    data=st.data(),
+    n=st.integers(2, 20),
+)
+def test_a_section_moves_one_variable_only(design, data, n):
+    j = data.draw(st.integers(0, len(design) - 1))
+    points = section_points(design, j, n, -1.0, 3.0)
+    np.testing.assert_array_equal(points[:, j], np.linspace(-1, 3, n))
+    others = np.delete(points, j, axis=1)
+    np.testing.assert_array_equal(others, np.tile(np.delete(design, j), (n, 1)))
+
+
+def test_sections_through_a_tested_design():
+    points = RING.section_points(2, "x2", 3)
+    assert points.tolist() == [[0.5, 0.0], [0.5, 0.5], [0.5, 1.0]]
+    np.testing.assert_array_equal(RING.section_points([0.5, 0.1], 1, 3), points)
+    teeth = MIXED.section_points(2, "teeth", 100)
+    assert teeth[:, 1].tolist() == list(range(10, 21))
+    assert all(type(t) is int for t in teeth[:, 1])
+    assert {tuple(np.delete(row, 1)) for row in teeth} == {(1.5, False, "C60", "1")}
+
+
+# The refined box
+
+
+@given(limit=st.floats(0.2, 1.0), margin=st.floats(0, 2))
+def test_the_refined_box_holds_the_feasible_set(limit, margin):
+    limits = {"f1": limit}
+    inside = RING.X[RING.feasible(limits)]
+    if len(inside) == 0:
+        with pytest.raises(ValueError, match="feasible set must be of at least one design"):
+            RING.refined_bounds(limits, margin=margin)
+        return
+    lower, upper = RING.refined_bounds(limits, margin=margin)
+    tight = RING.refined_bounds(limits)
+    np.testing.assert_array_equal(tight, [inside.min(axis=0), inside.max(axis=0)])
+    width = tight[1] - tight[0]
+    np.testing.assert_allclose(lower, np.maximum(0, tight[0] - margin * width))
+    np.testing.assert_allclose(upper, np.minimum(1, tight[1] + margin * width))
+
+
+def test_refined_bounds_of_mixed_variables():
+    lower, upper = MIXED.refined_bounds({"f1": 2.0}, margin=0.3)
+    np.testing.assert_allclose(lower, [0.2, 10, np.nan, np.nan, np.nan])
+    np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
+
+
+def test_without_a_box_nothing_is_clipped():
+    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]])
+    assert [b.tolist() for b in table.refined_bounds(margin=1.0)] == [[-1.0], [2.0]]
+
+
+# The prototype
+
+
+@settings(deadline=None)
+@given(f=arrays(float, 3, elements=st.floats(0, 1.5)))
+def test_comparison_with_a_prototype(f):
+    frame = RING.with_prototype([2.0, 2.0], f).compare_with_prototype({"f3": 1.2})
+    pareto = RING.pareto({"f3": 1.2})
+    assert sorted(frame.index) == RING.numbers[pareto].tolist()
+    for number, row in frame.iterrows():
+        criteria = RING.F[number - 1]
+        assert row[["f1", "f2", "f3"]].tolist() == criteria.tolist()
+        assert row[["gain_f1", "gain_f2", "gain_f3"]].tolist() == (f - criteria).tolist()
+        assert row["better_in"] == sum(criteria < f)
+        assert row["dominates"] == ((criteria <= f).all() and (criteria < f).any())
+        assert row["better_in_all"] == (criteria < f).all()
+    order = list(zip(~frame["dominates"], -frame["better_in"], frame.index, strict=True))
+    assert order == sorted(order)
+
+
+def test_a_prototype_is_carried_along():
+    table = RING.with_prototype([0.5, 0.5], [1.0, 1.0, 1.0], g=[-0.3], name="today's chute")
+    for other in (
+        table.rows(slice_of(table)),
+        table.sorted_by("f1"),
+        table.extended(TestTable.empty()),
+    ):
+        assert other.prototype.name == "today's chute"
+    softer = table.with_constraint_as_criterion("g1")
+    assert softer.prototype.f.tolist() == [1.0, 1.0, 1.0, -0.3]
+    assert softer.prototype.g.tolist() == []
+    assert RING.prototype is None
+    assert TestTable.empty().extended(table).equals(table)
+    assert not table.equals(RING)
+
+
+def slice_of(table):
+    return np.arange(3, min(9, len(table)))
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: RING.histogram("x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
+        (lambda: RING.histogram("x1", bins=0), ValueError, "bins must be an integer >= 1, got 0"),
+        (lambda: RING.dependence("x1", "f1"), ValueError, "criterion must be one of 'f1', 'f2', 'f3', got 'x1'"),
+        (lambda: RING.refined_bounds({"f1": -1.0}), ValueError, "the feasible set must be of at least one design to span a box, got none of 512 tests; loosen the limits"),
+        (lambda: RING.refined_bounds(margin=-0.1), ValueError, "margin must be 0 or more, got -0.1"),
+        (lambda: RING.section_points(513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
+        (lambda: RING.section_points([0.5], "x1", 3), ValueError, "design must be 2 values, one for each variable, got 1"),
+        (lambda: RING.section_points(1, "x1", 1), ValueError, "n must be an integer >= 2, got 1"),
+        (lambda: RING.section_points(1, "x1", 5, 2.0), ValueError, "lower must be at most upper, got 2.0 > 1.0"),
+        (lambda: MIXED.section_points(1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is text"),
+        (lambda: MIXED.section_points(1, "steel", 5), ValueError, "variable must be a real number or an integer, got one that is text"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]]).section_points(1, 0, 5), ValueError, "lower must be a finite number, got nan"),
+        (lambda: section_points([0.5], 1, 3, 0, 1), ValueError, "variable must be an index from 0 to 0, got 1"),
+        (lambda: RING.compare_with_prototype(), ValueError, r"the table must be one with a prototype, got none; give it by with_prototype\(x, f\)"),
+        (lambda: RING.with_prototype([0.5], [1, 1, 1]), ValueError, "x of the prototype must be 2 values, one for each variable, got 1"),
+        (lambda: RING.with_prototype([0.5, 0.5], [1, 1]), ValueError, r"f of the prototype must be of shape \(3,\), got shape \(2,\)"),
+        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
+        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be Unicode text, got 3"),
+        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1]).with_constraint_as_criterion("g1"), ValueError, "g1 of the prototype must be known, got nan; give it with its constraints"),
+    ],
+)  # fmt: skip
+def test_bad_arguments(make, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert isinstance(caught.value, PsiError)
+
+
+def test_the_ranking_of_a_table_is_that_of_its_pareto_set():
+    rng = np.random.default_rng(4)
+    table = TestTable.of(np.arange(1, 61), rng.random((60, 2)), rng.random((60, 3)))
+    limits = {"f1": 0.8}
+    for normalize in (True, False):
+        ours = table.ranking(limits, normalize=normalize)
+        direct = rank_of_efficiency(table.F[table.pareto(limits)], normalize=normalize)
+        assert ours.rank.tolist() == direct.rank.tolist()
+        np.testing.assert_array_equal(ours.criteria, direct.criteria)
+    message = "with a feasible design, got none of 60 tests, of which 0 failed; loosen the limits"
+    with pytest.raises(PsiError, match=message):
+        table.ranking({"f1": -1.0})

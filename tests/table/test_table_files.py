@@ -1,0 +1,323 @@
+"""Frames and files: a round trip changes nothing, a damaged file is named."""
+
+import csv
+import json
+import os
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, TestTable
+from pymoo_psi.table import Layout
+from pymoo_psi.table._layout import RESERVED
+from tests.table.exact_csv import EXACT
+
+SLOW = settings(deadline=None)  # files, and pandas imported by the first example
+texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
+names = texts.filter(lambda name: name and name not in RESERVED)
+finite = st.floats(allow_nan=False, allow_infinity=False)
+choices = st.one_of(finite, st.integers(), st.booleans(), texts)
+COLUMNS = [finite, st.integers(-(2**63), 2**63 - 1), st.booleans(), texts, choices]
+
+
+@st.composite
+def tables(draw):
+    n, n_var, m, n_ieq, n_eq = (
+        draw(st.integers(*r)) for r in ((0, 6), (0, 4), (0, 3), (0, 2), (0, 2))
+    )
+    width = n_var + m + n_ieq + n_eq
+    name = draw(st.lists(names, min_size=width, max_size=width, unique=True))
+    groups = [tuple(name.pop() for _ in range(k)) for k in (n_var, m, n_ieq, n_eq)]
+    bound = st.one_of(st.just(np.nan), st.floats(-10, 10))
+    lower = draw(arrays(float, n_var, elements=bound))
+    layout = Layout.of(
+        *groups,
+        lower=lower,
+        upper=lower + draw(st.floats(0, 10)),
+        eq_tolerance=draw(st.sampled_from([0.0, 1e-4])),
+    )
+    kinds = draw(st.lists(st.sampled_from(COLUMNS), min_size=n_var, max_size=n_var))
+    X = np.empty((n, n_var), dtype=object)
+    for j, kind in enumerate(kinds):
+        X[:, j] = draw(st.lists(kind, min_size=n, max_size=n))
+    F, G, H = (draw(arrays(float, (n, k), elements=st.floats())) for k in (m, n_ieq, n_eq))
+    numbers = draw(st.lists(st.integers(1, 2**40), min_size=n, max_size=n, unique=True))
+    failed = draw(st.sets(st.sampled_from(numbers))) if n else set()
+    reasons = {number: draw(texts) for number in failed}
+    numbers = np.array(numbers, dtype=int)
+    table = TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
+    if draw(st.booleans()):
+        x = [draw(kind) for kind in kinds]
+        f, g, h = (
+            draw(arrays(float, k, elements=e))
+            for k, e in ((m, finite), (n_ieq, st.floats()), (n_eq, st.floats()))
+        )
+        table = table.with_prototype(x, f, g, h, name=draw(texts))
+    return table
+
+
+def bits(table):
+    """Everything a table holds, zeros with their signs."""
+    arrays = [getattr(table, name) for name in ("numbers", "X", "F", "G", "H", "status")]
+    return [[repr(v) for v in a.ravel().tolist()] for a in arrays] + [a.dtype for a in arrays]
+
+
+def check_same(read, table):
+    assert bits(read) == bits(table)
+    assert read.reasons == table.reasons
+    assert not read.layout.difference(table.layout)
+    assert (read.prototype is None) == (table.prototype is None)
+    assert table.prototype is None or read.prototype.same_as(table.prototype)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("tables")
+
+
+@SLOW
+@given(table=tables())
+def test_a_round_trip_by_csv_changes_nothing(folder, table):
+    table.to_csv(folder / "table.csv")
+    check_same(TestTable.read_csv(str(folder / "table.csv")), table)
+
+
+@SLOW
+@given(table=tables())
+def test_a_round_trip_by_parquet_changes_nothing(folder, table):
+    pytest.importorskip("pyarrow")
+    table.to_parquet(folder / "table.parquet")
+    check_same(TestTable.read_parquet(str(folder / "table.parquet")), table)
+
+
+@SLOW
+@given(table=tables())
+def test_the_frame_holds_what_the_table_holds(table):
+    frame = table.to_frame()
+    layout = table.layout
+    assert frame.index.tolist() == table.numbers.tolist()
+    blocks = {
+        "X": layout.variables,
+        "F": layout.objectives,
+        "G": layout.inequalities,
+        "H": layout.equalities,
+    }
+    for block, columns in blocks.items():
+        for j, name in enumerate(columns):
+            assert repr(frame[name].tolist()) == repr(getattr(table, block)[:, j].tolist())
+    assert frame["status"].tolist() == table.status.tolist()
+    assert frame["pareto"].tolist() == table.pareto().tolist()
+    broken = table.broken()
+    assert frame["broken"].tolist() == [", ".join(broken.get(n, ())) for n in table.numbers]
+    assert frame["reason"].tolist() == [table.reasons.get(n, "") for n in table.numbers]
+    assert frame.columns.tolist() == [
+        *layout.variables, *layout.objectives, *layout.constraints, *RESERVED[1:]
+    ]  # fmt: skip
+
+
+EXAMPLE = TestTable.of(
+    [3, 1, 2],
+    np.array([[0.1, 5], [0.2, 7], [1 / 3, 9]], dtype=object),
+    [[1.0, 2.0], [2.0, 1.0], [np.nan, np.inf]],
+    G=[[-1.0], [0.5], [-1.0]],
+    reasons={2: 'a "solver", #7\nsaid no'},
+    layout=Layout.of(["α", "teeth"], 2, 1, lower=[0, 5], upper=[1, 9]),
+)
+
+
+def test_columns_have_the_types_of_their_values():
+    frame = EXAMPLE.to_frame()
+    assert [str(t) for t in frame.dtypes[:5]] == [
+        "float64",
+        "int64",
+        "float64",
+        "float64",
+        "float64",
+    ]
+    assert frame["pareto"].dtype == bool
+    assert frame.loc[1, "broken"] == "g1"
+
+
+def test_pandas_reads_the_csv(tmp_path):
+    EXAMPLE.to_csv(tmp_path / "t.csv")
+    frame = pd.read_csv(tmp_path / "t.csv", comment="#", index_col="test_point", **EXACT)
+    expected = EXAMPLE.to_frame().replace({"broken": {"": np.nan}, "reason": {"": np.nan}})
+    pd.testing.assert_frame_equal(frame, expected, check_dtype=False, rtol=1e-14)
+
+
+def test_rows_and_columns_may_be_rearranged_by_hand(tmp_path):
+    path = tmp_path / "t.csv"
+    EXAMPLE.to_csv(path)
+    head, rest = path.read_text("utf-8").split("\n", 1)
+    cells = list(csv.reader(rest.splitlines(keepends=True)))
+    with path.open("w", encoding="utf-8-sig", newline="") as file:  # as a spreadsheet saves it
+        csv.writer(file).writerow([head])
+        for k, row in enumerate([cells[0], cells[2], cells[1], cells[3]]):
+            csv.writer(file).writerow([row[5], "my remark" if k else "remark", *row[:5], *row[6:]])
+    assert TestTable.read_csv(path).equals(EXAMPLE.rows([1, 0, 2]))
+
+
+def test_an_interrupted_writing_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "t.csv"
+    EXAMPLE.to_csv(path)
+    before = path.read_bytes()
+
+    def full(*args):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="disk full"):
+        EXAMPLE.rows([0]).to_csv(path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["t.csv"]
+
+
+def test_a_link_is_followed(tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "t.csv")
+    EXAMPLE.to_csv(tmp_path / "link.csv")
+    assert (tmp_path / "link.csv").is_symlink()
+    assert TestTable.read_csv(tmp_path / "t.csv").equals(EXAMPLE)
+
+
+def head(**changes):
+    """Replace entries of the JSON in the first line."""
+
+    def change(text):
+        line, rest = text.split("\n", 1)
+        return f"# {json.dumps(json.loads(line[1:]) | changes)}\n{rest}"
+
+    return change
+
+
+def replaced(old, new):
+    return lambda text: text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda text: "", "its head, one line of JSON, is missing or damaged"),
+        (lambda text: "a,b\n1,2\n", "its head, one line of JSON, is missing"),
+        (lambda text: '# {"other": 1}\n' + text, "its head, one line of JSON, is missing"),
+        (lambda text: "# []\n" + text, "its head, one line of JSON, is missing"),
+        (lambda text: text.split("\n", 1)[1], "its head, one line of JSON, is missing"),
+        (lambda text: text[:60], "its head, one line of JSON, is missing or damaged"),
+        (lambda text: text.split("\n", 1)[0], "the columns 'test_point', 'α', .* are missing from its header"),
+        (head(pymoo_psi_test_table=2), "its format is 2, this version of pymoo-psi reads 1"),
+        (head(lower=[0]), "its head is damaged: lower must be 2 bounds"),
+        (head(variables=["a"]), "its head is damaged"),
+        (head(kinds=["real", "imaginary"]), "its head is damaged: unknown kind"),
+        (head(tests="3"), "its head is damaged: .* no number of tests"),
+        (head(prototype={"name": "a"}), "its head is damaged"),
+        (head(prototype=3), "its head is damaged"),
+        (replaced('"f2"\n', '"f2"\n'), None),
+        (replaced('\n"test_point","α"', '\n"test_point","a"'), "the columns 'α' are missing from its header"),
+        (replaced('"g1","status"', '"f1","status"'), "the columns 'g1' are missing"),
+        (replaced('"broken","reason"', '"reason","reason"'), "its header names the column 'reason' twice"),
+        (replaced("\n1,0.2,7", "\n1,0.2,7.5"), "column 'teeth' of row 2 below its header is no integer value: '7.5'"),
+        (replaced("\n1,0.2,7", "\n1,zero,7"), "column 'α' of row 2 below its header is no real value: 'zero'"),
+        (replaced("\n1,0.2,7", f"\n{2**64},0.2,7"), "column 'test_point' of row 2 .* is no integer value: '1844"),
+        (replaced("\n1,0.2,7", "\n3,0.2,7"), "must be distinct, got test point 3 twice"),
+        (replaced("\n1,0.2,7", "\n1,nan,7"), "X must .* finite"),
+        (replaced('"infeasible"', '"ok"'), "status must be ok where the constraints are met, .* got 'ok' for test point 1"),
+        (replaced('"infeasible"', '"fine"'), "got 'fine' for test point 1"),
+        (lambda text: text[: text.index("\n1,0.2")], "it holds 1 of 3 tests, so it was cut or edited; if that is meant, set \"tests\""),
+        (lambda text: text[: text.index("\n1,0.2") + 10], "row 2 below its header has 4 cells only"),
+    ],
+)  # fmt: skip
+def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, damage, message):
+    path = tmp_path / "table.csv"
+    EXAMPLE.to_csv(path)
+    path.write_text(damage(path.read_text("utf-8")), "utf-8")
+    if message is None:
+        assert TestTable.read_csv(path).equals(EXAMPLE)
+        return
+    with pytest.raises(
+        ValueError, match=rf"table\.csv must be a file of a TestTable: .*{message}"
+    ) as caught:
+        TestTable.read_csv(path)
+    assert isinstance(caught.value, PsiError)
+
+
+@SLOW
+@given(content=st.binary(max_size=200), position=st.integers(0, 700), cut=st.integers(0, 40))
+def test_no_damage_raises_anything_else(folder, content, position, cut):
+    path = folder / "damaged.csv"
+    EXAMPLE.to_csv(path)
+    whole = path.read_bytes()
+    for damaged in (
+        content,
+        whole[:position] + content + whole[position + cut :],
+        whole[:position],
+    ):
+        path.write_bytes(damaged)
+        try:
+            TestTable.read_csv(path)
+        except PsiError as error:
+            message = str(error)
+        else:
+            message = "damaged.csv must be a file of a TestTable"  # the damage was harmless
+        assert "damaged.csv must be a file of a TestTable" in message
+
+
+def test_a_missing_file_is_the_systems_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        TestTable.read_csv(tmp_path / "none.csv")
+    with pytest.raises(FileNotFoundError):
+        EXAMPLE.to_csv(tmp_path / "none" / "t.csv")
+
+
+def test_long_and_strange_texts(tmp_path):
+    reason = "x" * 200_000 + "\r\n\x85\u2028\U0001f6dd"
+    table = TestTable.of(
+        [1, 2], [["# no", 1], ["nan", 2]], [[1.0], [2.0]], reasons={1: reason, 2: "a\0b\ud800"}
+    )
+    table.to_csv(tmp_path / "t.csv")
+    read = TestTable.read_csv(tmp_path / "t.csv")
+    assert read.equals(table)
+    assert read.reasons == {1: reason, 2: "a␀b\\ud800"}
+    with pytest.raises(csv.Error, match="field limit"):  # the module's own limit is as it was
+        list(csv.reader([reason]))
+
+
+def test_parquet_without_pyarrow(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    for call in (EXAMPLE.to_parquet, TestTable.read_parquet):
+        with pytest.raises(
+            PsiError,
+            match="Parquet needs pyarrow, which is not installed; pip install pyarrow, or use to_csv",
+        ):
+            call(tmp_path / "t.parquet")
+
+
+def test_damaged_parquet(tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "t.parquet"
+    path.write_bytes(b"PAR1 nothing")
+    with pytest.raises(
+        PsiError, match=r"t\.parquet must be a file of a TestTable: it cannot be read as Parquet"
+    ):
+        TestTable.read_parquet(path)
+    pd.DataFrame({"a": [1]}).to_parquet(path)
+    with pytest.raises(
+        PsiError, match=r"t\.parquet must be .*: its head, one line of JSON, is missing"
+    ):
+        TestTable.read_parquet(path)
+    EXAMPLE.to_parquet(path)
+    frame = pd.read_parquet(path)
+    for changed, message in (
+        (frame.drop(columns="f1"), "the columns 'f1' are missing"),
+        (frame.assign(f1="a"), "the column 'f1' holds other than real values"),
+        (frame.iloc[:1], "it holds 1 of 3 tests"),
+    ):
+        changed.to_parquet(path)
+        with pytest.raises(PsiError, match=message):
+            TestTable.read_parquet(path)
+    with pytest.raises(FileNotFoundError):
+        TestTable.read_parquet(tmp_path / "none")
+    assert os.listdir(tmp_path) == ["t.parquet"]

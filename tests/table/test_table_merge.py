@@ -1,0 +1,118 @@
+"""Tables of runs made apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymoo.core.problem import Problem
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, PsiError, TestTable, VectorizedSphereChute, lp_tau
+from pymoo_psi.table import Layout
+
+LAYOUT = Layout.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
+
+
+def run(n, first=1, layout=LAYOUT):
+    """An investigation of a made-up problem in which every fourth design or so fails."""
+    X = lp_tau(n, 2, first=first)
+    F = np.column_stack([X.sum(axis=1), np.where(X[:, 0] > 0.75, np.nan, X[:, 1])])
+    return TestTable.of(np.arange(first, first + n), X, F, X[:, :1] - X[:, 1:], layout=layout)
+
+
+@given(n=st.integers(0, 60), data=st.data())
+def test_parts_in_any_order_with_any_overlap_give_the_whole(n, data):
+    whole = run(n)
+    order = data.draw(st.permutations(range(n)))
+    a, b = (data.draw(st.integers(0, n)) for _ in range(2))
+    first, second = whole.rows(order[: max(a, b)]), whole.rows(order[min(a, b) :])
+    assert first.merge(second).equals(whole)
+    assert second.merge(first).equals(whole)
+    assert first.merge(first).equals(first.merge(TestTable.empty()))
+
+
+@given(cuts=st.lists(st.integers(0, 40), min_size=2, max_size=2))
+def test_merging_is_associative(cuts):
+    whole = run(40)
+    a, b, c = np.split(np.arange(40), sorted(cuts))
+    a, b, c = whole.rows(a), whole.rows(b), whole.rows(c)
+    assert a.merge(b).merge(c).equals(a.merge(b.merge(c)))
+
+
+class Awkward(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=-1.0, xu=2.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = np.where(x[:, :1] > 1.5, np.nan, x[:, :2] ** 2)
+        out["G"] = x[:, 2:] - 1.0
+        out["H"] = np.where(x[:, :1] < 0, 1e-5, np.where(x[:, :1] < 1, -1e-4, 1.0))
+
+
+@pytest.mark.parametrize("problem", [VectorizedSphereChute(0.4), Awkward()])
+def test_continued_runs_are_the_whole_run(problem):
+    whole, first, second = (
+        minimize(problem, algorithm).algorithm.table
+        for algorithm in (PSI(512), PSI(128), PSI(384, first=129))
+    )
+    joined = second.merge(first)
+    assert joined.equals(whole)
+    for name in ("numbers", "X", "F", "G", "H", "status"):
+        a, b = getattr(joined, name), getattr(whole, name)
+        assert (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
+    assert joined.reasons == whole.reasons
+
+
+def other_result(block):
+    table = run(8)
+    changed = {name: np.array(getattr(table, name)) for name in "XFG"}
+    changed[block][3] = -0.25
+    return TestTable.of(table.numbers, **changed, layout=LAYOUT)
+
+
+def failed(reason):
+    table = run(8)
+    return TestTable.of(
+        table.numbers, table.X, table.F, table.G, layout=LAYOUT, reasons={2: reason}
+    )
+
+
+PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: run(8).merge(other_result("X")), ValueError, "other must be a table with the same results for the same test points, got another X for test point 4; do not merge"),
+        (lambda: run(8).merge(other_result("F")), ValueError, "another F for test point 4"),
+        (lambda: run(8).merge(other_result("G")), ValueError, "another G for test point 4"),
+        (lambda: run(8).merge(failed("crash")), ValueError, "another status for test point 2"),
+        (lambda: failed("crash").merge(failed("time")), ValueError, "another reason for test point 2"),
+        (lambda: run(8).merge(run(8, 9, Layout.of(2, 2, 1))), ValueError, "other must be a table of the same problem, got lower bound of x1: 0.0 against nan"),
+        (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got upper bound of x2: 1.0 against 2.0"),
+        (lambda: run(8).merge(run(8, 9, replace(LAYOUT, objectives=("a", "b")))), ValueError, "got objectives f1, f2 against a, b"),
+        (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
+        (lambda: run(8).merge(run(8).with_constraint_as_criterion("g1")), ValueError, "objectives f1, f2 against f1, f2, g1"),
+        (lambda: PROTOTYPE.merge(run(8).with_prototype([0.0, 0.0], [1.0, 2.0])), ValueError, "prototype 'prototype' against 'prototype' or its values"),
+        (lambda: run(8).merge(3), TypeError, "other must be a TestTable, got 3"),
+    ],
+)  # fmt: skip
+def test_what_does_not_belong_together_is_refused(make, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert isinstance(caught.value, PsiError)
+
+
+def test_the_prototype_of_either_table_is_kept():
+    later = run(8, 9)
+    assert PROTOTYPE.merge(later).equals(later.merge(PROTOTYPE))
+    assert PROTOTYPE.merge(later).prototype.f.tolist() == [1.0, 1.0]
+
+
+def test_values_of_other_types_are_not_the_same():
+    one, yes = (TestTable.of([1], [[value, "a"]], [[1.0]]) for value in (1, True))
+    assert one.merge(one).equals(one)
+    with pytest.raises(ValueError, match="another X for test point 1"):
+        one.merge(yes)
