@@ -132,6 +132,13 @@ def test_no_files_import_each_other():
     assert circles(graph) == []
 
 
+def test_every_module_of_a_room_is_private():
+    """A room's ``__init__`` is its index; only ``table.analysis`` is imported by its own name."""
+    modules = {path.relative_to(ROOT).as_posix() for path in FILES if len(path.parts) > 1}
+    open_doors = {name for name in modules if "/" in name and "/_" not in name}
+    assert open_doors <= {"table/analysis.py"}
+
+
 def test_every_public_name_is_there():
     assert all(hasattr(pymoo_psi, name) for name in pymoo_psi.__all__)
     assert set(pymoo_psi.__all__) <= set(dir(pymoo_psi))

@@ -59,13 +59,18 @@ def test_more_points_never_worsen_pymoos_indicators():
     assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
 
 
-def test_the_result_serves_pymoos_tools(tested):
+def test_pymoos_scatter_shows_every_pareto_optimal_design(tested):
     plot = Scatter().add(tested.F)
     plot.do()
+    (shown,) = plot.ax.collections
+    np.testing.assert_array_equal(shown.get_offsets(), tested.F)
     plot.fig.clear()
-    assert np.isfinite(tested.exec_time)
+
+
+def test_the_result_holds_every_test_and_the_callers_own_problem(tested):
     assert tested.problem is PROBLEM
-    assert len(tested.pop) == 200
+    assert tested.pop.get("test_point").tolist() == list(range(1, 201))
+    assert set(tested.opt.get("test_point")) < set(range(1, 201))
 
 
 def test_selectors_and_pymoos_decision_makers_take_turns(tested):
