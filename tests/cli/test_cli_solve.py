@@ -163,13 +163,13 @@ def test_a_study_becomes_a_table(run):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--limits", "f1>=2"], "--limits must be an upper limit, as criteria are minimised: f1<="),
+        (["--limits", "f1>=2"], "--limits must be f1<=number, as less of it is better, got f1>=2"),
         (["--limits", "f1"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=x"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=1,"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=2,f1=3"], "--limits must be given once for each criterion"),
-        (["--limits", "f9=2"], "criterion must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'"),
-        (["--limits", "f1=nan"], "the limit on 'f1' must be a number"),
+        (["--limits", "f9=2"], "--limits must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'"),
+        (["--limits", "f1=nan"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=1", "--algorithm", "nsga3"], "--limits must be used with --algorithm psi"),
         (["--retry", "failed"], "--retry must be used with --study FILE.db"),
         (["--retry", "1,x", "--study", "s.db"], "--retry must be 'failed' or numbers"),

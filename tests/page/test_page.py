@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import PsiError, TestTable, VectorizedSphereChute, investigate, rank_of_efficiency
-from pymoo_psi.cli import main
-from pymoo_psi.page import decision_page, table_from_file
-from pymoo_psi.page._groups import DOMINATED, OPTIMUM, PROTOTYPE, look
+from pymoo_psi import PsiError, VectorizedSphereChute, investigate, rank_of_efficiency
+from pymoo_psi.cli import _page, main
+from pymoo_psi.page import decision_page
+from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE, Column
 from pymoo_psi.page._page import MOST_ROWS
 from tests.beams import CRITERIA, SETTINGS, beams
 
@@ -50,18 +50,19 @@ def test_columns_groups_and_order():
     assert (np.diff(data.group) >= 0).all()
 
 
-def test_optimum_without_rank_6_is_marked_and_told():
-    angle = np.linspace(0.2, 1.3, 7)
-    F = 1 - np.column_stack([np.cos(angle), np.sin(angle)])
-    frame = pd.DataFrame(np.sqrt([[1, 4], [2, 3], [3, 2], [4, 1]]), columns=["a", "b"])
-    for circle, expected in ((frame, 4), (pd.DataFrame(F, columns=["a", "b"]), 1)):
-        ranking = rank_of_efficiency(circle, normalize=False, ideal=None)
-        data = decision_page(circle, ["a", "b"], normalize=False)
-        assert (data.group == OPTIMUM).sum() == len(ranking.salukvadze) <= expected
-        assert bool(data.remarks) == (not (ranking.rank == 6).any())
+def test_optima_without_rank_6_are_marked_and_told():
+    """On a circle around U every design is as near to U, and none is the best in all pairs."""
+    angle = np.linspace(0, np.pi / 2, 7)
+    frame = pd.DataFrame({"a": np.sin(angle), "b": np.cos(angle)})
+    assert rank_of_efficiency(frame, normalize=False).rank.max() < 6
+    data = decision_page(frame, ["a", "b"], normalize=False)
+    assert (data.group == OPTIMUM).sum() == len(data.optima) == 7
+    assert data.remarks == ("No design has rank 6: several are equally near to U.",)
+    assert decision_page(beams(), CRITERIA).remarks == ()
 
 
 def test_looks_are_those_of_the_figures():
+    from pymoo_psi.page._bokeh import look
     from pymoo_psi.plots._style import MARKERS
 
     for rank in (3, 4, 5, 6):
@@ -95,8 +96,6 @@ def test_beyond_many_rows_only_ranked_ones_are_shown():
     ],
 )
 def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notation):
-    from pymoo_psi.page._data import Column
-
     assert Column("c0", "a", "", "criterion", False, np.array(values)).notation == notation
 
 
@@ -139,46 +138,25 @@ def test_mistakes(change, message):
         decision_page(**arguments)
 
 
-# Files
+# The command
 
 
-def test_any_csv(tmp_path):
-    file = tmp_path / "set.csv"
-    beams().to_csv(file, index=False)
-    table = table_from_file(file)
-    assert table.objectives == ("mass", "cost, total", "strength", "width")
-    assert (table.label, table.variables) == ("number", ())
-    table = table_from_file(file, objectives=["mass", "strength"], variables=["width"])
-    assert (table.objectives, table.variables) == (("mass", "strength"), ("width",))
-
-
-def test_our_own_csv(tmp_path):
-    file = tmp_path / "front.csv"
-    columns = ["test_point", "x1", "x2", "f1", "f2", "mu1", "mu2", "mu3", "rank"]
-    pd.DataFrame(np.ones((2, 9)), columns=columns).to_csv(file, index=False)
-    table = table_from_file(file)
-    assert (table.objectives, table.variables) == (("f1", "f2"), ("x1", "x2"))
-    assert table.label == "test_point"
-
-
-def test_a_test_table(tmp_path):
-    file = tmp_path / "table.csv"
+def test_a_test_table_with_its_prototype(monkeypatch, tmp_path):
+    """Names, variables and prototype come from the file."""
+    made = {}
+    monkeypatch.setattr(
+        _page, "decision_page", lambda *a, **k: made.setdefault("page", decision_page(*a, **k))
+    )
     tests = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
     tests = tests.with_prototype([0.5, 1.0], [2.0, 0.1, 0.5, 1.0], name="P1")
-    tests.to_csv(file)
-    table = table_from_file(file)
-    assert isinstance(TestTable.read_csv(file), TestTable)
-    assert (table.objectives, table.variables) == (("f1", "f2", "f3", "f4"), ("x1", "x2"))
-    assert table.frame["test_point"].tolist() == tests.numbers[tests.eligible()].tolist()
-    data = decision_page(
-        table.frame,
-        table.objectives,
-        variables=table.variables,
-        label=table.label,
-        prototype=table.prototype,
-    )
-    assert data.label_name == "test_point"
-    assert data.labels[-1] == "P1"
+    tests.to_csv(tmp_path / "table.csv")
+    assert main(["page", str(tmp_path / "table.csv"), "--out", str(tmp_path / "p.html")]) == 0
+    page = made["page"]
+    names = ["f1", "f2", "f3", "f4", "x1", "x2"]
+    assert [column.name for column in page.columns[:6]] == names
+    assert page.label_name == "test_point"
+    assert set(page.labels) == {"P1", *map(str, tests.numbers[tests.eligible()])}
+    assert page.labels[-1] == "P1"
 
 
 def test_the_command(capsys, tmp_path):
@@ -206,8 +184,8 @@ def test_the_command(capsys, tmp_path):
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds text in the number column 'b': 'n/e'"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
-        ("a,b\n1,2\n3,1\n", ["--limits", "a>=2"], "--limits must be a<=number here, got a>=2"),
-        ("a,b\n1,2\n3,1\n", ["--limits", "a<=2", "--maximize", "a"], "--limits must be a>=number here"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a>=2"], "--limits must be a<=number, as less of it is better, got a>=2"),
+        ("a,b\n1,2\n3,1\n", ["--limits", "a<=2", "--maximize", "a"], "--limits must be a>=number, as more of it is better"),
         ("a,b\n1,2\n3,1\n", ["--limits", "c=2"], "limits must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),
         ("a,b\n1,2\n3,1\n", ["--out", "set.csv"], "--out must be another file"),

@@ -10,7 +10,7 @@ import pytest
 
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import decision_page
-from pymoo_psi.page._groups import DOMINATED, OPTIMUM, PROTOTYPE
+from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE
 from pymoo_psi.page._page import MOST_ROWS
 from tests.beams import CRITERIA, SETTINGS, beams
 from tests.table.exact_csv import EXACT

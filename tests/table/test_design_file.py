@@ -8,7 +8,7 @@ import pytest
 
 from pymoo_psi import PsiError, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.cli import main
-from pymoo_psi.page import decision_page, table_from_file
+from pymoo_psi.page import decision_page
 from pymoo_psi.table import read_designs
 
 COST, MASS = [1.5, 2.25, 3.0], [30.0, 2.5, 1.0]
@@ -131,7 +131,7 @@ def test_json_keeps_what_was_maximised(capsys, written, tmp_path):
     assert "maximise yield" in capsys.readouterr().out
     second = json.loads(again.read_text("utf-8"))
     assert second["designs"] == first["designs"]
-    assert table_from_file(out).maximize == ("yield",)
+    assert read_designs(out).roles().maximize == ("yield",)
 
 
 def test_an_export_of_the_page_keeps_its_prototypes(written):
@@ -141,19 +141,19 @@ def test_an_export_of_the_page_keeps_its_prototypes(written):
     )
     file = read_designs(written(text))
     assert file.cells["number"].tolist() == ["5", "7", "8"]
-    table = table_from_file(written(text))
-    data = decision_page(
-        table.frame, table.objectives, label=table.label, prototype=table.prototype
-    )
+    roles = file.roles()
+    frame = file.frame(roles.objectives)
+    data = decision_page(frame, roles.objectives, label=roles.label, prototype=file.prototype)
     assert sorted(map(str, data.labels)) == ["5", "7", "8", "old"]
     assert data.labels[-1] == "old"
     assert (data.n_designs, len(data.labels)) == (3, 4)
 
 
 def test_row_labels_without_a_heading_are_labels_of_the_page(written):
-    table = table_from_file(written(",a,b\nfirst,1,2\nsecond,2,1\n"))
-    data = decision_page(table.frame, table.objectives, label=table.label)
-    assert (sorted(data.labels), data.label_name) == (["first", "second"], "row")
+    file = read_designs(written(",a,b\nfirst,1,2\nsecond,2,1\n"))
+    roles = file.roles()
+    data = decision_page(file.frame(roles.objectives), roles.objectives, label=roles.label)
+    assert sorted(data.labels) == ["first", "second"]
 
 
 def test_choices_and_booleans_reach_the_page(tmp_path):
@@ -161,11 +161,12 @@ def test_choices_and_booleans_reach_the_page(tmp_path):
         [1, 2], [[0.5, "oak", True], [0.25, "ash", False]], [[1.0, 2.0], [2.0, 1.0]]
     )
     tests.to_csv(tmp_path / "t.csv")
-    frame = table_from_file(tmp_path / "t.csv").frame
+    file = read_designs(tmp_path / "t.csv")
+    frame = file.frame(["f1", "f2"])
     assert frame["x2"].tolist() == ["oak", "ash"]
     assert frame["x3"].tolist() == [True, False]
     with pytest.raises(PsiError, match="its column 'x2' holds no number at all"):
-        table_from_file(tmp_path / "t.csv", objectives=["x2", "f1"])
+        file.frame(["x2", "f1"])
 
 
 def test_numbers_are_read_to_the_last_digit(tmp_path):
@@ -173,8 +174,8 @@ def test_numbers_are_read_to_the_last_digit(tmp_path):
     F = np.random.default_rng(3).random((500, 2)) * 10.0 ** np.arange(-250, 250)[:, None]
     frame = pd.DataFrame(F, columns=["cost", "mass"])
     frame.to_csv(tmp_path / "designs.csv", index=False)
-    table = table_from_file(tmp_path / "designs.csv", objectives=["cost"])
-    np.testing.assert_array_equal(table.frame[["cost", "mass"]], F)
+    frame = read_designs(tmp_path / "designs.csv").frame(["cost"])
+    np.testing.assert_array_equal(frame[["cost", "mass"]], F)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
-"""The commands that take the designs of a file, and their options.
+"""The command ``pymoo-psi``: its commands with their options, and how it ends.
 
-The commands that test designs of a problem, and their options.
-
-The command ``pymoo-psi``: what it consists of, and how it ends.
+A command here only collects what was typed and hands it to the function that runs it. That
+function is imported when it is called, and with it NumPy, pymoo and the like: so ``--help`` and the
+completion of words answer at once.
 
 Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
 says what), 130 interrupted.
@@ -20,79 +20,16 @@ import typer
 
 from pymoo_psi.errors import PsiError
 
+_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
 
-def export(
-    study: Annotated[Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.")],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Write here, .csv or .parquet.")],
-) -> int:
-    """Write all tests of a study as a table for other programs."""
-    from pymoo_psi.cli._export import run_export
+# The base of all usage errors of the click that typer carries or depends on.
+_ClickException: Any = typer.BadParameter.__mro__[2]
 
-    return run_export(study, out)
-
-
-def rank(
-    file: Annotated[
-        Path, typer.Argument(help="A CSV of designs, a test table, a study, or a ranking.")
-    ],
-    objectives: Annotated[
-        list[str] | None,
-        typer.Option(metavar="A,B,…", help="Columns with objectives [f1,f2,… or all numeric]."),
-    ] = None,
-    maximize: Annotated[
-        list[str] | None, typer.Option(metavar="A,…", help="Objectives to be maximised.")
-    ] = None,
-    no_normalize: Annotated[
-        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
-    ] = False,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
-    ] = None,
-    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
-) -> int:
-    """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli._rank import run_rank
-
-    return run_rank(file, objectives or [], maximize or [], not no_normalize, out, top)
-
-
-def page(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A CSV of designs, a test table, or a study.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
-        "page.html"
-    ),
-    objectives: Annotated[
-        str | None,
-        typer.Option(metavar="A,B,C", help="Columns with criteria [f1,f2,… or all numeric ones]."),
-    ] = None,
-    variables: Annotated[
-        str | None, typer.Option(metavar="X,Y", help="Columns with design variables [x1,x2,…].")
-    ] = None,
-    maximize: Annotated[
-        str | None, typer.Option(metavar="B", help="Objectives of which more is better.")
-    ] = None,
-    units: Annotated[str | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")] = None,
-    prototype: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
-    ] = None,
-    no_normalize: Annotated[
-        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
-    ] = False,
-    limits: Annotated[
-        str | None,
-        typer.Option(metavar="A=2.5,B>=1", help="Limits that are set when the page opens."),
-    ] = None,
-    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
-) -> int:
-    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
-    from pymoo_psi.cli._page import run_page
-
-    return run_page(
-        file, out, objectives=objectives, variables=variables, maximize=maximize, units=units,
-        prototype=prototype, normalize=not no_normalize, limits=limits, title=title,
-    )  # fmt: skip
+app = typer.Typer(
+    name="pymoo-psi",
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 
 
 class AlgorithmName(str, Enum):
@@ -116,11 +53,9 @@ class AssessedName(str, Enum):
     returned = "returned"
 
 
+# Options of several commands. Those with a list may be given several times.
 ProblemName: TypeAlias = Annotated[
     str, typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute.")
-]
-Jobs: TypeAlias = Annotated[
-    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
 ]
 Friction: TypeAlias = Annotated[
     float | None, typer.Option(help="chute: friction coefficient [0.2].")
@@ -128,8 +63,54 @@ Friction: TypeAlias = Annotated[
 Speed: TypeAlias = Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")]
 Radius: TypeAlias = Annotated[float | None, typer.Option(help="chute: radius [0.1].")]
 Model: TypeAlias = Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")]
+Jobs: TypeAlias = Annotated[
+    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
+]
+Designs: TypeAlias = Annotated[
+    Path, typer.Argument(help="A CSV of designs, a test table, a study, or a ranking.")
+]
+Objectives: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="A,B,…", help="Columns with objectives [f1,f2,… or all numeric]."),
+]
+Variables: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="X,Y,…", help="Columns with design variables [x1,x2,…]."),
+]
+Maximize: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="A,…", help="Objectives of which more is better.")
+]
+Limits: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="A=2.5,B<=1", help="Limits on criteria.")
+]
+PlainDistances: TypeAlias = Annotated[
+    bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+]
 
 
+@app.callback()
+def _command(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=lambda asked: _print_version() if asked else None,
+            is_eager=True,
+            help="Print it, exit.",
+        ),
+    ] = False,
+) -> None:
+    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo."""
+
+
+def _print_version() -> None:
+    from importlib.metadata import version
+
+    print(f"pymoo-psi {version('pymoo-psi')}")
+    raise typer.Exit
+
+
+@app.command()
 def reproduce(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for tables (CSV) and figures (PNG).")
@@ -143,16 +124,14 @@ def reproduce(
     return run_reproduce(out, points, jobs)
 
 
+@app.command()
 def solve(
     problem: ProblemName,
     algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
     points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
     jobs: Jobs = 1,
-    limits: Annotated[
-        str | None,
-        typer.Option(metavar="F1=2.5,F4=1", help="Limits on criteria, f1 <= 2.5 … (psi)."),
-    ] = None,
+    limits: Limits = None,
     timeout: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
@@ -177,24 +156,15 @@ def solve(
     model: Model = None,
 ) -> int:
     """Find the Pareto set of a problem and rank it by efficiency."""
-    from pymoo_psi.cli._options import points_in, upper_limits_in
     from pymoo_psi.cli._problem import load_problem
-    from pymoo_psi.cli._solve import run_solve
+    from pymoo_psi.cli._solve import Search, run_solve
 
-    points_again, upper = points_in("--retry", retry), upper_limits_in(limits)
-    return run_solve(
-        load_problem(problem, _chute(mu, c, r, model), jobs, timeout),
-        algorithm.value,
-        points,
-        seed=seed,
-        limits=upper,
-        study=study,
-        study_key=study_key,
-        retry=points_again,
-        out=out,
-    )
+    # A wrong option is told before a model is imported, which may take its time.
+    search = Search(algorithm.value, points, seed, limits or (), study, study_key, retry)
+    return run_solve(load_problem(problem, _chute(mu, c, r, model), jobs, timeout), search, out)
 
 
+@app.command()
 def compare(
     problem: ProblemName,
     evaluations: Annotated[
@@ -230,9 +200,70 @@ def compare(
     from pymoo_psi.cli._problem import load_problem
 
     return run_compare(
-        load_problem(problem, _chute(mu, c, r, model), 1), evaluations=evaluations, seeds=seeds,
-        algorithms=algorithms, assess=assess.value, reference=reference, jobs=jobs, out=out,
+        load_problem(problem, _chute(mu, c, r, model)), evaluations, seeds, algorithms,
+        assess=assess.value, reference=reference, jobs=jobs, out=out,
     )  # fmt: skip
+
+
+@app.command()
+def export(
+    study: Annotated[Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Write here, .csv or .parquet.")],
+) -> int:
+    """Write all tests of a study as a table for other programs."""
+    from pymoo_psi.cli._solve import run_export
+
+    return run_export(study, out)
+
+
+@app.command()
+def rank(
+    file: Designs,
+    objectives: Objectives = None,
+    maximize: Maximize = None,
+    no_normalize: PlainDistances = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
+    ] = None,
+    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+) -> int:
+    """Rank the designs of any Pareto set by efficiency."""
+    from pymoo_psi.cli._options import ColumnOptions
+    from pymoo_psi.cli._rank import run_rank
+
+    columns = ColumnOptions(objectives or (), maximize or ())
+    return run_rank(file, columns, normalize=not no_normalize, out=out, top=top)
+
+
+@app.command()
+def page(
+    file: Designs,
+    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
+        "page.html"
+    ),
+    objectives: Objectives = None,
+    variables: Variables = None,
+    maximize: Maximize = None,
+    units: Annotated[
+        list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
+    ] = None,
+    prototype: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
+    ] = None,
+    no_normalize: PlainDistances = False,
+    limits: Limits = None,
+    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
+) -> int:
+    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
+    from pymoo_psi.cli._options import ColumnOptions
+    from pymoo_psi.cli._page import run_page
+
+    columns = ColumnOptions(
+        objectives or (), maximize or (), variables or (), units or (), limits or ()
+    )
+    return run_page(
+        file, columns, prototype=prototype, normalize=not no_normalize, title=title, out=out
+    )
 
 
 def _chute(
@@ -240,40 +271,6 @@ def _chute(
 ) -> dict[str, float | str]:
     given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
     return {name: value for name, value in given.items() if value is not None}
-
-
-app = typer.Typer(
-    name="pymoo-psi",
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
-
-# The base of all usage errors of the click that typer carries or depends on.
-_ClickException: Any = typer.BadParameter.__mro__[2]
-
-
-def _print_version(asked: bool) -> None:
-    if asked:
-        from importlib.metadata import version
-
-        print(f"pymoo-psi {version('pymoo-psi')}")
-        raise typer.Exit
-
-
-@app.callback()
-def _command(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Print it, exit."),
-    ] = False,
-) -> None:
-    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo."""
-
-
-for _function in (reproduce, solve, compare, export, rank, page):
-    app.command()(_function)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

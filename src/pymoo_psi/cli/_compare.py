@@ -8,7 +8,8 @@ import pandas as pd
 from pymoo.core.problem import Problem
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import integer, invalid, job_count
+from pymoo_psi._validation import integer, job_count
+from pymoo_psi.cli._options import numbers_in
 from pymoo_psi.cli._output import print_frame, progress_bar, say, write_csv
 from pymoo_psi.comparison import (
     INDICATORS,
@@ -19,21 +20,23 @@ from pymoo_psi.comparison import (
     conclusions,
     report,
 )
+from pymoo_psi.plots import save_comparison
 
 
 def run_compare(
     problem: Problem,
-    *,
     evaluations: str,
     seeds: int,
     algorithms: str,
+    *,
     assess: str,
     reference: Path | None,
     jobs: int,
     out: Path | None,
 ) -> int:
-    """Compare, print the medians and the conclusions, and write all there is to a folder."""
-    budgets = [_integer("--evaluations", word) for word in evaluations.split(",")]
+    """Compare, write all there is to a folder, and print the medians and the conclusions."""
+    rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
+    budgets = numbers_in("--evaluations", evaluations, rule)
     integer("--seeds", seeds, minimum=1)
     job_count("--jobs", jobs)
     known = None if reference is None else Reference.load(reference)
@@ -54,25 +57,18 @@ def run_compare(
             n_jobs=jobs,
             on_run=advance,
         )
-    print_frame(_for_print(result), f"{problem.name()}: medians over the runs")
+    summary = result.summary()
+    if out is not None:  # before anything is printed, which may fail
+        _write(result, summary, out)
+    print_frame(_for_print(summary), f"{problem.name()}: medians over the runs")
     for sentence in conclusions(result):
         say(sentence)
     if out is not None:
-        _write(result, out)
         say(f"Tables, figures, report.md, the reference and the runs written to {out}")
     return 0
 
 
-def _integer(name: str, word: str) -> int:
-    try:
-        return integer(name, int(word), minimum=1)
-    except ValueError:
-        rule = "numbers of evaluations with commas between, each 1 or more"
-        raise invalid(name, rule, word, "such as 256,1024,4096") from None
-
-
-def _for_print(result: Comparison) -> pd.DataFrame:
-    summary = result.summary()
+def _for_print(summary: pd.DataFrame) -> pd.DataFrame:
     columns = [*INDICATORS, "n_nondominated", "seconds"]
     frame = summary[["evaluations", "algorithm", "runs", *columns]].copy()
     frame.insert(
@@ -91,11 +87,9 @@ def _for_print(result: Comparison) -> pd.DataFrame:
     )
 
 
-def _write(result: Comparison, out: Path) -> None:
-    from pymoo_psi.plots import save_comparison
-
+def _write(result: Comparison, summary: pd.DataFrame, out: Path) -> None:
     write_csv(result.to_frame(), out / "runs.csv")
-    write_csv(result.summary(), out / "summary.csv")
+    write_csv(summary, out / "summary.csv")
     tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
     write_csv(pd.concat(tests, ignore_index=True), out / "tests.csv")
     with whole_file(out / "report.md") as written:

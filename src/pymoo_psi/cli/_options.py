@@ -1,35 +1,63 @@
-"""What the words of options mean: lists of names, limits, test points."""
+"""What is typed in options that name things: columns, limits, units, numbers.
+
+An option that names columns can be given several times. Each entry is one name, whatever
+characters are in it, if the file has such a column; otherwise it is a list with commas, in which a
+name with a comma stands in quotation marks. So ``--objectives "time, s" --objectives mass,cost``
+means three columns. Entries of ``--limits`` and ``--units`` begin with such a name.
+"""
 
 from __future__ import annotations
 
 import csv
+import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from pymoo_psi._validation import Received, invalid, known_name
+from pymoo_psi.table import DesignFile, read_designs
+from pymoo_psi.table._design_file import Roles
 
-_LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=]*)", re.DOTALL)
+_LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
 
 
-def listed_names(text: str | None) -> list[str] | None:
-    """Return the names in a list with commas; a name with a comma stands in quotation marks.
+@dataclass(frozen=True)
+class ColumnOptions:
+    """What the options say of the columns of a file of designs, as it is typed."""
 
-    Example:
-        >>> listed_names('mass, "cost, total"')
-        ['mass', 'cost, total']
+    objectives: Sequence[str] = ()
+    maximize: Sequence[str] = ()
+    variables: Sequence[str] = ()
+    units: Sequence[str] = ()
+    limits: Sequence[str] = ()
+
+
+def designs_of(path: Path, columns: ColumnOptions) -> tuple[DesignFile, Roles, list[str]]:
+    """Read a file and settle which of its columns are what.
+
+    Returns:
+        The file, the roles of its columns, and what to tell about the choice of columns and rows.
+
+    Raises:
+        PsiError: The file holds no designs, or an option names no column of it.
+        OSError: It cannot be opened.
     """
-    if text is None:
-        return None
-    try:
-        return [name.strip() for name in next(csv.reader([text], skipinitialspace=True), [])]
-    except csv.Error:  # a line break in a name
-        return [text.strip()]
+    file = read_designs(path)
+    objectives = names_in("--objectives", columns.objectives, file.names)
+    variables = names_in("--variables", columns.variables, file.names)
+    roles = file.roles(objectives or None, variables or None)
+    maximize = names_in("--maximize", columns.maximize, file.names) or roles.maximize
+    if other := [name for name in maximize if name not in roles.objectives]:
+        rule = f"one of the objectives {', '.join(roles.objectives)}"
+        raise invalid("--maximize", rule, other[0])
+    remarks = [file.told(roles)] if not objectives else []
+    remarks += [file.remark] if file.remark else []
+    return file, replace(roles, maximize=tuple(maximize)), remarks
 
 
 def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
-    """Return the columns that the entries of a repeatable option name.
-
-    An entry is the name of a column, whatever is in it, or a list with commas.
+    """Return the columns that the entries of an option name.
 
     Raises:
         ArgumentValueError: A name occurs twice, or there is no such column.
@@ -38,11 +66,7 @@ def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tup
         >>> names_in("--objectives", ["time, s", "mass,cost"], ["time, s", "mass", "cost"])
         ('time, s', 'mass', 'cost')
     """
-    names = [
-        name
-        for entry in entries
-        for name in ([entry] if entry in known else listed_names(entry) or [""])
-    ]
+    names = _parts(entries, lambda entry: entry in known)
     for name in names:
         known_name(option, name, known)
         if names.count(name) > 1:
@@ -50,62 +74,95 @@ def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tup
     return tuple(names)
 
 
-def limits_in(text: str | None) -> dict[str, tuple[str, float]]:
-    """Return sign and limit for each criterion in a text such as ``f1=2.5,f4<=1``.
+def limits_in(
+    entries: Sequence[str], known: Collection[str], maximize: Collection[str] = ()
+) -> dict[str, float]:
+    """Return the limits on criteria: at most, or at least for one to be maximised.
+
+    Args:
+        entries: Each ``name=2.5``, or with the sign ``<=`` (``>=`` where more is better).
+        known: The criteria.
+        maximize: Those of them to be maximised.
 
     Raises:
-        ArgumentValueError: A part is no limit, or a criterion has two.
+        ArgumentValueError: A part is no limit, names no criterion, limits the wrong side, or a
+            criterion has two.
 
     Example:
-        >>> limits_in("f1=2.5, yield>=0.8")
-        {'f1': ('=', 2.5), 'yield': ('>=', 0.8)}
+        >>> limits_in(["f1=2.5, yield>=0.8"], ["f1", "yield"], ["yield"])
+        {'f1': 2.5, 'yield': 0.8}
     """
-    limits: dict[str, tuple[str, float]] = {}
-    for part in listed_names(text) or []:
-        found = _LIMIT.fullmatch(part)
-        try:
-            name, sign, limit = found["name"], found["sign"], float(found["limit"])  # type: ignore[index]
-        except (TypeError, ValueError):
+    limits: dict[str, float] = {}
+    for part in _parts(entries, lambda entry: _limit(entry)[0] in known):
+        name, sign, limit = _limit(part)
+        if not name or math.isnan(limit):
             rule = "of the form criterion=number or criterion<=number, joined by commas"
-            raise invalid("--limits", rule, Received(part or "nothing")) from None
-        if not name or name in limits:
+            raise invalid("--limits", rule, Received(part or "nothing"))
+        known_name("--limits", name, known)
+        if name in limits:
             raise invalid("--limits", "given once for each criterion", Received(part))
-        limits[name] = sign, limit
+        right = ">=" if name in maximize else "<="
+        if sign not in ("=", right):
+            sense = "more" if name in maximize else "less"
+            rule = f"{name}{right}number, as {sense} of it is better"
+            raise invalid("--limits", rule, Received(part))
+        limits[name] = limit
     return limits
 
 
-def upper_limits_in(text: str | None) -> dict[str, float]:
-    """Return the limits in a text such as ``f1=2.5,f4<=1``, on criteria that are all minimised.
+def _limit(part: str) -> tuple[str, str, float]:
+    """Return name, sign and number of a limit; no name or NaN if it is none."""
+    found = _LIMIT.fullmatch(part)
+    try:
+        return (found["name"], found["sign"], float(found["limit"])) if found else ("", "", 0.0)
+    except ValueError:
+        return found["name"] if found else "", "", math.nan
+
+
+def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
+    """Return the units of columns, each entry ``name=unit``.
 
     Raises:
-        ArgumentValueError: A part is no limit, or a lower one.
+        ArgumentValueError: A part is no such pair, or there is no such column.
 
     Example:
-        >>> upper_limits_in("f1=2.5,f4<=1")
-        {'f1': 2.5, 'f4': 1.0}
+        >>> units_in(["mass=kg", "time, s=s"], ["mass", "time, s"])
+        {'mass': 'kg', 'time, s': 's'}
     """
-    limits = limits_in(text)
-    if wrong := [name for name, (sign, _) in limits.items() if sign == ">="]:
-        rule = f"an upper limit, as criteria are minimised: {wrong[0]}<=number"
-        raise invalid("--limits", rule, Received(f"{wrong[0]}>={limits[wrong[0]][1]:g}"))
-    return {name: limit for name, (_, limit) in limits.items()}
+    units = {}
+    for part in _parts(entries, lambda entry: entry.rpartition("=")[0].strip() in known):
+        name, equals, unit = (text.strip() for text in part.rpartition("="))
+        if not (name and equals):
+            raise invalid("--units", "of the form name=unit,name=unit", Received(part or "nothing"))
+        units[known_name("--units", name, known)] = unit
+    return units
 
 
-def points_in(option: str, text: str | None) -> str | tuple[int, ...]:
-    """Return ``"failed"``, or the numbers of test points in a list; none for no text.
+def numbers_in(option: str, text: str, rule: str) -> tuple[int, ...]:
+    """Return the whole numbers, each 1 or more, of a list with commas.
 
     Raises:
-        ArgumentValueError: It is neither.
+        ArgumentValueError: The text is something else; ``rule`` says what it must be.
 
     Example:
-        >>> points_in("--retry", "failed"), points_in("--retry", "1, 3")
-        ('failed', (1, 3))
+        >>> numbers_in("--retry", "1, 3", "numbers of test points")
+        (1, 3)
     """
-    if text is None:
-        return ()
-    if text.strip() == "failed":
-        return "failed"
     parts = [part.strip() for part in text.split(",")]
     if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
-        raise invalid(option, "'failed' or numbers of test points, such as 1,2,3", text)
+        raise invalid(option, rule, text)
     return tuple(int(part) for part in parts)
+
+
+def _parts(entries: Sequence[str], is_one: Callable[[str], bool]) -> list[str]:
+    """Return the entries, those that are not one as a whole split at their commas."""
+    return [
+        part for entry in entries for part in ([entry] if is_one(entry) else _split(entry) or [""])
+    ]
+
+
+def _split(entry: str) -> list[str]:
+    try:
+        return [name.strip() for name in next(csv.reader([entry], skipinitialspace=True), [])]
+    except csv.Error:  # a line break in a name
+        return [entry.strip()]

@@ -36,6 +36,49 @@ def say(line: str) -> None:
     print(line, flush=True)
 
 
+def counted(n: int, thing: str) -> str:
+    """Return a number of things: "1 design", "2 designs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
+def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -> None:
+    """Print a frame as a table: numbers right-aligned, fractions with 4 decimals, nothing blank.
+
+    Args:
+        frame: What to print.
+        title: The line above it.
+        spare: Columns to leave out, saying so, where the terminal is too narrow for all.
+    """
+    console = Console(highlight=False, markup=False)  # "mass [kg]" is text
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=200)
+    table = _table(frame)
+    unlimited = console.options.update(max_width=10_000)
+    left_out = spare and console.measure(table, options=unlimited).maximum > console.width
+    if left_out:
+        table = _table(frame.drop(columns=list(spare)))
+    say(title)
+    console.print(table)
+    if left_out:
+        say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
+
+
+def _table(frame: pd.DataFrame) -> Table:
+    table = Table()
+    for name in frame.columns:
+        number = pd.api.types.is_numeric_dtype(frame[name])
+        table.add_column(str(name), justify="right" if number else "left", no_wrap=True)
+    for row in frame.itertuples(index=False):
+        table.add_row(*map(_cell, row))
+    return table
+
+
+def _cell(value: object) -> str:
+    if value is None or value != value:
+        return ""
+    return f"{value:.4f}" if isinstance(value, float) else str(value)
+
+
 def progress_bar(*columns: ProgressColumn) -> Progress:
     """Return a progress bar on standard error, silent when that is no terminal."""
     error_console = Console(stderr=True)
@@ -51,7 +94,15 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
     )
 
 
-class _Shown:
+@contextmanager
+def run_bar(description: str, total: int) -> Iterator[_RunDisplay]:
+    """Show a run while the body runs: points done, feasible and failed, rate and time left."""
+    bar = progress_bar(TextColumn("{task.fields[note]}"), _Rate(), TimeRemainingColumn())
+    with bar:
+        yield _RunDisplay(bar, bar.add_task(description, total=total, note=""))
+
+
+class _RunDisplay:
     """Callbacks that show a run of an algorithm on a bar."""
 
     def __init__(self, bar: Progress, task: TaskID) -> None:
@@ -59,7 +110,7 @@ class _Shown:
         self.tested = self.feasible = self.failed = 0
 
     def psi(self, algorithm: Any) -> None:
-        """Show tested, failed and feasible points."""
+        """Show tested, failed and feasible points of a run of PSI."""
         self.feasible = self.failed = self.tested = 0
         self.block(algorithm.table, algorithm.limits)
 
@@ -76,66 +127,11 @@ class _Shown:
         self.bar.update(self.task, completed=algorithm.evaluator.n_eval)
 
 
-@contextmanager
-def run_bar(description: str, total: int) -> Iterator[_Shown]:
-    """Show a run while the body runs: points done, feasible and failed, rate and time left."""
-    bar = progress_bar(TextColumn("{task.fields[note]}"), _Rate(), TimeRemainingColumn())
-    with bar:
-        yield _Shown(bar, bar.add_task(description, total=total, note=""))
-
-
 class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
         if not task.speed:
             return Text("")
         return Text(f"{task.speed:.0f}/s" if task.speed >= 10 else f"{task.speed:.2g}/s")
-
-
-def print_frame(
-    frame: pd.DataFrame, title: str, *, decimals: int = 4, spare: Sequence[str] = ()
-) -> None:
-    """Print a frame as a table: numbers right-aligned, missing values blank.
-
-    Args:
-        frame: What to print.
-        title: The line above it.
-        decimals: Decimals of fractions.
-        spare: Columns to leave out, saying so, where the terminal is too narrow for all.
-    """
-    terminal = Console(highlight=False, markup=False)  # "mass [kg]" is text
-    console = (
-        terminal if terminal.is_terminal else Console(highlight=False, markup=False, width=200)
-    )
-    table = _table(frame, decimals)
-    unlimited = console.options.update(max_width=10_000)
-    left_out = spare and console.measure(table, options=unlimited).maximum > console.width
-    if left_out:
-        table = _table(frame.drop(columns=list(spare)), decimals)
-    say(title)
-    console.print(table)
-    if left_out:
-        say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
-
-
-def _table(frame: pd.DataFrame, decimals: int) -> Table:
-    table = Table()
-    for name in frame.columns:
-        number = pd.api.types.is_numeric_dtype(frame[name])
-        table.add_column(str(name), justify="right" if number else "left", no_wrap=True)
-    for row in frame.itertuples(index=False):
-        table.add_row(*_cells(row, decimals))
-    return table
-
-
-def _cells(row: Sequence[object], decimals: int) -> list[str]:
-    return [
-        ""
-        if value is None or value != value
-        else f"{value:.{decimals}f}"
-        if isinstance(value, float)
-        else str(value)
-        for value in row
-    ]
 
 
 def require_output(path: Path | None, suffixes: Sequence[str] = (), *inputs: Path | None) -> None:
@@ -160,11 +156,6 @@ def require_output(path: Path | None, suffixes: Sequence[str] = (), *inputs: Pat
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-
-
-def counted(n: int, thing: str) -> str:
-    """Return a number of things: "1 design", "2 designs"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:

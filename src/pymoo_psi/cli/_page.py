@@ -2,87 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi._validation import Received, invalid
-from pymoo_psi.cli._options import limits_in, listed_names
-from pymoo_psi.cli._output import require_output, say
-from pymoo_psi.page import decision_page, table_from_file
+from pymoo_psi.cli._options import ColumnOptions, designs_of, limits_in, units_in
+from pymoo_psi.cli._output import counted, require_output, say
+from pymoo_psi.page import decision_page
+from pymoo_psi.table import read_designs
 
 
 def run_page(
-    file: Path,
-    out: Path,
+    path: Path,
+    columns: ColumnOptions,
     *,
-    objectives: str | None = None,
-    variables: str | None = None,
-    maximize: str | None = None,
-    units: str | None = None,
-    prototype: Path | None = None,
-    normalize: bool = True,
-    limits: str | None = None,
-    title: str | None = None,
+    prototype: Path | None,
+    normalize: bool,
+    title: str | None,
+    out: Path,
 ) -> int:
     """Write the page and say where it is.
 
     Args:
-        file: A CSV of designs, a test table, a study, or a ranking.
-        out: The HTML file to write.
-        objectives: Names of columns, separated by commas; guessed unless given.
-        variables: Likewise.
-        maximize: The objectives of which more is better, likewise.
-        units: Such as ``mass=kg,time=s``.
-        prototype: A CSV of existing designs to compare with.
+        path: The file of designs.
+        columns: What its columns are, with their units and the limits that the page opens with.
+        prototype: A file of existing designs to compare with, beside those that ``path`` has.
         normalize: Rank with each objective in units of its range.
-        limits: Limits the page opens with, such as ``mass=2.5,yield>=0.8``.
         title: Heading of the page; the file's name unless given.
+        out: The HTML file to write.
     """
-    require_output(out, (), file, prototype)
-    table = table_from_file(
-        file, objectives=listed_names(objectives), variables=listed_names(variables)
-    )
-    known = table.prototype
+    require_output(out, (), path, prototype)
+    file, roles, remarks = designs_of(path, columns)
+    frame = file.frame(roles.objectives)
+    frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
+    existing = file.prototype
     if prototype is not None:
-        found = table_from_file(prototype, objectives=table.objectives, variables=())
-        known = found.frame.set_index(found.label) if found.label else found.frame
-        known.index = known.index if found.label else pd.Index(["prototype"] * len(known))
-    more_is_better = listed_names(maximize) or table.maximize
+        existing = _named_designs(prototype, roles.objectives)
     page = decision_page(
-        table.frame,
-        table.objectives,
-        variables=table.variables,
-        maximize=more_is_better,
-        units=_units(units),
-        label=table.label,
+        frame,
+        roles.objectives,
+        variables=roles.variables,
+        maximize=roles.maximize,
+        units=units_in(columns.units, [*roles.objectives, *roles.variables]),
+        label=roles.label,
         normalize=normalize,
-        prototype=known,
-        limits=_limits(limits, more_is_better),
-        title=title or file.stem,
+        prototype=existing,
+        limits=limits_in(columns.limits, roles.objectives, roles.maximize),
+        title=title or path.stem,
     )
     page.save(out)
-    for remark in table.remarks:
+    for remark in remarks:
         say(remark)
-    say(f"{len(table.frame)} designs by {', '.join(table.objectives)}: open {out} in a browser")
+    size = counted(len(frame), "design")
+    say(f"{size} by {', '.join(roles.objectives)}: open {out} in a browser")
     return 0
 
 
-def _limits(text: str | None, maximize: Sequence[str]) -> dict[str, float]:
-    limits = limits_in(text)
-    for name, (sign, limit) in limits.items():
-        if sign != "=" and (sign == ">=") != (name in maximize):
-            right = f"{name}>=number" if name in maximize else f"{name}<=number"
-            raise invalid("--limits", f"{right} here", Received(f"{name}{sign}{limit:g}"))
-    return {name: limit for name, (_, limit) in limits.items()}
-
-
-def _units(text: str | None) -> dict[str, str]:
-    units = {}
-    for part in listed_names(text) or []:
-        name, equals, unit = part.rpartition("=")
-        if not (name and equals):
-            raise invalid("--units", "of the form name=unit,name=unit", Received(part))
-        units[name.strip()] = unit.strip()
-    return units
+def _named_designs(path: Path, objectives: tuple[str, ...]) -> pd.DataFrame:
+    """Return the designs of a file under the names that they have in it."""
+    file = read_designs(path)
+    file.require_columns("--objectives", objectives)
+    frame = file.frame(objectives)
+    label = file.label
+    frame.index = pd.Index(["prototype"] * len(frame) if label is None else frame[label])
+    return frame

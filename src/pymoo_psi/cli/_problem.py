@@ -1,4 +1,4 @@
-"""From the word PROBLEM on the command line to a pymoo problem."""
+"""The problem that a word on the command line names."""
 
 from __future__ import annotations
 
@@ -18,43 +18,37 @@ _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:at
 
 
 def load_problem(
-    name: str, chute_options: Mapping[str, Any], jobs: int, timeout: float | None = None
+    name: str, chute_options: Mapping[str, Any], jobs: int = 1, timeout: float | None = None
 ) -> Problem:
-    """Return the problem that a word names.
+    """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
 
     Args:
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, or ``module:attribute``
             where the attribute is a problem, or a class or function that gives one without
             arguments. The working directory is searched for the module first.
         chute_options: Options of the chute; an error for any other problem.
-        jobs: Processes for problems that evaluate one design at a time; the chute does not.
+        jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
 
     Raises:
-        PsiError: There is no such problem, or it cannot be made.
+        PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
     """
     jobs = job_count("--jobs", jobs)
-    if name == "chute":
-        return with_jobs(VectorizedSphereChute(**chute_options), jobs, timeout)
-    if chute_options:
-        option = next(iter(chute_options))
-        raise invalid("PROBLEM", f"'chute' where --{option} is given", name)
-    return with_jobs(_from_module(name) if ":" in name else _from_pymoo(name), jobs, timeout)
-
-
-def with_jobs(problem: Problem, jobs: int, timeout: float | None) -> Problem:
-    """Let a problem that evaluates one design at a time do so in processes of their own.
-
-    None is evaluated in this process, which a model may end.
-    """
     if timeout is not None:
         positive_number("--timeout", timeout)
-        if not problem.elementwise:
-            shown = Received(f"{problem.name()}, which takes many at once")
-            rule = "a problem that evaluates one design at a time where --timeout is given"
-            raise invalid("PROBLEM", rule, shown)
+    if chute_options and name != "chute":
+        raise invalid("PROBLEM", f"'chute' where --{next(iter(chute_options))} is given", name)
+    if name == "chute":
+        problem = VectorizedSphereChute(**chute_options)
+    else:
+        problem = _from_module(name) if ":" in name else _from_pymoo(name)
     if problem.elementwise and (jobs != 1 or timeout is not None):
+        # A model may end its process, and must not end this one.
         problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
+    elif timeout is not None:
+        shown = Received(f"{problem.name()}, which takes many at once")
+        rule = "a problem that evaluates one design at a time where --timeout is given"
+        raise invalid("PROBLEM", rule, shown)
     return problem
 
 
@@ -69,7 +63,7 @@ def _from_pymoo(name: str) -> Problem:
 
 def _from_module(name: str) -> Problem:
     module_name, _, attribute = name.partition(":")
-    if "" not in sys.path:
+    if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
     try:
         value: Any = importlib.import_module(module_name)

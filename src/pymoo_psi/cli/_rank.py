@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,60 +10,45 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import integer, invalid
-from pymoo_psi.cli._options import names_in
+from pymoo_psi._validation import integer
+from pymoo_psi.cli._options import ColumnOptions, designs_of
 from pymoo_psi.cli._output import counted, print_frame, require_output, say, write_csv
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
-from pymoo_psi.table import DesignFile, read_designs
+from pymoo_psi.table import DesignFile
 from pymoo_psi.table._design_file import Roles, unfit
-
-_FORMATS = (".csv", ".json")
 
 
 def run_rank(
-    path: Path,
-    objectives: Sequence[str],
-    maximize: Sequence[str],
-    normalize: bool,
-    out: Path | None,
-    top: int,
+    path: Path, columns: ColumnOptions, *, normalize: bool, out: Path | None, top: int
 ) -> int:
-    """Rank the designs of a file, print the best, and write all if a file is named.
+    """Rank the designs of a file, write all if a file is named, and print the best.
 
     Args:
         path: The file; see :func:`pymoo_psi.table.read_designs`.
-        objectives: Its columns that are objectives; as the file or their names tell if empty.
-        maximize: Those of them to be maximised.
+        columns: Its columns that are objectives, and those of them to be maximised.
         normalize: Measure each objective in units of its range.
         out: Where to write all designs, CSV or JSON by its suffix.
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
-    require_output(out, _FORMATS, path)
-    file = read_designs(path)
-    named = names_in("--objectives", objectives, file.names)
-    roles = file.roles(named or None)
-    names = roles.objectives
+    require_output(out, (".csv", ".json"), path)
+    file, roles, remarks = designs_of(path, columns)
+    names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
-    upwards = names_in("--maximize", maximize, file.names) or roles.maximize
-    if other := [name for name in upwards if name not in names]:
-        raise invalid("--maximize", f"one of the objectives {', '.join(names)}", other[0])
-    F = pd.DataFrame(file.values(names), columns=list(names))
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=upwards)
-
+    F = pd.DataFrame(file.values(names), columns=names)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
     frame = _ranked(file, ranking)
-    if not named:
-        say(file.told(roles))
-    if file.remark:
-        say(file.remark)
-    _print(file, roles, ranking, upwards, frame.head(top))
-    if out is not None:
+    if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
-            _write_json(file, ranking, upwards, frame, out)
+            _write_json(file, roles, ranking, frame, out)
         else:
             write_csv(frame, out)
+    for remark in remarks:
+        say(remark)
+    _print(file, roles, ranking, frame.head(top))
+    if out is not None:
         say(f"All {len(frame)} written to {out}")
     return 0
 
@@ -83,14 +67,8 @@ def _ranked(file: DesignFile, ranking: EfficiencyRanking) -> pd.DataFrame:
     return frame.iloc[ranking.order]
 
 
-def _print(
-    file: DesignFile,
-    roles: Roles,
-    ranking: EfficiencyRanking,
-    upwards: Sequence[str],
-    best: pd.DataFrame,
-) -> None:
-    names = list(ranking.objectives.names)
+def _print(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, best: pd.DataFrame) -> None:
+    names = list(roles.objectives)
     n, found = len(ranking.rank), len(ranking.salukvadze)
     optimum = ", ".join(str(i + 1) for i in ranking.salukvadze[:5])
     if roles.label not in (None, "row", "") and found == 1:
@@ -100,7 +78,7 @@ def _print(
         f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
     )
     for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
-        sense = "maximise" if name in upwards else "minimise"
+        sense = "maximise" if name in roles.maximize else "minimise"
         say(f"  {sense} {name}: best {ideal:.6g}, worst {nadir:.6g} of the Pareto set")
     others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
     number = [] if "row" in names else ["row"]
@@ -113,21 +91,16 @@ def _print(
 
 
 def _write_json(
-    file: DesignFile,
-    ranking: EfficiencyRanking,
-    upwards: Sequence[str],
-    frame: pd.DataFrame,
-    out: Path,
+    file: DesignFile, roles: Roles, ranking: EfficiencyRanking, frame: pd.DataFrame, out: Path
 ) -> None:
-    names = ranking.objectives.names
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
         "file": file.path.name,
-        "objectives": list(names),
-        "maximized": list(upwards),
+        "objectives": list(roles.objectives),
+        "maximized": list(roles.maximize),
         "normalized": ranking.frame.normalize,
-        "ideal": dict(zip(names, ranking.ideal.tolist(), strict=True)),
-        "nadir": dict(zip(names, ranking.nadir.tolist(), strict=True)),
+        "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
+        "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),
         "salukvadze_rows": [int(i) + 1 for i in ranking.salukvadze],
         "designs": [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -1,7 +1,4 @@
-"""What a run has found: its Pareto set, and in a line each what failed and what is in the way.
-
-``pymoo-psi solve``: from a problem to a ranked Pareto set.
-"""
+"""``pymoo-psi solve``, from a problem to its ranked Pareto set, and ``export`` of its study."""
 
 from __future__ import annotations
 
@@ -19,153 +16,153 @@ from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms import PSI, investigate, nsga3
+from pymoo_psi.cli._options import limits_in, numbers_in
 from pymoo_psi.cli._output import counted, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant
-from pymoo_psi.pareto._feasibility import breaks_constraints
-from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import ranking_of
+from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.storage import Study
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._constraints import broken_matrix
 
-_REASONS = 3  # that are told, of all there are
-_LONGEST = 120  # characters of a reason
+_SHOWN = 12  # designs printed; all are in the file
+_REASONS = 3  # of failures, the most frequent ones
+_LONGEST = 120  # characters of a reason, so that three of them stay readable
+
+
+@dataclass(frozen=True)
+class Search:
+    """How ``solve`` searches, as it is typed.
+
+    Attributes:
+        algorithm: ``"psi"`` or ``"nsga3"``.
+        points: How many designs are evaluated, or tested.
+        seed: Of NSGA-III.
+        limits: On criteria, such as ``f1=2.5,f4<=1``.
+        study: The file in which every tested design is kept.
+        study_key: What else the study depends on.
+        retry: ``failed``, or numbers of failed test points to be tested once more.
+
+    Raises:
+        ArgumentValueError: An option does not go with the algorithm, or without a study.
+    """
+
+    algorithm: str
+    points: int
+    seed: int = 1
+    limits: Sequence[str] = ()
+    study: Path | None = None
+    study_key: str | None = None
+    retry: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse options that would have no effect."""
+        for option, given in (("--study", self.study is not None), ("--limits", bool(self.limits))):
+            if given and self.algorithm != "psi":
+                raise invalid(option, "used with --algorithm psi", self.algorithm)
+        for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
+            if text is not None and self.study is None:
+                raise invalid(option, "used with --study FILE.db", Received("no --study"))
+        self.points_to_retry()
+
+    def points_to_retry(self) -> str | tuple[int, ...]:
+        """Return what ``PSI(retry=...)`` takes."""
+        if self.retry is None:
+            return ()
+        if self.retry.strip() == "failed":
+            return "failed"
+        rule = "'failed' or numbers of test points, such as 1,2,3"
+        return numbers_in("--retry", self.retry, rule)
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
-    """The end of a run.
+class SolveResult:
+    """What a search ended with.
 
     Attributes:
         designs: One row per Pareto-optimal design: ``test_point`` for PSI, the variables.
         F: ``(n, m)`` their objectives.
         counts: How many designs were tested, stored before, and failed.
-        failures: Why designs failed, in a line; none if none did.
-        obstacles: Why no design is feasible, in lines; none if one is.
+        remarks: Lines to tell: why no design is feasible if none is, why designs failed.
     """
 
     designs: pd.DataFrame
     F: NDArray[np.float64]
     counts: str
-    failures: tuple[str, ...]
-    obstacles: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    def ranked(self) -> pd.DataFrame:
+        """Return the Pareto set, the best rank of efficiency first.
+
+        Columns: ``test_point`` for PSI, the variables, f1 …, ``mu1``, ``mu2``, ``mu3``, ``rank``.
+        """
+        ranked = rank_of_efficiency(self.F).to_frame().drop(columns="pareto")
+        return self.designs.join(ranked).loc[ranked.index]
 
 
-def findings_of_table(table: TestTable, limits: Mapping[str, float], n_new: int) -> Findings:
-    """Return what is in a table of tests.
-
-    Args:
-        table: All tests.
-        limits: Limits on criteria.
-        n_new: How many were evaluated now, not taken from a study.
-    """
-    rows = np.flatnonzero(table.pareto(limits))
-    if table.F.shape[1] == 1:
-        rows = rows[:1]  # as pymoo does
-    front = table.rows(rows)
-    designs = pd.DataFrame({"test_point": front.numbers})
-    for name, column in zip(table.layout.variables, front.X.T, strict=True):
-        designs[name] = column
-    failed = int((table.status == "failed").sum())
-    stored = f", {len(table) - n_new} of them from the study" if n_new < len(table) else ""
-    counts = f"{len(table)} tested{stored}" + (f", {failed} failed" if failed else "")
-    failures = _failures(table.reasons.values())
-    obstacles: tuple[str, ...] = ()
-    if len(rows) == 0:
-        broken, names = broken_matrix(table, limits)
-        n = len(table) - failed
-        obstacles = (*_most_broken(broken, names, f"of {n} that were computed"), *failures)
-    return Findings(designs, front.F, counts, failures, obstacles)
-
-
-def findings_of_result(result: Any, n_evaluations: int) -> Findings:
-    """Return what is in a pymoo result whose problem is ``FailureTolerant``."""
-    reasons = [failure.reason for failure in result.problem.failures]
-    counts = f"{n_evaluations} evaluated" + (f", {len(reasons)} failed" if reasons else "")
-    failures = _failures(reasons)
-    if result.F is None:
-        G, H = result.pop.get("G", "H")
-        failed = np.array([bool(reason) for reason in result.pop.get("failure")])
-        G, H = G[~failed, :-1], H[~failed]
-        broken = breaks_constraints(G, H)
-        names = [f"g{j + 1}" for j in range(G.shape[1])]
-        names += [f"h{j + 1}" for j in range(H.shape[1])]
-        lines = _most_broken(broken, names, f"of the last {len(G)}")
-        return Findings(pd.DataFrame(), np.empty((0, 0)), counts, failures, (*lines, *failures))
-    X, F = result.opt.get("X", "F")
-    named = len(X) > 0 and isinstance(X[0], dict)
-    designs = pd.DataFrame(list(X)) if named else pd.DataFrame(X).rename(columns=_variable)
-    return Findings(designs, F, counts, failures, ())
-
-
-def _most_broken(broken: NDArray[np.bool_], names: Sequence[str], of: str) -> tuple[str, ...]:
-    """Say which constraint or limit is broken most, and how many designs break it alone."""
-    if not broken.any():
-        return ()
-    rejects = broken.sum(axis=0)
-    j = int(rejects.argmax())
-    alone = int((broken[:, j] & (broken.sum(axis=1) == 1)).sum())
-    return (f"Infeasible: {int(broken.any(axis=1).sum())} {of}; {names[j]} rejects most: "
-            f"{int(rejects[j])}, {alone} of them alone.",)  # fmt: skip
-
-
-def _failures(reasons: Iterable[str]) -> tuple[str, ...]:
-    """Say in a line why designs failed, the most frequent reason first."""
-    counts = Counter(" ".join(reason.split()) for reason in reasons)
-    if not counts:
-        return ()
-    top = counts.most_common(_REASONS)
-    told = [f"{n} × {_short(reason)}" for reason, n in top]
-    rest = sum(counts.values()) - sum(n for _, n in top)
-    told += [f"{rest} × {counted(len(counts) - len(top), 'other reason')}"] if rest else []
-    return (f"Failed: {'; '.join(told)}",)
-
-
-def _short(reason: str) -> str:
-    return reason if len(reason) <= _LONGEST else f"{reason[: _LONGEST - 1]}…"
-
-
-def _variable(j: int) -> str:
-    return f"x{j + 1}"
-
-
-_SHOWN = 12
-
-
-def run_solve(
-    problem: Problem,
-    algorithm: str,
-    points: int,
-    *,
-    seed: int,
-    limits: Mapping[str, float],
-    study: Path | None,
-    study_key: str | None,
-    retry: str | tuple[int, ...],
-    out: Path | None,
-) -> int:
-    """Search, print the best-ranked designs, and write the Pareto set if a file is named.
+def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
+    """Search, write the Pareto set if a file is named, and print the best-ranked designs.
 
     Returns:
         0, or 1 if no design is feasible.
     """
-    for option, needed in (("--study", study is not None), ("--limits", bool(limits))):
-        if needed and algorithm != "psi":
-            raise invalid(option, "used with --algorithm psi", algorithm)
-    for option, needed in (("--study-key", study_key is not None), ("--retry", bool(retry))):
-        if needed and study is None:
-            raise invalid(option, "used with --study FILE.db", Received("no --study"))
-    require_output(out, (".csv",), study)
-    if algorithm == "nsga3":
-        problem = FailureTolerant(problem)
-        with run_bar(f"nsga3 on {problem.name()}", points) as show:
-            result = nsga3(problem, n_evaluations=points, seed=seed, callback=show.evaluations)
-        found = findings_of_result(result, points)
-    elif study is None and not problem.elementwise:
-        found = findings_of_table(_on_arrays(problem, points, limits), limits, points)
+    require_output(out, (".csv",), search.study)
+    criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
+    limits = limits_in(search.limits, criteria)
+    if search.algorithm == "nsga3":
+        found = _by_nsga3(FailureTolerant(problem), search)
+    elif search.study is None and not problem.elementwise:
+        found = _of_table(_on_arrays(problem, search.points, limits), limits, search.points)
     else:
-        found = _stored(problem, points, limits, study, study_key, retry)
-    return _report(problem.name(), algorithm, found, out)
+        found = _by_psi(problem, search, limits)
+
+    if len(found.F) == 0:
+        say(f"{problem.name()}: no feasible design, {found.counts}")
+        for line in found.remarks:
+            say(line)
+        if out is not None:
+            say(f"{out} is not written.")
+        return 1
+    frame = found.ranked()
+    if out is not None:  # before anything is printed, which may fail
+        write_csv(frame, out)
+    size = counted(len(frame), "Pareto-optimal design")
+    title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
+    variables = [name for name in found.designs.columns if name != "test_point"]
+    print_frame(frame.head(_SHOWN), title, spare=variables)
+    for line in found.remarks:
+        say(line)
+    if out is not None:
+        say(f"All {len(frame)} written to {out}")
+    return 0
+
+
+def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
+    n = search.points
+    with run_bar(f"nsga3 on {problem.name()}", n) as show:
+        result = nsga3(problem, n_evaluations=n, seed=search.seed, callback=show.evaluations)
+    reasons = [failure.reason for failure in problem.failures]
+    counts = f"{n} evaluated" + (f", {len(reasons)} failed" if reasons else "")
+    failures = _failures(reasons)
+    if result.F is None:
+        remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
+        return SolveResult(pd.DataFrame(), np.empty((0, 0)), counts, remarks)
+    X, F = result.opt.get("X", "F")
+    named = len(X) > 0 and isinstance(X[0], dict)
+    designs = (
+        pd.DataFrame(list(X))
+        if named
+        else pd.DataFrame(X, columns=[f"x{j + 1}" for j in range(X.shape[1])])
+    )
+    return SolveResult(designs, F, counts, failures)
+
+
+def _last_tests(population: Any) -> TestTable:
+    """Return the values of a population of a ``FailureTolerant`` as a table, without designs."""
+    F, G, H, failures = population.get("F", "G", "H", "failure")
+    numbers = np.arange(1, len(F) + 1)
+    reasons = {n: reason for n, reason in zip(numbers.tolist(), failures, strict=True) if reason}
+    # The last constraint is the one that FailureTolerant has added.
+    return TestTable.of(numbers, np.empty((len(F), 0)), F, G[:, :-1], H, reasons=reasons)
 
 
 def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> TestTable:
@@ -181,52 +178,78 @@ def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> Te
     return TestTable.empty(blocks[0].layout).extended(*blocks)
 
 
-def _stored(
-    problem: Problem,
-    points: int,
-    limits: Mapping[str, float],
-    study: Path | None,
-    study_key: str | None,
-    retry: str | tuple[int, ...],
-) -> Findings:
-    algorithm = PSI(points, limits=limits, study=study, study_key=study_key, retry=retry)
+def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> SolveResult:
+    algorithm = PSI(
+        search.points,
+        limits=limits,
+        study=search.study,
+        study_key=search.study_key,
+        retry=search.points_to_retry(),
+    )
     try:
-        with run_bar(f"psi on {problem.name()}", points) as show:
+        with run_bar(f"psi on {problem.name()}", search.points) as show:
             result = minimize(problem, algorithm, callback=show.psi)
     except KeyboardInterrupt:
-        if study is not None:
-            stored = len(Study(study).numbers()) if study.exists() else 0
-            say(f"{stored} of {points} designs are in {study}; the same command continues.")
+        if search.study is not None:
+            stored = len(Study(search.study).numbers()) if search.study.exists() else 0
+            told = f"{stored} of {search.points} designs are in {search.study}"
+            say(f"{told}; the same command continues.")
         raise
-    return findings_of_table(result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
+    return _of_table(result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
 
 
-def _report(name: str, algorithm: str, found: Findings, out: Path | None) -> int:
-    if len(found.F) == 0:
-        say(f"{name}: no feasible design, {found.counts}")
-        for line in found.obstacles:
-            say(line)
-        if out is not None:
-            say(f"{out} is not written.")
-        return 1
-    frame = ranked_designs(found)
-    title = f"{name} by {algorithm}: {counted(len(frame), 'Pareto-optimal design')}, {found.counts}"
-    variables = [name for name in found.designs.columns if name != "test_point"]
-    print_frame(frame.head(_SHOWN), f"{title}, best ranks first", spare=variables)
-    for line in found.failures:
-        say(line)
-    if out is not None:
-        write_csv(frame, out)
-        say(f"All {len(frame)} written to {out}")
+def _of_table(table: TestTable, limits: Mapping[str, float], n_new: int) -> SolveResult:
+    """Return what a table holds of which ``n_new`` tests were evaluated now, the others before."""
+    rows = np.flatnonzero(table.pareto(limits))
+    if table.F.shape[1] == 1:
+        rows = rows[:1]  # as pymoo does
+    front = table.rows(rows)
+    designs = pd.DataFrame({"test_point": front.numbers})
+    for name, column in zip(table.layout.variables, front.X.T, strict=True):
+        designs[name] = column
+    failed = int((table.status == "failed").sum())
+    stored = f", {len(table) - n_new} of them from the study" if n_new < len(table) else ""
+    counts = f"{len(table)} tested{stored}" + (f", {failed} failed" if failed else "")
+    remarks = _failures(table.reasons.values())
+    if len(rows) == 0:
+        remarks = (*_most_violated(table, limits, "{} that were computed"), *remarks)
+    return SolveResult(designs, front.F, counts, remarks)
+
+
+def _most_violated(table: TestTable, limits: Mapping[str, float], of: str) -> tuple[str, ...]:
+    """Say which constraint or limit most designs violate, and how many violate it alone."""
+    violated, names = broken_matrix(table, limits)
+    if not violated.any():
+        return ()
+    rejects = violated.sum(axis=0)
+    j = int(rejects.argmax())
+    alone = int((violated[:, j] & (violated.sum(axis=1) == 1)).sum())
+    known = of.format(int((table.status != "failed").sum()))
+    return (f"Infeasible: {int(violated.any(axis=1).sum())} of {known}; {names[j]} rejects most: "
+            f"{int(rejects[j])}, {alone} of them alone.",)  # fmt: skip
+
+
+def _failures(reasons: Iterable[str]) -> tuple[str, ...]:
+    """Say in a line why designs failed, the most frequent reason first; nothing if none did."""
+    counts = Counter(" ".join(reason.split()) for reason in reasons)
+    if not counts:
+        return ()
+    top = counts.most_common(_REASONS)
+    told = [
+        f"{n} × {reason if len(reason) <= _LONGEST else f'{reason[: _LONGEST - 1]}…'}"
+        for reason, n in top
+    ]
+    rest = sum(counts.values()) - sum(n for _, n in top)
+    told += [f"{rest} × {counted(len(counts) - len(top), 'other reason')}"] if rest else []
+    return (f"Failed: {'; '.join(told)}",)
+
+
+def run_export(study: Path, out: Path) -> int:
+    """Write every test of a study to a CSV or Parquet file; the study is not changed."""
+    require_output(out, (".csv", ".parquet"), study)
+    table = TestTable.read_study(study)
+    write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
+    write(out)
+    counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in ("ok", "infeasible", "failed"))
+    say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
     return 0
-
-
-def ranked_designs(found: Findings) -> pd.DataFrame:
-    """Return the Pareto set, the best rank of efficiency first.
-
-    Columns: ``test_point`` for PSI, the variables, f1 …, ``mu1``, ``mu2``, ``mu3``, ``rank``.
-    """
-    known = np.ones(len(found.F), dtype=bool)
-    ranked = ranking_of(Objectives.of(found.F), known, normalize=True).to_frame(found.F)
-    ranked = ranked.drop(columns="pareto")
-    return found.designs.join(ranked).loc[ranked.index]

@@ -1,6 +1,6 @@
-"""Bokeh's plots of the page, and the source of the designs they look at.
+"""Bokeh's parts of the page: the source of the designs, plots, sliders, the table.
 
-Bokeh's widgets of the page: the sliders with two ends, and the table.
+The parts only look right here; what they do together is in ``page.js``.
 """
 
 from __future__ import annotations
@@ -39,19 +39,44 @@ from bokeh.plotting import figure
 from markupsafe import escape
 from numpy.typing import NDArray
 
-from pymoo_psi.page._data import Column, PageData
-from pymoo_psi.page._groups import PROTOTYPE, look
+from pymoo_psi.page._data import DOMINATED, PROTOTYPE, Column, PageData, columns_with
+from pymoo_psi.plots._style import MARKERS, Marker
 
 _FADED = 0.10  # opacity of what is not selected
-_MOST_AXES = 12  # of the parallel coordinates
-_MOST_LINES_IN_HINT = 18
+_MOST_AXES = 12  # of the parallel coordinates; more have no room for their names
+_MOST_LINES_IN_HINT = 18  # more would not fit beside the pointer on a laptop
+_FONT = """
+:host, .slick-grid { font-family: inherit; }
+.bk-slider-title { font-family: inherit; font-size: 12px; white-space: normal; }
+"""
+_TABLE_STYLE = (
+    _FONT
+    + """
+.slick-header-columns { background: #F3F4F6; }
+.slick-column-name { max-width: 100%; overflow: hidden; text-overflow: ellipsis; }
+.slick-header-right .slick-column-name { float: right; }
+.slick-header-right .slick-sort-indicator { left: 2px; }
+.slick-cell.selected { background: #CFE5F5 !important; }
+.number { text-align: right; font-variant-numeric: tabular-nums; }
+"""
+)
+_RANK = """<% if (mark === "prototype") { %>prototype<% } else if (mark === "dominated") { %>\
+dominated<% } else { %><%= rank %><%= mark ? " ★" : "" %><% } %>"""
 
-
-class Axes(NamedTuple):
-    """A plot and the glyph in it."""
-
-    plot: figure
-    glyph: Any
+_SHAPES = {".": "circle", "^": "triangle", "s": "square", "D": "diamond", "*": "star", "x": "x"}
+_OTHERS = {
+    DOMINATED: Marker("x", "0.8", 2.5, level=1.0),
+    PROTOTYPE: Marker("x", "#000000", 8.0, level=7.0),
+}
+_PIXELS = 1.55  # per point; a screen is looked at from further away than a print
+_PATHS = {  # on a square of 16, for the legend
+    "circle": '<circle cx="8" cy="8" r="3"/>',
+    "triangle": '<path d="M8 3 L13 13 H3 Z"/>',
+    "square": '<path d="M4 4 H12 V12 H4 Z"/>',
+    "diamond": '<path d="M8 2 L13 8 L8 14 L3 8 Z"/>',
+    "star": '<path d="M8 1 L10 6 H15 L11 9 L12 14 L8 11 L4 14 L5 9 L1 6 H6 Z"/>',
+    "x": '<path d="M3.5 3.5 L12.5 12.5 M12.5 3.5 L3.5 12.5" stroke-width="2.2"/>',
+}
 
 
 def designs_source(data: PageData) -> ColumnDataSource:
@@ -69,7 +94,7 @@ def designs_source(data: PageData) -> ColumnDataSource:
 
 def scatter_plot(
     name: str, source: ColumnDataSource, view: CDSView, x: Column, y: Column, hint: HoverTool
-) -> Axes:
+) -> figure:
     """Return one of the linked scatter plots; its axes are set again where the page runs."""
     brush = BoxSelectTool()
     plot = figure(
@@ -100,9 +125,8 @@ def scatter_plot(
     }
     glyph = Scatter(**drawn, fill_alpha=0.85, line_alpha=0.85)
     faded = Scatter(**drawn, fill_alpha=_FADED, line_alpha=_FADED)
-    renderer = plot.add_glyph(source, glyph, nonselection_glyph=faded, view=view)
-    hint.renderers = [renderer]
-    return Axes(plot, renderer)
+    hint.renderers = [plot.add_glyph(source, glyph, nonselection_glyph=faded, view=view)]
+    return plot
 
 
 def hint_on_designs(data: PageData) -> HoverTool:
@@ -186,26 +210,7 @@ def _axis_names(axes: list[Column]) -> list[str]:
 
 def parallel_axes(data: PageData) -> list[Column]:
     """Return the columns with an axis in the parallel coordinates, the criteria first."""
-    return data.having("criterion", "variable")[:_MOST_AXES]
-
-
-_FONT = """
-:host, .slick-grid { font-family: inherit; }
-.bk-slider-title { font-family: inherit; font-size: 12px; white-space: normal; }
-"""
-_TABLE_STYLE = (
-    _FONT
-    + """
-.slick-header-columns { background: #F3F4F6; }
-.slick-column-name { max-width: 100%; overflow: hidden; text-overflow: ellipsis; }
-.slick-header-right .slick-column-name { float: right; }
-.slick-header-right .slick-sort-indicator { left: 2px; }
-.slick-cell.selected { background: #CFE5F5 !important; }
-.number { text-align: right; font-variant-numeric: tabular-nums; }
-"""
-)
-_RANK = """<% if (mark === "prototype") { %>prototype<% } else if (mark === "dominated") { %>\
-dominated<% } else { %><%= rank %><%= mark ? " ★" : "" %><% } %>"""
+    return columns_with(data, "criterion", "variable")[:_MOST_AXES]
 
 
 def limit_slider(
@@ -244,14 +249,14 @@ def table_of(data: PageData, source: ColumnDataSource, view: CDSView) -> DataTab
     """Return the sortable table of what is left."""
     wide = 104 if data.labels.dtype == object else 76
     columns = [
-        _heading("label", data.label_name, wide, _text()),
+        _heading("label", data.label_name, wide, StringFormatter()),
         _heading("group", "rank", 84, HTMLTemplateFormatter(template=_RANK)),
     ]
     for column in data.columns:
         if column.is_number:
             formatter: CellFormatter = HTMLTemplateFormatter(template=_number(column))
         else:
-            formatter = _text()
+            formatter = StringFormatter()
         name = column.name.partition(" ")[0] if column.role == "geometric" else column.label
         columns.append(
             _heading(column.field, name, min(max(68, 7 * len(name) + 24), 150), formatter)
@@ -275,12 +280,31 @@ def _heading(field: str, name: str, width: int, formatter: CellFormatter) -> Tab
     return TableColumn(field=field, title=str(escape(name)), width=width, formatter=formatter)
 
 
-def _text() -> CellFormatter:
-    return StringFormatter()
-
-
 def _number(column: Column) -> str:
     kind, digits = column.notation
     method = "toFixed" if kind == "fixed" else "toExponential"
     shown = f'<%= isNaN(value) ? "–" : value.{method}({digits}) %>'
     return f'<div class="number">{shown}</div>'
+
+
+class Look(NamedTuple):
+    """How a group is drawn: Bokeh's name of the marker, colour, size in pixels."""
+
+    shape: str
+    colour: str
+    size: float
+
+    @property
+    def svg(self) -> str:
+        """The marker as a picture for the legend."""
+        paint = f'fill="{self.colour}" stroke="{self.colour}"'
+        return f'<svg width="16" height="16" aria-hidden="true" {paint}>{_PATHS[self.shape]}</svg>'
+
+
+def look(group: int) -> Look:
+    """Return how a group is drawn."""
+    marker = {**MARKERS, **_OTHERS}.get(group, MARKERS[0])
+    colour = marker.colour
+    if not colour.startswith("#"):  # matplotlib writes greys as a share of white
+        colour = "#" + f"{round(255 * float(colour)):02X}" * 3
+    return Look(_SHAPES[marker.shape], colour, round(max(marker.size * _PIXELS, 3.5), 1))

@@ -1,7 +1,4 @@
-"""The page as one HTML document: Bokeh's parts, the frame around them, the script.
-
-The decision page with its data, its text and its file.
-"""
+"""The page as one HTML document: Bokeh's parts, the frame around them, style and script."""
 
 from __future__ import annotations
 
@@ -21,13 +18,21 @@ from pymoo_psi.page._bokeh import (
     designs_source,
     hint_on_designs,
     limit_slider,
+    look,
     parallel_axes,
     parallel_plot,
     scatter_plot,
     table_of,
 )
-from pymoo_psi.page._data import Column, PageData
-from pymoo_psi.page._groups import DOMINATED, OPTIMUM, PROTOTYPE, group_name, look
+from pymoo_psi.page._data import (
+    DOMINATED,
+    OPTIMUM,
+    PROTOTYPE,
+    Column,
+    PageData,
+    columns_with,
+    group_name,
+)
 
 _THEME = Theme(
     json={
@@ -53,31 +58,6 @@ _THEME = Theme(
 )
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One scatter plot: its name and what is on its axes at first."""
-
-    name: str
-    x: Column
-    y: Column
-
-
-def panels(data: PageData) -> list[Panel]:
-    """Return the scatter plots: of criteria, of variables, of the geometric criteria.
-
-    Without variables the second one is of further criteria, if there are any.
-    """
-    criteria, variables = data.having("criterion"), data.having("variable")
-    mu1, mu2, mu3 = data.having("geometric")
-    pairs = [("criteria", criteria[0], criteria[1] if len(criteria) > 1 else mu1)]
-    if variables:
-        pairs.append(("variables", variables[0], (variables[1:] or criteria)[0]))
-    elif len(criteria) > 2:
-        pairs.append(("variables", criteria[-2], criteria[-1]))
-    pairs.append(("geometric", mu3, mu2))
-    return [Panel(*pair) for pair in pairs]
-
-
 def html_of(data: PageData) -> str:
     """Return the page with all it needs inlined."""
     source = designs_source(data)
@@ -94,12 +74,12 @@ def html_of(data: PageData) -> str:
     table = table_of(data, source, view)
     sliders = [
         (column, limit_slider(column, data.group, data.limits.get(column.name)))
-        for column in data.having("criterion")
+        for column in columns_with(data, "criterion")
     ]
 
     document = Document(theme=_THEME, title=data.title)
     for root in (
-        *(axes.plot for _, axes in scatters),
+        *(plot for _, plot in scatters),
         parallel_plot(data, lines, ends),
         table,
         *(slider for _, slider in sliders if slider is not None),
@@ -111,10 +91,14 @@ def html_of(data: PageData) -> str:
         "lines": lines,
         "ends": ends,
         "table": table,
-        "limits": [_limit(column, slider) for column, slider in sliders if slider is not None],
+        "limits": [
+            {"field": column.field, "slider": slider}
+            for column, slider in sliders
+            if slider is not None
+        ],
         "plots": [
-            {"name": panel.name, "plot": axes.plot, "renderer": axes.glyph}
-            for panel, axes in scatters
+            {"name": panel.name, "plot": plot, "renderer": plot.renderers[0]}
+            for panel, plot in scatters
         ],
         "columns": [_described(column) for column in data.columns],
         "parallel": [column.field for column in parallel_axes(data)],
@@ -131,15 +115,37 @@ def html_of(data: PageData) -> str:
     )
 
 
-def _limit(column: Column, slider: RangeSlider) -> dict[str, Any]:
-    return {"field": column.field, "slider": slider}
+@dataclass(frozen=True)
+class Panel:
+    """One scatter plot: its name and what is on its axes at first."""
+
+    name: str
+    x: Column
+    y: Column
+
+
+def panels(data: PageData) -> list[Panel]:
+    """Return the scatter plots: of criteria, of variables, of the geometric criteria.
+
+    Without variables the second one is of further criteria, if there are any.
+    """
+    criteria, variables = columns_with(data, "criterion"), columns_with(data, "variable")
+    mu1, mu2, mu3 = columns_with(data, "geometric")
+    pairs = [("criteria", criteria[0], criteria[1] if len(criteria) > 1 else mu1)]
+    if variables:
+        pairs.append(("variables", variables[0], (variables[1:] or criteria)[0]))
+    elif len(criteria) > 2:
+        pairs.append(("variables", criteria[-2], criteria[-1]))
+    pairs.append(("geometric", mu3, mu2))
+    return [Panel(*pair) for pair in pairs]
 
 
 def _described(column: Column) -> dict[str, Any]:
     kind, digits = column.notation if column.is_number else ("text", 0)
     return {
         "field": column.field,
-        "name": {"mu1": "mu1", "mu2": "mu2", "mu3": "mu3"}.get(column.field, column.name),
+        # What the export calls it: the geometric criteria as ``rank --out`` does.
+        "name": column.field if column.role == "geometric" else column.name,
         "label": column.label,
         "maximize": column.maximize,
         "notation": [kind, digits],
@@ -156,9 +162,9 @@ def _frame(
         "style": _asset("page.css"),
         "panels": shown,
         "choices": {
-            "Criteria": data.having("criterion"),
-            "Design variables": data.having("variable"),
-            "Geometric criteria": data.having("geometric"),
+            "Criteria": columns_with(data, "criterion"),
+            "Design variables": columns_with(data, "variable"),
+            "Geometric criteria": columns_with(data, "geometric"),
         },
         "ranks": [
             {

@@ -1,4 +1,4 @@
-"""From a frame of designs to the page: ranked, checked, put in the order of drawing."""
+"""From a frame of designs to the page: checked, ranked, put in the order of drawing."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError, PsiError
-from pymoo_psi.page._data import Column, PageData, Role, checked_values, text_column
-from pymoo_psi.page._groups import PROTOTYPE, groups_of
+from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE, Column, PageData, text_column
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 
 MOST_ROWS = 20_000
-"""Of more designs than this the page shows the ranked ones only."""
+"""Of more designs than this the page shows the ranked ones only, so that a laptop draws them."""
 
 _GEOMETRIC = ("μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)")
 
@@ -32,7 +31,19 @@ _GEOMETRIC = ("μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)")
 class DecisionPage(PageData):
     """A page to decide on a Pareto set with; :func:`decision_page` makes it.
 
-    See :class:`PageData` for the attributes.
+    Attributes:
+        title: Heading of the page.
+        columns: Criteria, then variables, then μ1, μ2, μ3, each with ``name``, ``unit``, ``role``,
+            ``maximize`` and ``(n,)`` ``values``.
+        label_name: What the designs' labels are called, such as "test_point".
+        labels: ``(n,)`` labels of the designs, integers or texts, the best design last.
+        rank: ``(n,)`` ranks of efficiency; -1 for prototypes.
+        group: ``(n,)`` how a design is drawn: its rank, but -1 if it is dominated, 6 for the
+            Salukvadze optimum whatever its rank, 7 for a prototype.
+        n_designs: How many designs there are, shown or not, without prototypes.
+        remarks: What a reader must know, in short sentences.
+        normalize: Whether the criteria are measured in units of their ranges.
+        limits: Limits the page opens with, by name of the criterion.
 
     Example:
         >>> import pandas as pd
@@ -157,37 +168,34 @@ def decision_page(
         rule = "of at least two designs to decide between"
         raise invalid("frame", rule, Received(f"{len(frame)} rows"))
     sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
-    F = np.column_stack([checked_values(frame, name, complete=True) for name in objectives])
+    F = np.column_stack([_numbers(frame, name, complete=True) for name in objectives])
     ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
     order, remarks = _rows_to_show(ranking)
     _check_limits(limits or {}, frame, objectives, maximize)
 
     extra = _prototype_frame(prototype, objectives, label)
+    used = [*objectives, *variables, *([] if label is None else [label])]
     mu = ranking.criteria[order]
     whole = frame.iloc[order]
-    if len(extra):
-        P = np.column_stack([checked_values(extra, name, complete=True) for name in objectives])
+    if len(extra):  # last, as they are drawn on top
+        P = np.column_stack([_numbers(extra, name, complete=True) for name in objectives])
         mu = np.vstack([mu, ranking.frame.distances(P * sign)])
-        whole = pd.concat([whole, extra.reindex(columns=_used(objectives, variables, label))])
+        whole = pd.concat([whole, extra.reindex(columns=used)])
     columns = _columns(whole, objectives, variables, maximize, units or {}, mu)
     return DecisionPage(
         title=str(title),
         columns=columns,
         label_name=label or str(frame.index.name or "design"),
-        labels=_labels(whole[label] if label else whole.index),
+        labels=_labels(whole.index if label is None else whole[label]),
         rank=np.concatenate([ranking.rank[order], np.full(len(extra), -1)]).astype(np.int32),
         group=np.concatenate(
-            [groups_of(ranking)[order], np.full(len(extra), PROTOTYPE, dtype=np.int32)]
+            [_groups(ranking)[order], np.full(len(extra), PROTOTYPE, dtype=np.int32)]
         ),
         n_designs=len(frame),
         remarks=remarks,
         normalize=bool(normalize),
         limits=dict(limits or {}),
     )
-
-
-def _used(objectives: Sequence[str], variables: Sequence[str], label: str | None) -> list[str]:
-    return [*objectives, *variables, *([label] if label else [])]
 
 
 def _check_columns(
@@ -227,9 +235,16 @@ def _check_limits(
             raise invalid(f"the limit on {name!r}", f"at least {best:g}, its best value", value)
 
 
+def _groups(ranking: EfficiencyRanking) -> NDArray[np.int32]:
+    """Return the ``(n,)`` groups of ranked designs; the optimum is one whatever its rank."""
+    groups = np.where(ranking.pareto, ranking.rank, DOMINATED).astype(np.int32)
+    groups[ranking.salukvadze] = OPTIMUM
+    return groups
+
+
 def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     """Return the rows to show, the best last, and what is to be said about them."""
-    group, mu1 = groups_of(ranking), ranking.criteria[:, 0]
+    group, mu1 = _groups(ranking), ranking.criteria[:, 0]
     order = np.lexsort((-mu1, group))
     remarks: list[str] = []
     if len(order) > MOST_ROWS:
@@ -281,22 +296,20 @@ def _columns(
     units: Mapping[str, str],
     mu: NDArray[np.float64],
 ) -> tuple[Column, ...]:
+    """Return the columns of the rows shown; ``mu`` are their ``(n, 3)`` geometric criteria."""
     from pandas.api.types import is_numeric_dtype
 
     columns = [
         Column(f"c{j}", name, units.get(name, ""), "criterion", name in maximize,
-               checked_values(whole, name, complete=True))
+               _numbers(whole, name, complete=True))
         for j, name in enumerate(objectives)
     ]  # fmt: skip
     for j, name in enumerate(variables):
         number = is_numeric_dtype(whole[name])
-        role: Role = "variable" if number else "text"
-        values = (
-            checked_values(whole, name, complete=False)
-            if number
-            else text_column(whole[name].tolist())
+        values: NDArray[Any] = (
+            _numbers(whole, name, complete=False) if number else text_column(whole[name].tolist())
         )
-        columns.append(Column(f"v{j}", name, units.get(name, ""), role, False, values))
+        columns.append(Column(f"v{j}", name, units.get(name, ""), "variable", False, values))
     columns += [
         Column(f"mu{j + 1}", name, "", "geometric", False, mu[:, j])
         for j, name in enumerate(_GEOMETRIC)
@@ -304,8 +317,37 @@ def _columns(
     return tuple(columns)
 
 
+def _numbers(frame: pd.DataFrame, name: str, *, complete: bool) -> NDArray[np.float64]:
+    """Return the ``(n,)`` values of a column; NaN where they are missing, unless ``complete``."""
+    from pandas.api.types import is_bool_dtype, is_numeric_dtype
+
+    column = frame[name]
+    if not (is_numeric_dtype(column) or is_bool_dtype(column)):
+        cells = column.tolist()
+        row = next((i for i, cell in enumerate(cells) if not _is_number(cell)), 0)
+        raise ArgumentTypeError(
+            f"column {name!r} must be numbers, got {cells[row]!r:.40} in row {row + 1}"
+        )
+    values = column.to_numpy(dtype=np.float64, na_value=np.nan)
+    bad = ~np.isfinite(values) if complete else np.isinf(values)
+    if bad.any():
+        row = int(np.flatnonzero(bad)[0])
+        received = Received(f"{values[row]} in row {row + 1}")
+        remedy = "leave out designs that failed" if complete else ""
+        raise invalid(f"column {name!r}", "finite", received, remedy)
+    return values
+
+
+def _is_number(cell: Any) -> bool:
+    try:
+        float(cell)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
 def _labels(column: Any) -> NDArray[Any]:
     cells = column.tolist()
-    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):
+    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):  # Bokeh's largest integers
         return np.array(cells, dtype=np.int32)
     return text_column(cells)
