@@ -1,10 +1,10 @@
-"""PSI against NSGA-III on sixteen problems: the study in ``benchmarks/README.md``.
+"""PSI against NSGA-III on sixteen problems: the benchmark in ``benchmarks/README.md``.
 
-The whole study, some thirty minutes on two cores; it continues after an interruption:
+All of it, some thirty minutes on two cores; it continues after an interruption:
 
     python -m benchmarks.comparison
 
-Some rows of it again, measured against the references kept from the whole study, so that PSI's
+Some rows of it again, measured against the references kept from the whole benchmark, so that PSI's
 numbers are the same to the last digit and the others' come from the same seeds:
 
     python -m benchmarks.comparison zdt1 --algorithms psi,nsga3 --evaluations 256,1024
@@ -43,7 +43,7 @@ SEEDS = 11
 SHOWN = {"fronts": "chute-full-0.4", "attainment": "zdt1", "time": "chute-full-0.4"}
 
 
-def whole_study(folder: Path, jobs: int) -> None:
+def whole_benchmark(folder: Path, jobs: int) -> None:
     """Run everything; write references, pictures, CSV files and the tables of the README."""
     comparisons: dict[str, Comparison] = {}
     for name, make in PROBLEMS.items():
@@ -68,7 +68,7 @@ def whole_study(folder: Path, jobs: int) -> None:
 
 
 def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:
-    """Run rows of the study again and print their measures."""
+    """Run rows of the benchmark again and print their measures."""
     for name in names:
         result = compare(
             PROBLEMS[name](), n_evaluations=budgets, seeds=SEEDS, algorithms=algorithms,
@@ -164,7 +164,7 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
 
 
 def main() -> None:
-    """Run the whole study, or rows of it."""
+    """Run the whole benchmark, or rows of it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", choices=[[], *PROBLEMS], metavar="PROBLEM")
     parser.add_argument("--algorithms", default=",".join(ALGORITHMS))
@@ -176,7 +176,7 @@ def main() -> None:
         budgets = [int(word) for word in given.evaluations.split(",")]
         some_rows(given.problems, given.algorithms.split(","), budgets, given.jobs)
     else:
-        whole_study(given.folder, given.jobs)
+        whole_benchmark(given.folder, given.jobs)
 
 
 if __name__ == "__main__":

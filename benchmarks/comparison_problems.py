@@ -1,4 +1,4 @@
-"""The problems of the study in :mod:`benchmarks.comparison`, by name."""
+"""The problems of the benchmark :mod:`benchmarks.comparison`, by name."""
 
 from __future__ import annotations
 

@@ -14,9 +14,8 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.comparison import Task
-from pymoo_psi.comparison._algorithms import Contender, contenders
-from pymoo_psi.comparison._runs import perform
+from pymoo_psi.comparison._algorithms import NamedAlgorithm, named_algorithms
+from pymoo_psi.comparison._runs import Task, perform
 
 BUDGET = 4096
 ROUNDS = 7
@@ -28,16 +27,18 @@ def main() -> None:
     problem = VectorizedSphereChute(0.4)
     one, other = investigate(problem, BUDGET), minimize(problem, PSI(BUDGET)).algorithm.table
     assert one.equals(other), "the two ways of PSI do not give the same table"
-    field = {
-        "investigate": contenders(["psi"])[0],
-        "minimize(PSI)": Contender("class", lambda p, n, s: minimize(p, PSI(n)).F, seeded=False),
-        "nsga3": contenders(["nsga3"])[0],
-        "nsga2": contenders(["nsga2"])[0],
+    algorithms = {
+        "investigate": named_algorithms(["psi"])[0],
+        "minimize(PSI)": NamedAlgorithm(
+            "class", lambda p, n, s: minimize(p, PSI(n)).F, seeded=False
+        ),
+        "nsga3": named_algorithms(["nsga3"])[0],
+        "nsga2": named_algorithms(["nsga2"])[0],
     }
-    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in field}
+    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in algorithms}
     for seed in range(ROUNDS):
-        for name, contender in field.items():
-            run = perform(problem, contender, Task(contender.name, BUDGET, seed))
+        for name, algorithm in algorithms.items():
+            run = perform(problem, algorithm, Task(algorithm.name, BUDGET, seed))
             assert run.n_evaluated == BUDGET, name
             spent[name].append((run.seconds - run.evaluation_seconds, run.evaluation_seconds))
     base = median(np.array(spent["investigate"])[:, 0])

@@ -10,9 +10,9 @@ from pymoo.core.population import Population
 
 from pymoo_psi.pareto._feasibility import (
     EQ_TOLERANCE,
-    breaks_constraints,
     competes,
     meets_constraints,
+    violated_constraints,
 )
 
 EDGES = st.sampled_from([-1.0, 0.0, 5e-324, 1e-5, -1e-4, 1e-4, 1.0001e-4, 1.0, np.inf, -np.inf])
@@ -31,7 +31,7 @@ def test_the_tolerance_is_pymoos():
 
 def test_a_value_that_is_not_known_breaks_its_constraint():
     G, H = np.array([[np.nan, 0.0], [0.0, 0.0]]), np.array([[0.0], [np.nan]])
-    assert breaks_constraints(G, H).tolist() == [[True, False, False], [False, False, True]]
+    assert violated_constraints(G, H).tolist() == [[True, False, False], [False, False, True]]
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 3)])

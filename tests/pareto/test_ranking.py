@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import EfficientSubset, PsiError, SalukvadzeOptimum, rank_of_efficiency
+from pymoo_psi import PsiError, rank_of_efficiency
 from pymoo_psi.pareto import nondominated
 
 # A coarse grid makes dominated rows, duplicates and ties common; its values are far apart
@@ -225,26 +225,6 @@ def test_bad_objectives(F, kind, message):
 def test_bad_options(options, message):
     with pytest.raises(PsiError, match=message):
         rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]], **options)
-
-
-@given(F=st.one_of(matrices, generic), normalize=st.booleans(), rank=st.integers(1, 6))
-def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
-    ranking = rank_of_efficiency(F, normalize=normalize)
-    assert SalukvadzeOptimum(normalize=normalize).do(F).tolist() == ranking.salukvadze.tolist()
-    chosen = EfficientSubset(rank, normalize=normalize).do(F)
-    assert sorted(chosen) == np.flatnonzero(ranking.rank == rank).tolist()
-    assert (np.diff(ranking.criteria[chosen, 0]) >= 0).all()
-
-
-def test_selectors_follow_pymoos_convention():
-    F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
-    selector = SalukvadzeOptimum()
-    assert selector(F).tolist() == selector.do(F).tolist() == [1]
-    assert selector.do(F[1]).tolist() == [0]
-    with pytest.raises(ValueError, match="rank must be 1 to 6, got 7"):
-        EfficientSubset(7)
-    with pytest.raises(ValueError, match="rank must be an integer >= 1, got 0"):
-        EfficientSubset(0)
 
 
 def test_a_dense_front_is_no_chain_of_ties():

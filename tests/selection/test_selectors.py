@@ -42,6 +42,26 @@ orders = st.sampled_from([1, 1.5, 2, 7, 400, np.inf])
 F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
 
 
+@given(F=sets, normalize=st.booleans(), rank=st.integers(3, 6))
+def test_selectors_choose_what_the_ranking_says(F, normalize, rank):
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    assert SalukvadzeOptimum(normalize=normalize).do(F).tolist() == ranking.salukvadze.tolist()
+    chosen = EfficientSubset(rank, normalize=normalize).do(F)
+    assert sorted(chosen) == np.flatnonzero(ranking.rank == rank).tolist()
+    assert (np.diff(ranking.criteria[chosen, 0]) >= 0).all()
+
+
+def test_selectors_follow_pymoos_convention():
+    F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+    selector = SalukvadzeOptimum()
+    assert selector(F).tolist() == selector.do(F).tolist() == [1]
+    assert selector.do(F[1]).tolist() == [0]
+    with pytest.raises(ValueError, match="rank must be 3 to 6, got 7"):
+        EfficientSubset(7)
+    with pytest.raises(ValueError, match="rank must be an integer >= 3, got 2"):
+        EfficientSubset(2)
+
+
 def by_hand(F, p, weights, normalize):
     """The nearest Pareto-optimal rows by loops, distances rounded to nine digits."""
     rows = F.tolist()

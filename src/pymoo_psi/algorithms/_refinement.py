@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._validation import Received, finite_array, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.pareto._rounding import unit_lengths
 from pymoo_psi.problems import design_space
 from pymoo_psi.problems._pymoo import require_problem
 
@@ -107,7 +108,7 @@ def refine(
         evaluations += 1
         return _distance(problem, lower + span * z, ranking)
 
-    z = np.divide(start - lower, span, out=np.zeros_like(span), where=span > 0)
+    z = (start - lower) / unit_lengths(lower, upper)
     start_distance = best = distance(z)
     if not np.isfinite(best):
         raise invalid("x0", "a feasible design with finite objectives", Received(str(start)))

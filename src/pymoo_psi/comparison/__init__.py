@@ -1,11 +1,9 @@
 """PSI against other algorithms: runs at equal cost, one reference, tests of what differs."""
 
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
-from pymoo_psi.comparison._compare import compare
-from pymoo_psi.comparison._comparison import Comparison
+from pymoo_psi.comparison._comparison import Comparison, compare
 from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._report import conclusions, report
-from pymoo_psi.comparison._runs import Run, Task
 from pymoo_psi.comparison._statistics import INDICATORS
 
 __all__ = [
@@ -13,8 +11,6 @@ __all__ = [
     "INDICATORS",
     "Comparison",
     "Reference",
-    "Run",
-    "Task",
     "compare",
     "conclusions",
     "report",

@@ -54,8 +54,8 @@ _PYMOO = {
 
 
 @dataclass(frozen=True)
-class Contender:
-    """An algorithm with a name.
+class NamedAlgorithm:
+    """An algorithm as it takes part in a comparison.
 
     Attributes:
         name: What tables call it.
@@ -71,7 +71,9 @@ class Contender:
     known: bool = False
 
 
-def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contender, ...]:
+def named_algorithms(
+    algorithms: Collection[str] | Mapping[str, Any],
+) -> tuple[NamedAlgorithm, ...]:
     """Return the algorithms asked for.
 
     Args:
@@ -88,10 +90,10 @@ def contenders(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[Contend
         algorithms = {name: name for name in algorithms}
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
-    return tuple(_contender(str(name), what) for name, what in algorithms.items())
+    return tuple(_named(str(name), what) for name, what in algorithms.items())
 
 
-def _contender(name: str, what: Any) -> Contender:
+def _named(name: str, what: Any) -> NamedAlgorithm:
     if isinstance(what, type):
         hint = f"lambda n: {what.__name__}(...)"
         raise ArgumentTypeError(
@@ -99,11 +101,11 @@ def _contender(name: str, what: Any) -> Contender:
             f"{what.__name__}; give {hint}, where n is the number of evaluations"
         )
     if callable(what):
-        return Contender(name, _Searching(what))
+        return NamedAlgorithm(name, _Made(what))
     known_name("algorithms", what, {*_OURS, *_PYMOO})
     if what in _OURS:
-        return Contender(name, *_OURS[what], known=True)
-    return Contender(name, _Searching(_Sized(_PYMOO[what])), known=True)
+        return NamedAlgorithm(name, *_OURS[what], known=True)
+    return NamedAlgorithm(name, _FromPymoo(_PYMOO[what]), known=True)
 
 
 @dataclass(frozen=True)
@@ -157,41 +159,40 @@ _OURS: dict[str, tuple[Callable[[Any, int, int], Array], bool]] = {
 
 
 @dataclass(frozen=True)
-class _Searching:
-    """A search by the algorithm that a function makes for a number of evaluations."""
+class _Made:
+    """The algorithm that a function of the user's makes for a number of evaluations."""
 
-    algorithm_for: Callable[..., Any]
+    make: Callable[[int], Any]
 
     def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
-        sized = isinstance(self.algorithm_for, _Sized)
-        algorithm = (
-            self.algorithm_for(n_evaluations, problem.n_obj)
-            if sized
-            else self.algorithm_for(n_evaluations)
-        )
-        algorithm.seed = seed
-        if algorithm.termination is None:
-            algorithm.termination = NoTermination()
-        return _presented(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+        return _searched(self.make(n_evaluations), problem, n_evaluations, seed)
 
 
 @dataclass(frozen=True)
-class _Sized:
-    """An algorithm of pymoo's with a population that suits the budget."""
+class _FromPymoo:
+    """An algorithm of pymoo's, ``module:class``, with a population that suits the budget."""
 
-    home: str
+    place: str
 
-    def __call__(self, n_evaluations: int, n_obj: int) -> Any:
-        module, _, name = self.home.partition(":")
+    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
+        module, _, name = self.place.partition(":")
         cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
-        size = population_size(n_obj, n_evaluations)
+        size = population_size(problem.n_obj, n_evaluations)
         arguments = inspect.signature(cls).parameters
         options: dict[str, Any] = {}
         if "ref_dirs" in arguments:
-            options["ref_dirs"] = reference_directions(n_obj, size)
+            options["ref_dirs"] = reference_directions(problem.n_obj, size)
         if "pop_size" in arguments:
             options["pop_size"] = size
-        return cls(**options)
+        return _searched(cls(**options), problem, n_evaluations, seed)
+
+
+def _searched(algorithm: Any, problem: Any, n_evaluations: int, seed: int) -> Array:
+    """Return what a pymoo algorithm finds within a budget."""
+    algorithm.seed = seed
+    if algorithm.termination is None:  # the budget ends it
+        algorithm.termination = NoTermination()
+    return _presented(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
 
 
 def _presented(result: Any, n_obj: int) -> Array:

@@ -3,19 +3,44 @@
 from __future__ import annotations
 
 import itertools
+import json
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from numbers import Integral
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from pymoo_psi._validation import known_name
+from numpy.typing import ArrayLike
+from pymoo.util.display.progress import ProgressBar
+
+from pymoo_psi._validation import (
+    Received,
+    boolean,
+    instance,
+    integer,
+    invalid,
+    job_count,
+    known_name,
+)
+from pymoo_psi.comparison._algorithms import (
+    DEFAULT_ALGORITHMS,
+    NamedAlgorithm,
+    named_algorithms,
+)
 from pymoo_psi.comparison._reference import Reference
-from pymoo_psi.comparison._runs import Run
+from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_text
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.problems import design_space
+from pymoo_psi.problems._pymoo import require_problem
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
-_KEYS = ["algorithm", "evaluations", "seed"]
+DEFAULT_EVALUATIONS = (256, 1024, 4096)
+ASSESSED = ("evaluated", "returned")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,20 +145,7 @@ class Comparison:
             2       psi           64     1
             3     nsga3           64     3
         """
-        import pandas as pd
-
-        rows = []
-        for budget, name in itertools.product(self.evaluations, self.algorithms):
-            chosen = (self.measures["evaluations"] == budget) & (self.measures["algorithm"] == name)
-            group = self.measures[chosen]
-            row: dict[str, Any] = {"algorithm": name, "evaluations": budget, "runs": len(group)}
-            for column in group.columns.drop([*_KEYS, "evaluated"]):
-                row[column] = group[column].median()
-                # Values that occurred, as there is no mean of an infinite and a finite one.
-                row[f"{column}_q1"] = group[column].quantile(0.25, interpolation="lower")
-                row[f"{column}_q3"] = group[column].quantile(0.75, interpolation="higher")
-            rows.append(row)
-        return pd.DataFrame(rows)
+        return self._summary.copy()
 
     def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
         """Return for every pair of algorithms and every budget which is better, and how surely.
@@ -160,4 +172,209 @@ class Comparison:
             >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
             True
         """
-        return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))
+        return self._tests[known_name("indicator", indicator, INDICATORS)].copy()
+
+    # Computed once, as the printed table, the report and every figure ask for them.
+
+    @cached_property
+    def _summary(self) -> pd.DataFrame:
+        import pandas as pd
+
+        rows = []
+        for budget, name in itertools.product(self.evaluations, self.algorithms):
+            chosen = (self.measures["evaluations"] == budget) & (self.measures["algorithm"] == name)
+            group = self.measures[chosen]
+            row: dict[str, Any] = {"algorithm": name, "evaluations": budget, "runs": len(group)}
+            for column in group.columns.drop(["algorithm", "evaluations", "seed", "evaluated"]):
+                row[column] = group[column].median()
+                # Values that occurred, as there is no mean of an infinite and a finite one.
+                row[f"{column}_q1"] = group[column].quantile(0.25, interpolation="lower")
+                row[f"{column}_q3"] = group[column].quantile(0.75, interpolation="higher")
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    @cached_property
+    def _tests(self) -> dict[str, pd.DataFrame]:
+        return {name: pairwise_tests(self.measures, name) for name in INDICATORS}
+
+
+def compare(
+    problem: Any,
+    *,
+    n_evaluations: int | Sequence[int] = DEFAULT_EVALUATIONS,
+    seeds: int | Sequence[int] = 11,
+    algorithms: Collection[str] | Mapping[str, Any] = DEFAULT_ALGORITHMS,
+    assess: str = "evaluated",
+    reference_front: ArrayLike | None = None,
+    polish: bool = True,
+    reference: Reference | None = None,
+    folder: str | PathLike[str] | None = None,
+    n_jobs: int = 1,
+    progress: bool = False,
+    on_run: Callable[[Run, int, int], object] | None = None,
+) -> Comparison:
+    """Run algorithms on a problem at equal numbers of evaluations and measure what they find.
+
+    Every algorithm works on the same problem with the same bounds; the problem itself counts the
+    evaluations and ends a run that exceeds its budget. Each budget has runs of its own, so that
+    an algorithm may suit its settings to it. All runs are measured against one reference, built
+    from the union of what they found (:class:`Reference`). An algorithm that finds nothing
+    feasible has hypervolume 0 and infinite distances.
+
+    Args:
+        problem: A pymoo problem with two or more objectives and finite bounds. One whose designs
+            may fail goes as ``FailureTolerant(problem)``.
+        n_evaluations: The budgets, each 1 or more.
+        seeds: The seeds, or their number n for 1 to n. An algorithm that leaves nothing to chance,
+            such as ``"psi"``, runs once.
+        algorithms: Names (:mod:`pymoo_psi.comparison._algorithms`), or a mapping from names
+            of your own to such names or to functions that take the number of evaluations and
+            return a pymoo algorithm: ``{"psi": "psi", "small": lambda n: NSGA2(pop_size=20)}``.
+        assess: What is measured. ``"evaluated"``: the non-dominated feasible designs among all
+            that a run evaluated, for every algorithm alike, which gives one that returns only its
+            last population the benefit of all it has seen; ``"returned"``: what it returned.
+        reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
+            they join the union.
+        polish: Search the continuous Salukvadze optimum by :func:`pymoo_psi.algorithms.refine`,
+            which takes some hundred evaluations per variable; without, the best design of all
+            runs stands for it.
+        reference: Measure against this one, such as ``Reference.load(path)``, and not against the
+            union of these runs; so some rows of a larger comparison can be repeated.
+        folder: A folder in which every finished run is kept, as a file of its own; the same call
+            continues after an interruption, and further budgets, seeds or algorithms add to it.
+            Runs go by the name of their algorithm: a changed algorithm wants a new name.
+        n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
+            no more than idle cores.
+        progress: Show a progress bar, if the output is a terminal.
+        on_run: Called with each run as it is ready, the number of runs ready and of all.
+
+    Returns:
+        The comparison.
+
+    Raises:
+        ArgumentValueError: A number is out of range, a name unknown, or the problem has one
+            objective.
+        ArgumentTypeError: An argument has the wrong type.
+        RunError: The problem or an algorithm raised; finished runs stay in ``folder``.
+        StudyError: The folder holds runs on another problem, or a damaged file.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> result = compare(
+        ...     get_problem("bnh"), n_evaluations=64, seeds=2, algorithms=["psi", "nsga3"]
+        ... )
+        >>> result
+        Comparison(BNH: psi, nsga3; 3 runs)
+        >>> result.to_frame()["evaluated"].tolist()
+        [64, 64, 64]
+    """
+    require_problem(problem)
+    if problem.n_obj < 2:
+        raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
+    design_space(problem)  # a missing bound is told before the first run
+    budgets = _integers("n_evaluations", n_evaluations, minimum=1)
+    count = (
+        range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, Integral) else seeds
+    )
+    seeds = _integers("seeds", count, minimum=0)
+    assess = known_name("assess", assess, ASSESSED)
+    polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
+    if reference is not None:
+        instance("reference", reference, Reference, "Reference.load(path) reads one")
+        _require_problem(reference, problem)
+    by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
+    tasks = [
+        Task(algorithm.name, budget, seed)
+        for algorithm in by_name.values()
+        for budget in budgets
+        for seed in (seeds if algorithm.seeded else [None])
+    ]
+    store = None if folder is None else RunStore.of(folder, problem)
+    runs: dict[Task, Run] = {}
+    bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
+    try:
+        for run in _runs(problem, by_name, tasks, store, n_jobs):
+            runs[run.task] = run
+            if bar is not None:
+                bar.set(len(runs) / len(tasks))
+            if on_run is not None:
+                on_run(run, len(runs), len(tasks))
+    finally:
+        if bar is not None:
+            bar.close()
+    in_order = tuple(runs[task] for task in tasks)
+    if reference is None:
+        reference = Reference.of(problem, in_order, reference_front, polish=polish)
+    measures = _measures(in_order, reference, assess, n_jobs)
+    return Comparison(problem.name(), problem.n_obj, in_order, assess, reference, measures)
+
+
+def _require_problem(reference: Reference, problem: Any) -> None:
+    if reference.problem != problem_text(problem):
+        name = json.loads(reference.problem).get("problem")
+        shown = Received(f"one for {name}, or for other bounds or constants")
+        raise invalid("reference", f"one for {problem.name()}", shown)
+    if len(reference.points) == 0:
+        raise invalid("reference", "of one point or more", Received(repr(reference)))
+
+
+def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
+    """Return one integer or several, each once, in rising order."""
+    several = [values] if isinstance(values, Integral) else values
+    if isinstance(several, str) or not isinstance(several, Iterable):
+        raise ArgumentTypeError(f"{name} must be integers, got {values!r:.80}")
+    checked = sorted({integer(name, value, minimum=minimum) for value in several})
+    if not checked:
+        raise invalid(name, "one or more integers", values)
+    return checked
+
+
+def _runs(
+    problem: Any,
+    by_name: Mapping[str, NamedAlgorithm],
+    tasks: Sequence[Task],
+    store: RunStore | None,
+    n_jobs: int,
+) -> Iterator[Run]:
+    """Give every run as it is ready: those in the store first, the longest of the others next."""
+    from joblib import Parallel, delayed
+
+    missing = []
+    for task in tasks:
+        run = None if store is None else store.load(task)
+        if run is None:
+            missing.append(task)
+        else:
+            yield run
+    missing.sort(key=lambda task: -task.n_evaluations)
+    work = Parallel(n_jobs=n_jobs, return_as="generator_unordered")
+    yield from work(delayed(_perform)(problem, by_name[t.algorithm], t, store) for t in missing)
+
+
+def _perform(problem: Any, algorithm: NamedAlgorithm, task: Task, store: RunStore | None) -> Run:
+    run = perform(problem, algorithm, task)
+    if store is not None:
+        store.save(run)
+    return run
+
+
+def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: int) -> pd.DataFrame:
+    """Return the table of :meth:`Comparison.to_frame`."""
+    import pandas as pd
+    from joblib import Parallel, delayed
+
+    work = Parallel(n_jobs=n_jobs)
+    quality = work(delayed(reference.measure)(run.found(assess)) for run in runs)
+    rows = [
+        {
+            "algorithm": run.task.algorithm,
+            "evaluations": run.task.n_evaluations,
+            "seed": run.task.seed,
+            "evaluated": run.n_evaluated,
+            **measured,
+            "seconds": run.seconds,
+            "evaluation_seconds": run.evaluation_seconds,
+        }
+        for run, measured in zip(runs, quality, strict=True)
+    ]
+    return pd.DataFrame(rows).astype({"seed": "Int64"})

@@ -15,10 +15,10 @@ from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.algorithms import refine
 from pymoo_psi.comparison._runs import Run, problem_text
-from pymoo_psi.pareto import UtopianFrame, nondominated, rank_of_efficiency
+from pymoo_psi.pareto import nondominated, rank_of_efficiency
 from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
 from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import ranking_of
+from pymoo_psi.pareto._ranking import UtopianFrame, ranking_of
 from pymoo_psi.problems import design_space
 
 Array = NDArray[np.float64]
@@ -29,7 +29,6 @@ REFERENCE_POINT = 1.1
 REFERENCE_SIZE = 1000
 """Points that the reference set is thinned to."""
 
-
 _STORED = ("points", "n_union", "optimum", "optimum_evaluations", "problem")
 
 
@@ -39,7 +38,8 @@ class Reference:
 
     All designs that any run found, and the points of a known front if one is given, are put
     together, and those that no other dominates are kept. They span the scale: U and N are their
-    best and worst values, and every objective is measured in units of N − U. The reference set of
+    best and worst values, and every objective is measured in units of N − U. An objective in
+    which they all agree is measured up to the worst value that any run found. The reference set of
     IGD+ and of the additive epsilon indicator are ``REFERENCE_SIZE`` of them, evenly spread; the
     reference point of the hypervolume is U + 1.1 (N − U).
 
@@ -102,12 +102,16 @@ class Reference:
             shape = Received(f"an array of shape {known.shape}")
             raise invalid("reference_front", f"of {m} objectives", shape)
         F = np.unique(np.vstack([*(run.F for run in runs), known]), axis=0)
-        F = F[nondominated(F)]
         if len(F) == 0:
             nowhere = np.full(m, np.nan)
             return cls(UtopianFrame(nowhere, nowhere, True), F, 0, nowhere, 0, name)
-        frame = UtopianFrame(F.min(axis=0), F.max(axis=0), normalize=True)
-        scaled = _scaled(F, frame)
+        worst = F.max(axis=0)
+        F = F[nondominated(F)]
+        U, N = F.min(axis=0), F.max(axis=0)
+        # Without a span of its own an objective would count for nothing, and runs that are worse
+        # in it would pass for equal: a single best point would make all runs alike.
+        frame = UtopianFrame(U, np.where(N > U, N, worst), normalize=True)
+        scaled = frame.scaled(F)
         points = scaled[spread_subset(scaled, REFERENCE_SIZE)]
         optimum, spent = _optimum(problem, runs, F, frame, polish)
         return cls(frame, points, len(F), optimum, spent, name)
@@ -167,23 +171,6 @@ class Reference:
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
         return cls(frame, points, int(n_union), optimum, int(spent), str(problem))
 
-    def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` objectives in the scale: U is 0 and N is 1.
-
-        An objective in which U and N are the same keeps its own unit.
-
-        Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
-            >>> frame = result.reference.frame
-            >>> result.reference.scaled(np.array([frame.ideal, frame.nadir]))
-            array([[0., 0.],
-                   [1., 1.]])
-        """
-        return _scaled(F, self.frame)
-
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.
 
@@ -206,23 +193,15 @@ class Reference:
                 "optimum_distance": np.inf,
                 "n_nondominated": 0,
             }
-        scaled = self.scaled(F)
-        best = F[rank_of_efficiency(F).salukvadze[:1]]
+        scaled = self.frame.scaled(F)
+        best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
         return {
             "hypervolume": hypervolume(scaled, REFERENCE_POINT),
             "igd_plus": igd_plus(scaled, self.points),
             "epsilon": epsilon_additive(scaled, self.points),
-            "optimum_distance": float(
-                np.linalg.norm(self.scaled(best) - self.scaled(self.optimum))
-            ),
+            "optimum_distance": float(np.linalg.norm(best - self.frame.scaled(self.optimum))),
             "n_nondominated": len(F),
         }
-
-
-def _scaled(F: Array, frame: UtopianFrame) -> Array:
-    span = frame.nadir - frame.ideal
-    scaled: Array = (F - frame.ideal) / np.where(span > 0, span, 1.0)
-    return scaled
 
 
 def _optimum(

@@ -1,4 +1,4 @@
-"""A comparison in words: which algorithm is better at which budget, and how surely."""
+"""A comparison as sentences: which algorithm is better at which budget, and how surely."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from pymoo_psi.comparison._statistics import INDICATORS
 
 if TYPE_CHECKING:
     import pandas as pd
-
 
 SIGNIFICANCE = 0.05
 """A difference is claimed where the corrected p value is below this."""
@@ -43,7 +42,8 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
         >>> result = compare(
-        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
+        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"],
+        ...     polish=False,
         ... )
         >>> print(conclusions(result)[0])
         512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi

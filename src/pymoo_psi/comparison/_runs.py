@@ -1,14 +1,4 @@
-"""What a problem is recognised by, where runs on it or a reference for it are kept.
-
-A problem that watches itself being evaluated, so that no algorithm keeps its own books.
-
-One run: an algorithm, a budget, a seed, and what came of it.
-
-Finished runs as files in a folder, so that a comparison goes on after an interruption.
-
-Each run is a file of its own, written whole or not at all, so that processes side by side need no
-lock. It holds arrays in NumPy's format; a file beside them says which problem they are on.
-"""
+"""Runs: an algorithm, a budget, a seed, and what came of it; done, kept and found again."""
 
 from __future__ import annotations
 
@@ -29,96 +19,17 @@ from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
 from pymoo_psi.algorithms._memory import problem_identity
-from pymoo_psi.comparison._algorithms import Contender
+from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import PsiError, RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.problems import design_space
 
-
-def problem_text(problem: Any) -> str:
-    """Return name, variables, bounds, sizes and own fingerprint of a problem as JSON."""
-    space = design_space(problem)
-    bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
-    return json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)
-
-
 Array = NDArray[np.float64]
 
+_NUMBERS = ("n_evaluated", "seconds", "evaluation_seconds")
 
-class BudgetSpentError(PsiError):
-    """An algorithm asked for more evaluations than it was given."""
-
-
-class ObservedProblem(Problem):
-    """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
-
-    Args:
-        problem: The problem, whose variables, bounds, objectives and constraints it takes over.
-        budget: How many designs may be evaluated.
-
-    Attributes:
-        observed: The problem.
-        n_evaluated: Designs evaluated so far.
-        evaluation_seconds: Wall time spent in the problem.
-        bookkeeping_seconds: Wall time spent here, which is no part of the algorithm's.
-    """
-
-    def __init__(self, problem: Any, budget: int) -> None:
-        super().__init__(
-            n_obj=problem.n_obj,
-            n_ieq_constr=problem.n_ieq_constr,
-            n_eq_constr=problem.n_eq_constr,
-            vtype=problem.vtype,
-            requires_kwargs=problem.requires_kwargs,
-            replace_nan_values_by=problem.replace_nan_values_by,
-            **problem.data,
-        )
-        self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
-        if hasattr(problem, "vars"):
-            self.vars = problem.vars
-        self.observed, self.budget = problem, budget
-        self.n_evaluated = 0
-        self.evaluation_seconds = self.bookkeeping_seconds = 0.0
-        self._kept: list[tuple[Any, Array]] = []
-
-    def name(self) -> str:
-        """Return the name of the observed problem."""
-        return str(self.observed.name())
-
-    def __getattr__(self, name: str) -> Any:
-        """Give what only the observed problem has, to repairs and operators that ask for it."""
-        if name.startswith("_") or "observed" not in self.__dict__:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return getattr(self.observed, name)
-
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
-        """Evaluate designs; pymoo calls this from ``evaluate``."""
-        began = time.perf_counter()
-        if self.n_evaluated + len(X) > self.budget:
-            raise BudgetSpentError(
-                f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
-                f"for {self.n_evaluated + len(X)}"
-            )
-        wanted = list(dict.fromkeys([*return_values_of, "F", "G", "H"]))
-        asked = time.perf_counter()
-        out: dict[str, Any] = self.observed.do(X, wanted, *args, **kwargs)
-        answered = time.perf_counter()
-        self.n_evaluated += len(X)
-        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
-        rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
-        self._kept.append((X[rows], F[rows]))
-        self.evaluation_seconds += answered - asked
-        self.bookkeeping_seconds += asked - began + time.perf_counter() - answered
-        return out
-
-    def front(self) -> tuple[Any, Array]:
-        """Return the feasible designs that no evaluated one dominates, and their objectives."""
-        if not self._kept:
-            return np.zeros((0, self.n_var)), np.zeros((0, self.n_obj))
-        X, F = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
-        best = nondominated(F)
-        return X[best], F[best]
+_warm: set[str] = set()  # names of the algorithms that have run once in this process
 
 
 @dataclass(frozen=True)
@@ -129,10 +40,6 @@ class Task:
         algorithm: Name of the algorithm.
         n_evaluations: The budget.
         seed: The seed; ``None`` if the algorithm leaves nothing to chance.
-
-    Example:
-        >>> print(Task("nsga3", 1024, 7))
-        nsga3, 1024 evaluations, seed 7
     """
 
     algorithm: str
@@ -157,15 +64,6 @@ class Run:
         n_evaluated: Designs evaluated, counted by the problem.
         seconds: Wall time of the run, without the counting.
         evaluation_seconds: The part of it that was spent in the problem.
-
-    Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi import compare
-        >>> bnh = get_problem("bnh")
-        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
-        >>> run = result.runs[0]
-        >>> run.task, run.n_evaluated, run.evaluation_seconds < run.seconds
-        (Task(algorithm='psi', n_evaluations=32, seed=None), 32, True)
     """
 
     task: Task
@@ -181,32 +79,22 @@ class Run:
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
     def found(self, assess: str) -> Array:
-        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``.
-
-        Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
-            >>> psi = result.runs[0]  # PSI returns the best of all that it evaluated
-            >>> bool((psi.found("evaluated") == psi.found("returned")).all())
-            True
-        """
+        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``."""
         return self.F if assess == "evaluated" else self.returned
 
 
-def perform(problem: Any, contender: Contender, task: Task) -> Run:
+def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
     """Do a run.
 
     Raises:
         RunError: The problem or the algorithm raised; the message says in which run.
     """
-    _warm_up(contender)
+    _warm_up(algorithm)
     observed = ObservedProblem(problem, task.n_evaluations)
     returned = np.zeros((0, problem.n_obj))
     began = time.perf_counter()
     try:
-        returned = contender.search(observed, task.n_evaluations, task.seed or 0)
+        returned = algorithm.search(observed, task.n_evaluations, task.seed or 0)
     except BudgetSpentError:
         pass  # what it evaluated within the budget is assessed
     except PsiError:
@@ -226,24 +114,99 @@ def perform(problem: Any, contender: Contender, task: Task) -> Run:
     )
 
 
-_WARM: set[str] = set()
-
-
-def _warm_up(contender: Contender) -> None:
+def _warm_up(algorithm: NamedAlgorithm) -> None:
     """Let an algorithm import what it needs, once a process; no run is charged for it."""
-    if contender.name in _WARM or not contender.known:
+    if algorithm.name in _warm or not algorithm.known:
         return
-    _WARM.add(contender.name)
+    _warm.add(algorithm.name)
     with suppress(Exception):  # an algorithm that suits other problems only
-        contender.search(ObservedProblem(BNH(), 16), 16, 0)
+        algorithm.search(ObservedProblem(BNH(), 16), 16, 0)
 
 
-_NUMBERS = ("n_evaluated", "seconds", "evaluation_seconds")
+class ObservedProblem(Problem):
+    """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
+
+    The problem counts, so that no algorithm keeps its own books.
+
+    Args:
+        problem: The problem that is wrapped, whose variables, bounds, objectives and constraints
+            it takes over.
+        budget: How many designs may be evaluated.
+
+    Attributes:
+        wrapped: The problem.
+        n_evaluated: Designs evaluated so far.
+        evaluation_seconds: Wall time spent in the problem.
+        bookkeeping_seconds: Wall time spent here, which is no part of the algorithm's.
+    """
+
+    def __init__(self, problem: Any, budget: int) -> None:
+        super().__init__(
+            n_obj=problem.n_obj,
+            n_ieq_constr=problem.n_ieq_constr,
+            n_eq_constr=problem.n_eq_constr,
+            vtype=problem.vtype,
+            requires_kwargs=problem.requires_kwargs,
+            replace_nan_values_by=problem.replace_nan_values_by,
+            **problem.data,
+        )
+        self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
+        if hasattr(problem, "vars"):
+            self.vars = problem.vars
+        self.wrapped, self.budget = problem, budget
+        self.n_evaluated = 0
+        self.evaluation_seconds = self.bookkeeping_seconds = 0.0
+        self._kept: list[tuple[Any, Array]] = []
+
+    def name(self) -> str:
+        """Return the name of the wrapped problem."""
+        return str(self.wrapped.name())
+
+    def __getattr__(self, name: str) -> Any:
+        """Give what only the wrapped problem has, to repairs and operators that ask for it."""
+        if name.startswith("_") or "wrapped" not in self.__dict__:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return getattr(self.wrapped, name)
+
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+        """Evaluate designs; pymoo calls this from ``evaluate``."""
+        began = time.perf_counter()
+        if self.n_evaluated + len(X) > self.budget:
+            raise BudgetSpentError(
+                f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
+                f"for {self.n_evaluated + len(X)}"
+            )
+        wanted = list(dict.fromkeys([*return_values_of, "F", "G", "H"]))
+        asked = time.perf_counter()
+        out: dict[str, Any] = self.wrapped.do(X, wanted, *args, **kwargs)
+        answered = time.perf_counter()
+        self.n_evaluated += len(X)
+        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
+        rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
+        self._kept.append((X[rows], F[rows]))
+        self.evaluation_seconds += answered - asked
+        self.bookkeeping_seconds += asked - began + time.perf_counter() - answered
+        return out
+
+    def front(self) -> tuple[Any, Array]:
+        """Return the feasible designs that no evaluated one dominates, and their objectives."""
+        if not self._kept:
+            return np.zeros((0, self.n_var)), np.zeros((0, self.n_obj))
+        X, F = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
+        best = nondominated(F)
+        return X[best], F[best]
+
+
+class BudgetSpentError(PsiError):
+    """An algorithm asked for more evaluations than it was given."""
 
 
 @dataclass(frozen=True)
 class RunStore:
-    """A folder of runs on one problem.
+    """A folder of runs on one problem, so that a comparison goes on after an interruption.
+
+    Each run is a file of its own, written whole or not at all, so that processes side by side
+    need no lock.
 
     Attributes:
         folder: The folder. Its file ``problem.json`` says which problem the runs are on.
@@ -302,3 +265,10 @@ class RunStore:
             plain = f"{plain}.{sha256(task.algorithm.encode()).hexdigest()[:8]}"
         seed = "" if task.seed is None else f"_seed{task.seed}"
         return self.folder / f"{plain}_{task.n_evaluations}{seed}.npz"
+
+
+def problem_text(problem: Any) -> str:
+    """Return name, variables, bounds, sizes and own fingerprint of a problem as JSON."""
+    space = design_space(problem)
+    bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
+    return json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)

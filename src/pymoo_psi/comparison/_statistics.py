@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Array = NDArray[np.float64]
 
 INDICATORS = {"hypervolume": 1, "igd_plus": -1, "epsilon": -1, "optimum_distance": -1}
@@ -31,10 +30,6 @@ def holm(p: Array) -> Array:
 
     Args:
         p: ``(n,)`` p values.
-
-    Example:
-        >>> holm(np.array([0.01, 0.04, 0.03])).round(2)
-        array([0.03, 0.06, 0.06])
     """
     corrected = np.full(len(p), np.nan)
     tested = np.flatnonzero(~np.isnan(p))
@@ -45,12 +40,7 @@ def holm(p: Array) -> Array:
 
 
 def effect_size(a: Array, b: Array) -> float:
-    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half.
-
-    Example:
-        >>> effect_size(np.array([1, 3]), np.array([1, 2]))
-        0.625
-    """
+    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half."""
     above = (a[:, None] > b).mean() + 0.5 * (a[:, None] == b).mean()
     return float(above)
 

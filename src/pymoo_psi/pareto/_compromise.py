@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.pareto._dominance import levels
 from pymoo_psi.pareto._ranking import EfficiencyRanking
+from pymoo_psi.pareto._rounding import levels
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def nearest_compromise(ranking: EfficiencyRanking, p: float, weights: Array) -> 
     """
     front = np.flatnonzero(ranking.pareto)
     F, frame = ranking.objectives.minimized[front], ranking.frame
-    terms = weights * ((F - frame.ideal) / frame.scale)
+    terms = weights * frame.scaled(F)
     noise = weights * frame.roundings(F)
     for order in (p, 1.0) if np.isinf(p) else (p,):
         tolerance = float(_norm(noise[None, :], order)[0])

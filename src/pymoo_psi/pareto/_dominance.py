@@ -25,7 +25,7 @@ def nondominated(F: Array) -> Mask:
     """
     if len(F) == 0:
         return np.zeros(0, dtype=bool)
-    if F.shape[1] == 1:
+    if F.shape[1] == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     return np.asarray(moocore.is_nondominated(F, keep_weakly=True), dtype=bool)
 
@@ -34,7 +34,8 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
     """Mark the points (a_i, b_i) that no other point dominates, in O(n) after a sort.
 
     Args:
-        a: ``(n,)`` first criterion as integer levels (see :func:`levels`), n >= 1.
+        a: ``(n,)`` first criterion as integer levels (:func:`pymoo_psi.pareto._rounding.levels`),
+            n >= 1.
         b: ``(n,)`` second criterion likewise.
 
     Returns:
@@ -46,29 +47,3 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp]) -> Mask:
     best_before = np.concatenate(([np.iinfo(np.intp).max], np.minimum.accumulate(best)[:-1]))
     mask: Mask = (b == best[a]) & (b < best_before[a])
     return mask
-
-
-def levels(values: Array, tolerance: float) -> NDArray[np.intp]:
-    """Number the distinct values of an array from 0 upwards; those within a tolerance are one.
-
-    Args:
-        values: ``(n,)`` finite values, n >= 1.
-        tolerance: Values get the same number if they differ by no more than this from the least
-            one with that number, so that a long chain of close values is not taken for one.
-
-    Returns:
-        ``(n,)`` integers in the order of the values.
-    """
-    order = np.argsort(values, kind="stable")
-    ordered = values[order]
-    starts = np.diff(ordered, prepend=-np.inf) > tolerance
-    first = np.flatnonzero(starts)
-    last = np.append(first[1:], len(ordered)) - 1
-    for k in np.flatnonzero(ordered[last] - ordered[first] > tolerance):  # chains: seldom any
-        i = int(first[k])
-        while ordered[last[k]] - ordered[i] > tolerance:
-            i = int(np.searchsorted(ordered, ordered[i] + tolerance, side="right"))
-            starts[i] = True
-    result = np.empty(len(values), dtype=np.intp)
-    result[order] = np.cumsum(starts) - 1
-    return result

@@ -1,4 +1,4 @@
-"""Which designs meet their constraints: the one place where the rule is written."""
+"""Which designs are feasible: the one place where the rule is written."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ EQ_TOLERANCE = 1e-4
 """pymoo's: an equality constraint is met where |h| <= 1e-4."""
 
 
-def breaks_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
-    """Return which constraints are broken; one that is NaN is.
+def violated_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
+    """Return which constraints are violated; one that is NaN is.
 
     Args:
         G: ``(..., n_ieq)`` inequality constraints, met where g <= 0.
@@ -28,7 +28,7 @@ def breaks_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> M
 
 def meets_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
     """``(...,)`` which designs meet every constraint; those without any do."""
-    return np.asarray(~breaks_constraints(G, H, tolerance).any(axis=-1))
+    return np.asarray(~violated_constraints(G, H, tolerance).any(axis=-1))
 
 
 def competes(F: Array, feasible: Mask) -> Mask:

@@ -1,19 +1,16 @@
-"""The three geometric criteria of a compromise point, seen from the utopian line UN.
+"""Ranks of efficiency: a Pareto set contracted to a few subsets worth looking at.
 
 U is the componentwise minimum (ideal) and N the componentwise maximum (nadir) of a Pareto set.
-With d = f − U and e the unit vector from U to N,
+With d = f − U and e the unit vector from U to N, a point has three geometric criteria (paper,
+Section 5):
 
     μ1 = |d|            the distance to U,
-    μ2 = |d − (d·e) e|  the distance to the line UN,
+    μ2 = |d − (d·e) e|  the distance to the utopian line UN,
     μ3 = d·e            the distance from U of the projection onto UN,
 
-so that μ1² = μ2² + μ3² (paper, Section 5).
-
-Ranks of efficiency: a Pareto set contracted to a few subsets worth looking at.
-
-Let P12, P13, P23 be the sets of points that are Pareto optimal, both criteria minimised, in the
-pairs (μ1, μ2), (μ1, μ3), (μ2, μ3) of the geometric criteria (:mod:`pymoo_psi.pareto._ranking`).
-The rank of efficiency of a Pareto-optimal point is
+so that μ1² = μ2² + μ3². Let P12, P13, P23 be the sets of points that are Pareto optimal, both
+criteria minimised, in the pairs (μ1, μ2), (μ1, μ3), (μ2, μ3). The rank of efficiency of a
+Pareto-optimal point is
 
     Re = 3·[in P23] + 2·[in P13] + 1·[in P12],      0 = unranked.
 
@@ -34,83 +31,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, boolean, integer, invalid
-from pymoo_psi.pareto._dominance import levels, nondominated, nondominated_pair
+from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
 from pymoo_psi.pareto._objectives import Objectives
+from pymoo_psi.pareto._rounding import levels, unit_lengths
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class UtopianFrame:
-    """The points U and N and the scale in which distances are measured.
-
-    Attributes:
-        ideal: ``(m,)`` the positive utopian point U.
-        nadir: ``(m,)`` the negative utopian point N, nowhere below U.
-        normalize: Measure every objective in units of N − U; an objective with N = U, which
-            tells no design from another, then counts for nothing.
-
-    Example:
-        >>> frame = UtopianFrame(np.array([0.0, 0.0]), np.array([4.0, 4.0]), normalize=False)
-        >>> frame.distances(np.array([[0.0, 4.0], [3.0, 3.0]])).round(3)
-        array([[4.   , 2.828, 2.828],
-               [4.243, 0.   , 4.243]])
-    """
-
-    ideal: Array
-    nadir: Array
-    normalize: bool
-
-    @property
-    def scale(self) -> Array:
-        """``(m,)`` the length by which each objective is divided."""
-        span = self.nadir - self.ideal
-        if not self.normalize:
-            return np.ones_like(span)
-        return np.where(span > 0, span, np.inf)
-
-    @property
-    def direction(self) -> Array:
-        """``(m,)`` the unit vector e from U to N; zero if N = U."""
-        span = (self.nadir - self.ideal) / self.scale
-        largest = float(span.max())
-        if largest <= 0:
-            return span
-        return span / largest / float(np.linalg.norm(span / largest))
-
-    def distances(self, F: Array) -> Array:
-        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
-        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            d = (F - self.ideal) / self.scale
-            # In units of the length of UN, so that no square over- or underflows.
-            unit = float(np.abs((self.nadir - self.ideal) / self.scale).max()) or 1.0
-            d = d / unit
-            along = d @ self.direction
-            across = d - along[:, None] * self.direction
-            return np.column_stack([_row_norm(d), _row_norm(across), along]) * unit
-
-    def rounding(self, F: Array) -> float:
-        """Bound the rounding error that the criteria of ``F`` carry.
-
-        ``F`` is taken to be right to a few units in its last place, and m terms are summed.
-        """
-        return float(np.hypot.reduce(self.roundings(F)))
-
-    def roundings(self, F: Array) -> Array:
-        """Bound the rounding error of each term of a distance; an ``(m,)`` array."""
-        size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
-        bounds: Array = 8 * np.finfo(np.float64).eps * size / self.scale
-        return bounds
-
-
-def _row_norm(rows: Array) -> Array:
-    norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
-    return norm
-
 
 RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
 """The columns that follow the objectives in the frame of a ranking."""
@@ -350,3 +278,68 @@ def _require_order(
         mine, theirs = (float(p[j] * sign[j]) + 0.0 for p in (point, other))  # no -0.0
         shown = f"{mine} against {theirs} in objective {j + 1}"
         raise invalid(name, rule, Received(shown))
+
+
+@dataclass(frozen=True, eq=False)
+class UtopianFrame:
+    """The points U and N and the scale in which distances are measured.
+
+    Attributes:
+        ideal: ``(m,)`` the positive utopian point U.
+        nadir: ``(m,)`` the negative utopian point N, nowhere below U.
+        normalize: Measure every objective in units of N − U; an objective with N = U, which
+            tells no design from another, then counts for nothing.
+    """
+
+    ideal: Array
+    nadir: Array
+    normalize: bool
+
+    @property
+    def scale(self) -> Array:
+        """``(m,)`` the length by which each objective is divided."""
+        if not self.normalize:
+            return np.ones_like(self.ideal)
+        return unit_lengths(self.ideal, self.nadir)
+
+    @property
+    def direction(self) -> Array:
+        """``(m,)`` the unit vector e from U to N; zero if N = U."""
+        span = (self.nadir - self.ideal) / self.scale
+        largest = float(span.max())
+        if largest <= 0:
+            return span
+        return span / largest / float(np.linalg.norm(span / largest))
+
+    def scaled(self, F: Array) -> Array:
+        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
+        scaled: Array = (F - self.ideal) / self.scale
+        return scaled
+
+    def distances(self, F: Array) -> Array:
+        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
+        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            # In units of the length of UN, so that no square over- or underflows.
+            unit = float(np.abs((self.nadir - self.ideal) / self.scale).max()) or 1.0
+            d = self.scaled(F) / unit
+            along = d @ self.direction
+            across = d - along[:, None] * self.direction
+            return np.column_stack([_row_norm(d), _row_norm(across), along]) * unit
+
+    def rounding(self, F: Array) -> float:
+        """Bound the rounding error that the criteria of ``F`` carry.
+
+        ``F`` is taken to be right to a few units in its last place, and m terms are summed.
+        """
+        return float(np.hypot.reduce(self.roundings(F)))
+
+    def roundings(self, F: Array) -> Array:
+        """Bound the rounding error of each term of a distance; an ``(m,)`` array."""
+        size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
+        bounds: Array = 8 * np.finfo(np.float64).eps * size / self.scale
+        return bounds
+
+
+def _row_norm(rows: Array) -> Array:
+    norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return norm

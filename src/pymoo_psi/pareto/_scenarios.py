@@ -21,7 +21,6 @@ from pymoo_psi.pareto._ranking import rank_of_efficiency
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 

@@ -60,8 +60,7 @@ def rows_of(comparison: Comparison, algorithm: str, evaluations: int | None = No
 def reference_front(comparison: Comparison) -> Array:
     """Return the ``(k, m)`` reference set in the units of the objectives."""
     frame = comparison.reference.frame
-    scale = np.where(np.isfinite(frame.scale), frame.scale, 0.0)
-    front: Array = frame.ideal + scale * comparison.reference.points
+    front: Array = frame.ideal + (frame.nadir - frame.ideal) * comparison.reference.points
     return front
 
 

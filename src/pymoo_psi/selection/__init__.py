@@ -1,4 +1,4 @@
-"""Choosing from a Pareto set: selectors by pymoo's convention, their comparison, robustness."""
+"""Choosing from a Pareto set: selectors by pymoo's convention, their agreement, robustness."""
 
 from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
 from pymoo_psi.selection._mcdm import McdmMethod

@@ -17,7 +17,6 @@ from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Array = NDArray[np.float64]
 
 
@@ -36,10 +35,10 @@ class SelectorComparison:
         >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
         >>> F = [[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]
         >>> selectors = {"near U": SalukvadzeOptimum(), "f2": CompromiseProgramming(weights=[0, 1])}
-        >>> comparison = compare_selectors(F, selectors)
-        >>> comparison.chosen
+        >>> choices = compare_selectors(F, selectors)
+        >>> choices.chosen
         {'near U': array([1]), 'f2': array([2])}
-        >>> comparison.agreement
+        >>> choices.agreement
         array([[1., 0.],
                [0., 1.]])
     """
@@ -84,8 +83,8 @@ class SelectorComparison:
             >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
             >>> least_f2 = CompromiseProgramming(weights=[0, 1])
             >>> selectors = {"near U": SalukvadzeOptimum(), "f2": least_f2}
-            >>> comparison = compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors)
-            >>> print(comparison.to_frame()[["selector", "design", "f1", "f2", "votes"]])
+            >>> choices = compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors)
+            >>> print(choices.to_frame()[["selector", "design", "f1", "f2", "votes"]])
               selector  design   f1   f2  votes
             0   near U       1  0.3  0.4      1
             1       f2       2  1.0  0.0      1
@@ -148,17 +147,17 @@ def compare_selectors(
     Example:
         >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
         >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
-        >>> comparison = compare_selectors(F, {
+        >>> choices = compare_selectors(F, {
         ...     "Salukvadze": SalukvadzeOptimum(),
         ...     "L1": CompromiseProgramming(1),
         ...     "L2": CompromiseProgramming(2),
         ... })
-        >>> comparison.agreement_frame()
+        >>> choices.agreement_frame()
                     Salukvadze   L1   L2
         Salukvadze         1.0  0.0  1.0
         L1                 0.0  1.0  0.0
         L2                 1.0  0.0  1.0
-        >>> comparison.to_frame()[["selector", "design", "f1", "f2", "rank", "votes"]]
+        >>> choices.to_frame()[["selector", "design", "f1", "f2", "rank", "votes"]]
              selector  design   f1    f2  rank  votes
         0  Salukvadze       2  0.5  0.40     6      2
         1          L1       1  0.1  0.72     5      1

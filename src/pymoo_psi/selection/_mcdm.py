@@ -15,6 +15,7 @@ from pymoo.core.indicator import Indicator
 
 from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto._rounding import unit_lengths
 from pymoo_psi.selection._selectors import checked_weights
 
 
@@ -72,7 +73,7 @@ class McdmMethod(Indicator):
         if len(weights) != F.shape[1]:
             rule = f"{F.shape[1]} numbers, one for each objective"
             raise invalid("weights", rule, Received(f"{len(weights)}"))
-        counts = (np.ptp(F, axis=0) > 0) & (weights > 0)
+        counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
         if not counts.any():  # nothing tells one design from another
             return np.arange(len(F))
         ranks = self._ranks(F[:, counts], weights[counts] / weights[counts].sum())

@@ -120,11 +120,6 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
 
     Returns:
         ``(n_scenarios, k)`` values, a column for each parameter.
-
-    Example:
-        >>> from scipy.stats import uniform
-        >>> scenarios({"mu": uniform(0.3, 0.2)}, 3).ravel().round(3)
-        array([0.4 , 0.35, 0.45])
     """
     if not isinstance(uncertainty, Mapping):
         raise ArgumentTypeError(

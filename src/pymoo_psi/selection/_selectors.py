@@ -73,8 +73,12 @@ class EfficientSubset(_RankingSelector):
     For "this rank or better" take ``rank_of_efficiency(F).rank >= rank``.
 
     Args:
-        rank: The rank of efficiency, 1 to 6.
+        rank: The rank of efficiency, 3 to 6; no design has rank 1 or 2.
         normalize: As for :class:`SalukvadzeOptimum`.
+
+    Raises:
+        ArgumentValueError: There is no such rank.
+        ArgumentTypeError: ``rank`` is not an integer.
 
     Example:
         >>> import numpy as np
@@ -85,9 +89,9 @@ class EfficientSubset(_RankingSelector):
 
     def __init__(self, rank: int, *, normalize: bool = True) -> None:
         super().__init__(normalize=normalize)
-        self.rank = integer("rank", rank, minimum=1)
+        self.rank = integer("rank", rank, minimum=3)
         if rank > 6:
-            raise invalid("rank", "1 to 6", rank)
+            raise invalid("rank", "3 to 6", rank)
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
         return ranking.subset(self.rank)

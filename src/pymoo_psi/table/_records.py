@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, invalid, real_array
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto._feasibility import breaks_constraints
+from pymoo_psi.pareto._feasibility import violated_constraints
 from pymoo_psi.table._designs import design_matrix, joined_designs
 from pymoo_psi.table._entries import point_numbers, reason_texts, require_distinct, widths
 from pymoo_psi.table._layout import Layout
@@ -188,7 +188,7 @@ class Records:
             >>> table.broken_constraints
             array([[False], [ True]])
         """
-        return breaks_constraints(self.G, self.H, self.layout.eq_tolerance)
+        return violated_constraints(self.G, self.H, self.layout.eq_tolerance)
 
     def extended(self, *blocks: Self) -> Self:
         """Return this table with the tests of others behind its own, in their order.

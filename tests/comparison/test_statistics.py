@@ -1,0 +1,60 @@
+"""Tests of differences between algorithms, against counting and textbooks."""
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi.comparison._statistics import effect_size, holm, p_value
+
+
+def test_holm_against_the_textbook():
+    # Holm (1979): 0.005, 0.01, 0.03, 0.04 of four tests.
+    np.testing.assert_allclose(holm(np.array([0.01, 0.04, 0.03, 0.005])), [0.03, 0.06, 0.06, 0.02])
+    assert np.isnan(holm(np.array([0.5, np.nan]))[1])
+    assert holm(np.array([0.5, np.nan]))[0] == 0.5
+
+
+@given(arrays(np.float64, 7, elements=st.floats(0, 1)))
+def test_holm_never_lowers_p_and_keeps_the_order(p):
+    corrected = holm(p)
+    assert (corrected >= p).all()
+    assert (corrected <= np.minimum(1, 7 * p) + 1e-15).all()
+    order = np.argsort(p, kind="stable")
+    assert (np.diff(corrected[order]) >= 0).all()
+
+
+def test_p_values_by_counting():
+    low, high = np.arange(5.0), np.arange(5.0) + 10
+    # All orders are equally likely: 2 of C(10, 5) are as far apart.
+    assert p_value(low, high, fixed=(False, False)) == pytest.approx(2 / 252)
+    # Against one value: 2 of 2^5 signs.
+    assert p_value(low[:1] - 1, low, fixed=(True, False)) == pytest.approx(2 / 32)
+    assert p_value(low, low[:1] - 1, fixed=(False, True)) == pytest.approx(2 / 32)
+    assert p_value(np.ones(1), np.ones(5), fixed=(True, False)) == 1
+    assert np.isnan(p_value(low[:1], high[:1], fixed=(True, True)))
+
+
+def test_infinite_values_are_ranked():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        a, b = np.array([np.inf] * 3), np.array([1.0, 2, 3])
+        assert p_value(b, b + 10, fixed=(False, False)) == pytest.approx(2 / 20)
+        assert p_value(a, b, fixed=(False, False)) == p_value(
+            np.full(3, 9.0), b, fixed=(False, False)
+        )
+        assert effect_size(a, b) == 1
+
+
+@given(
+    arrays(np.float64, 6, elements=st.integers(0, 3).map(float)),
+    arrays(np.float64, 4, elements=st.integers(0, 3).map(float)),
+)
+def test_effect_sizes_of_two_directions_add_up_to_one(a, b):
+    assert effect_size(a, b) + effect_size(b, a) == pytest.approx(1)
+    wins = [1.0 if x > y else 0.5 if x == y else 0.0 for x, y in itertools.product(a, b)]
+    assert effect_size(a, b) == pytest.approx(np.mean(wins))

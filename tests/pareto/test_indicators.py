@@ -1,0 +1,50 @@
+"""Indicators of the quality of a set, against their definitions."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
+
+points = arrays(
+    np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(0, 6).map(float)
+)
+
+
+@given(points)
+def test_hypervolume_is_the_share_of_grid_cells_dominated(F):
+    r = 5.0
+    cells = list(itertools.product(range(5), range(5)))
+    dominated = [any(f[0] <= a and f[1] <= b for f in F) for a, b in cells]
+    assert hypervolume(F, r) == pytest.approx(np.mean(dominated))
+
+
+@given(points, points)
+def test_igd_plus_and_epsilon_by_their_definitions(F, R):
+    distances = [min(np.linalg.norm(np.maximum(f - r, 0)) for f in F) for r in R]
+    assert igd_plus(F, R) == pytest.approx(np.mean(distances))
+    assert epsilon_additive(F, R) == pytest.approx(max(min(max(f - r) for f in F) for r in R))
+
+
+def test_no_points_are_worst():
+    nothing, R = np.zeros((0, 3)), np.ones((2, 3))
+    assert hypervolume(nothing, 1.1) == 0
+    assert igd_plus(nothing, R) == epsilon_additive(nothing, R) == np.inf
+
+
+@given(arrays(np.float64, (40, 3), elements=st.floats(0, 1)), st.integers(3, 12))
+def test_a_spread_subset_covers_the_set_at_most_twice_as_badly_as_any_other_could(F, size):
+    chosen = spread_subset(F, size)
+    assert len(set(chosen.tolist())) <= len(chosen) == size
+    assert set(F.argmin(axis=0).tolist()) <= set(chosen.tolist())
+    gaps = np.linalg.norm(F[:, None] - F[chosen], axis=2).min(axis=1)
+    # Gonzalez: the points chosen after the best of each objective are this far apart, so that no
+    # choice of so many points could cover them all closer than half.
+    later = F[chosen[3:]]
+    if len(later) > 1:
+        apart = np.linalg.norm(later[:, None] - later, axis=2)[~np.eye(len(later), dtype=bool)]
+        assert gaps.max() <= apart.min() + 1e-9
