@@ -23,20 +23,20 @@ LAYERS = [
         "pymoo",
         {"problems", "evaluation", "parallel", "algorithms", "selection"},
     ),
-    ("studies", {"comparison", "paper"}),
+    ("experiments", {"comparison", "paper"}),
     ("faces", {"plots", "page", "cli", "__main__"}),
 ]
 LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
 # Outside packages that belong to some layers only.
 ONLY = {
-    "pymoo": {"pymoo", "studies", "faces"},
+    "pymoo": {"pymoo", "experiments", "faces"},
     "matplotlib": {"faces"},
     "bokeh": {"faces"},
     "sqlite3": {"method"},
     "moocore": {"mathematics"},
     "rich": {"faces"},
     "typer": {"faces"},
-    "joblib": {"pymoo", "studies", "faces"},
+    "joblib": {"pymoo", "experiments", "faces"},
 }
 
 
