@@ -1,61 +1,70 @@
-"""A runner for pymoo problems that uses joblib's workers when they pay, and own ones for limits."""
+"""A runner for pymoo problems: here while they are cheap, in worker processes, on a cluster."""
 
 from __future__ import annotations
 
 import math
+import os
 import threading
-from collections.abc import Iterable, Iterator
-from concurrent.futures import BrokenExecutor
-from pickle import PicklingError
+from collections.abc import Callable, Iterable, Iterator
 from time import perf_counter
 from typing import Any
 
-from joblib import Parallel, delayed
-
 from pymoo_psi._validation import boolean, integer, job_count, positive_number
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._backend import WarmUp, Workers, active_workers
-from pymoo_psi.parallel._chunks import Cost, Overhead, chunk_size, worth_sending
-from pymoo_psi.parallel._in_process import evaluate_while
-from pymoo_psi.parallel._outcome import Function, Values, evaluate_to_travel, raise_again
+from pymoo_psi.parallel._backend import Workers, active_workers
+from pymoo_psi.parallel._cost import Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.parallel._outcome import (
+    Function,
+    Values,
+    evaluate_to_travel,
+    one_line,
+    raise_again,
+    same_folder,
+)
 from pymoo_psi.parallel._pool import ProcessPool
 
-# How joblib's executor reports a worker that died, and a function that it could not send.
-_LOST = (BrokenExecutor, PicklingError)
+_GLANCE = 1e-3  # seconds between two looks at the cost: long beside a look, short beside sending
 
 
 class JoblibRunner:
     """Evaluate the designs of any pymoo problem on many workers: its ``elementwise_runner``.
 
-    The workers stay alive between generations and are sent chunks of designs, sized by the
-    measured cost of one. A model so cheap that sending its designs would cost more than it saves
-    is evaluated in this process, where also the first designs of a run measure the cost while the
-    workers start. Results come in the order of the designs and do not depend on any of this.
+    The workers are processes of their own. They stay alive between generations and are sent
+    chunks of designs, sized by the measured cost of one. A model so cheap that sending its designs
+    would cost more than it saves is evaluated in this process, as are the first designs of a run,
+    which measure the cost. Results come in the order of the designs and do not depend on any of
+    this.
 
-    Under ``joblib.parallel_config`` the runner uses the backend and the number of jobs given
-    there, so that ``parallel_config("dask")``, ``"ray"`` or ``"spark"`` runs a study on a cluster
-    without a change of code; then every design is sent to the cluster.
+    Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads
+    or a cluster if they are given: ``parallel_config("dask")``, ``"ray"`` or ``"spark"`` runs a
+    study on a cluster without a change of code; then every design is sent to the cluster.
 
-    A worker process that dies never takes a design with it: its designs are evaluated again, each
-    watched alone, and the one that keeps killing its worker is reported. With a time limit all
-    designs are watched from the start. What becomes of a design that is lost is up to the
-    problem: :class:`~pymoo_psi.FailureTolerant` records the reason, any other stops with an
-    :class:`~pymoo_psi.errors.EvaluationError`.
+    A worker process that dies or runs out of time takes one design with it at most, which is told
+    with the reason; the others are evaluated by the worker that replaces it. What becomes of a
+    design that is lost is up to the problem: :class:`~pymoo_psi.FailureTolerant` records the
+    reason, any other stops with an :class:`~pymoo_psi.errors.EvaluationError`.
+
+    The workers import from where this process does, and end with it, however it ends, with all
+    that a model has started in them. A model may change the current folder, in a worker and here:
+    after its evaluation it is the same as before.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``parallel_config``, or else of cores.
         timeout: Seconds that the evaluation of one design may take; then its worker process is
             replaced. Every design is evaluated in a process that can be ended, on a cluster in
-            one beside the cluster's worker.
+            one beside the cluster's worker. To start and to import the problem, a worker has as
+            long, but at least 20 seconds.
         retries: How many times a design whose process died is tried again.
         in_process: Whether designs may be evaluated in this process, to measure their cost and
-            while they are cheap. Say ``False`` if a design takes minutes or may crash.
+            while they are cheap, or by threads of it. Say ``False`` if a design takes minutes or
+            may crash: then none is, even if there is one worker.
 
     Raises:
         ArgumentValueError: A number is out of range.
         ArgumentTypeError: An argument has the wrong type.
         EvaluationError: In use: a design raised or was lost.
-        WorkerError: In use: the problem cannot be sent to worker processes.
+        WorkerError: In use: the problem cannot be sent to worker processes, or they cannot
+            import it.
 
     Example:
         >>> import numpy as np
@@ -83,19 +92,18 @@ class JoblibRunner:
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
         designs = list(X)
-        workers = active_workers(self.n_jobs)
         if not designs:
             return []
-        if workers.local and self.timeout is not None:
-            return self._watched(f, designs, workers)
-        if not workers.local:
-            return self._sent(f, designs, workers)
-        if workers.count == 1:
-            return evaluate_while(f, designs, self._cost, lambda remaining: False)
-        here = self._evaluated_here(f, designs, workers) if self.in_process else []
+        workers = active_workers(self.n_jobs)
+        if workers.kind == "cluster":
+            return self._by_joblib(f, designs, workers)
+        if not self.in_process or self.timeout is not None:
+            return self._in_processes(f, designs, workers)
+        here = self._in_this_process(f, designs, workers)
         if len(here) == len(designs):
             return here
-        return here + self._sent(f, designs[len(here) :], workers)
+        send = self._by_joblib if workers.kind == "threads" else self._in_processes
+        return here + send(f, designs[len(here) :], workers)
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies and pickles take the settings; workers and measurements stay."""
@@ -109,48 +117,52 @@ class JoblibRunner:
     def _forget(self) -> None:
         self._cost = Cost()
         self._overhead = Overhead()
-        self._warming: WarmUp | None = None
         self._pool: ProcessPool | None = None
 
-    def _evaluated_here(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
-        """Evaluate designs in this process until the others are worth sending."""
+    def _in_this_process(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
+        """Evaluate designs here until the others are worth sending."""
 
         def enough(remaining: int) -> bool:
-            seconds = self._cost.seconds
-            worth = self._cost.known and worth_sending(
-                remaining, seconds, workers.count, self._overhead.seconds
+            return self._cost.known and worth_sending(
+                remaining, self._cost.seconds, workers.count, self._overhead.seconds
             )
-            if worth and self._warming is None and workers.slow_to_start:
-                self._warming = WarmUp(f, workers)
-            return worth and (self._warming is None or self._warming.ready)
 
         return evaluate_while(f, designs, self._cost, enough)
 
-    def _sent(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
-        """Evaluate on joblib's workers; what they lose is evaluated again, watched."""
+    def _in_processes(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
+        """Evaluate in worker processes, each of which can be ended alone."""
+        if self._pool is None or self._pool.owner != os.getpid():
+            self._pool = ProcessPool()
+        results: list[Any] = [None] * len(designs)
+        began, busy = perf_counter(), 0.0
+        for index, values, seconds in self._pool.run(
+            f,
+            designs,
+            workers=workers.count,
+            timeout=self._limit,
+            retries=self.retries,
+            cost=self._cost,
+        ):
+            results[index] = values
+            busy += seconds
+        self._overhead.add(perf_counter() - began, busy, workers.count)
+        return results
+
+    def _by_joblib(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
+        """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched."""
         results: list[Any] = [None] * len(designs)
         watch = self.timeout is not None
         try:
-            self._collect(results, f, designs, workers, watch=watch)
+            try:
+                self._collect(results, f, designs, workers, watch=watch)
+            except EvaluationError:
+                raise
+            except Exception:
+                if watch or workers.kind == "threads":
+                    raise
+                self._collect(results, f, designs, workers, watch=True)
         except EvaluationError as error:
             raise_again(error)
-        except Exception as error:
-            if workers.local and not isinstance(error, _LOST):
-                raise
-            missing = [index for index, values in enumerate(results) if values is None]
-            again = [designs[index] for index in missing]
-            if workers.local:
-                found = self._watched(f, again, workers)
-            elif watch:
-                raise
-            else:
-                found = [None] * len(again)  # type: ignore[list-item]
-                try:
-                    self._collect(found, f, again, workers, watch=True)
-                except EvaluationError as error:
-                    raise_again(error)
-            for index, values in zip(missing, found, strict=True):
-                results[index] = values
         return results
 
     def _collect(
@@ -162,54 +174,98 @@ class JoblibRunner:
         *,
         watch: bool,
     ) -> None:
-        """Fill ``results`` through joblib, chunk by chunk as they arrive."""
-        limit = math.inf if self.timeout is None else self.timeout
+        """Fill what is missing of ``results`` through joblib, chunk by chunk as they arrive."""
+        from joblib import Parallel, delayed
+
+        missing = [index for index, values in enumerate(results) if values is None]
 
         def tasks() -> Iterator[Any]:
             start = 0
-            while start < len(designs):
-                size = chunk_size(len(designs) - start, workers.count, self._cost.seconds)
-                chunk = designs[start : start + size]
+            while start < len(missing):
+                size = chunk_size(len(missing) - start, workers.count, self._cost.seconds)
+                indices = missing[start : start + size]
+                chunk = [designs[index] for index in indices]
                 if watch:
-                    yield delayed(_watched_chunk)(f, start, chunk, limit, self.retries)
+                    yield delayed(_watched_chunk)(f, indices, chunk, self._limit, self.retries)
                 else:
-                    yield delayed(_chunk)(f, start, chunk)
+                    yield delayed(_chunk)(f, indices, chunk)
                 start += size
 
         began, busy = perf_counter(), 0.0
         parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
-        for start, values, seconds in parallel(tasks()):
-            results[start : start + len(values)] = values
-            self._cost.add(len(values), seconds)
+        for indices, found, seconds in parallel(tasks()):
+            for index, values in zip(indices, found, strict=True):
+                results[index] = values
+            self._cost.add(len(found), seconds)
             busy += seconds
         self._overhead.add(perf_counter() - began, busy, workers.count)
 
-    def _watched(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
-        """Evaluate on worker processes of our own, one of which can be ended alone."""
-        if self._pool is None:
-            self._pool = ProcessPool()
-        limit = math.inf if self.timeout is None else self.timeout
-        return self._pool.run(
-            f, designs, workers=workers.count, timeout=limit, retries=self.retries
-        )
+    @property
+    def _limit(self) -> float:
+        return math.inf if self.timeout is None else self.timeout
 
 
-def _chunk(f: Function, start: int, designs: list[Any]) -> tuple[int, list[Values], float]:
+def evaluate_while(
+    f: Function,
+    designs: list[Any],
+    cost: Cost,
+    enough: Callable[[int], bool],
+    clock: Callable[[], float] = perf_counter,
+) -> list[Values]:
+    """Evaluate designs in this process, measuring their cost, until there is enough.
+
+    Args:
+        f: What to evaluate.
+        designs: The designs.
+        cost: Takes a measurement for every design, or for every millisecond of cheap ones.
+        enough: Given the number of designs left, says whether to stop; asked before the first
+            design and after every measurement.
+        clock: Seconds from anywhere.
+
+    Returns:
+        The values of the first designs, at most of all.
+    """
+    results: list[Values] = []
+    n = len(designs)
+    while len(results) < n and not enough(n - len(results)):
+        known = cost.seconds
+        size = 1 if math.isnan(known) else max(1, int(_GLANCE / known))
+        block = designs[len(results) : len(results) + size]
+        began = clock()
+        try:
+            with same_folder():
+                for design in block:
+                    results.append(f(design))
+        except EvaluationError:
+            raise
+        except Exception as error:
+            culprit = designs[len(results)]
+            raise EvaluationError(culprit, one_line(error), error) from error
+        cost.add(len(block), clock() - began)
+    return results
+
+
+def _chunk(
+    f: Function, indices: list[int], designs: list[Any]
+) -> tuple[list[int], list[Values], float]:
     """Evaluate a chunk, in a worker of joblib."""
     began = perf_counter()
     values = [evaluate_to_travel(f, design) for design in designs]
-    return start, values, perf_counter() - began
+    return indices, values, perf_counter() - began
 
 
 _of_this_thread = threading.local()
 
 
 def _watched_chunk(
-    f: Function, start: int, designs: list[Any], timeout: float, retries: int
-) -> tuple[int, list[Values], float]:
+    f: Function, indices: list[int], designs: list[Any], timeout: float, retries: int
+) -> tuple[list[int], list[Values], float]:
     """Evaluate a chunk in a process beside the worker of a cluster."""
     if not hasattr(_of_this_thread, "pool"):
         _of_this_thread.pool = ProcessPool()
     began = perf_counter()
-    values = _of_this_thread.pool.run(f, designs, workers=1, timeout=timeout, retries=retries)
-    return start, values, perf_counter() - began
+    done = _of_this_thread.pool.run(
+        f, designs, workers=1, timeout=timeout, retries=retries, cost=Cost()
+    )
+    values = [values for _, values, _ in sorted(done, key=lambda result: result[0])]
+    return indices, values, perf_counter() - began

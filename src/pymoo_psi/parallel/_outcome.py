@@ -12,8 +12,10 @@ per design, in their order. What pymoo leaves open is a design without values:
 
 from __future__ import annotations
 
+import contextlib
+import os
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NoReturn
 
 import cloudpickle
@@ -23,27 +25,57 @@ from pymoo_psi.errors import EvaluationError
 Values = dict[str, Any]
 Function = Callable[[Any], Values]
 
-_LONGEST = 400  # characters of a reason
+_LONGEST = 400  # characters of a reason: some lines of a terminal or a cell of a table
 
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
-    text = " ".join(str(error).split())
     name = type(error).__name__
+    try:
+        text = " ".join(str(error).split())
+    except Exception as failure:
+        text = f"its message cannot be read: {type(failure).__name__}"
     text = f"{name}: {text}" if text else name
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
-def evaluate_to_travel(function: Function, design: Any) -> Values:
-    """Evaluate in a worker, so that what is raised can be sent; an exit is an error here."""
+@contextlib.contextmanager
+def same_folder() -> Iterator[None]:
+    """Undo a model's ``chdir``, which would move all relative file names of the process."""
     try:
-        return function(design)
+        folder = os.getcwd()
+    except OSError:  # it has been deleted: nowhere to come back to
+        yield
+        return
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # the model has deleted it
+            os.chdir(folder)
+
+
+def evaluate_to_travel(function: Function, design: Any) -> Values:
+    """Evaluate in a worker, where whatever ends an evaluation is an error that can be sent.
+
+    A process that the model forked and that comes back here ends: what it would send next would
+    be taken for the values of its parent's design.
+
+    Raises:
+        EvaluationError: The function raised.
+    """
+    process = os.getpid()
+    try:
+        with same_folder():
+            return function(design)
     except EvaluationError as error:
-        travelling = _sendable(error.original)
-        raise EvaluationError(design, error.reason, travelling, error.trace) from None
-    except (Exception, SystemExit) as error:
+        original = _sendable(error.original)
+        raise EvaluationError(design, error.reason, original, error.trace) from None
+    except BaseException as error:  # an interrupt, too, can only come from the model here
         trace = "".join(traceback.format_exception(error))
         raise EvaluationError(design, one_line(error), _sendable(error), trace) from None
+    finally:
+        if os.getpid() != process:
+            os._exit(0)
 
 
 def raise_again(error: EvaluationError) -> NoReturn:

@@ -1,48 +1,72 @@
 """Worker processes of our own, for what an executor cannot do: end one evaluation alone.
 
-An executor treats a worker that dies or hangs as its own end. Here each worker has its own pipe
-and tells every design it finishes, so the parent knows which design a worker is at and for how
-long: that one is recorded, its worker is replaced, and nothing else is touched.
+An executor treats a worker that dies or hangs as its own end, or ends the worker but not what the
+model has started in it. Here each worker has its own pipe and tells every design it finishes, so
+the pool knows which design a worker is at and for how long: that one is recorded, its worker is
+replaced, and nothing else is touched. How a worker ends with all it has started is told in
+``_worker``.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
 import threading
 import weakref
 from collections import deque
-from multiprocessing import connection
+from collections.abc import Iterator
+from multiprocessing import connection, spawn, util
 from time import monotonic
 from typing import Any
 
 import cloudpickle
 
-from pymoo_psi.errors import WorkerError
-from pymoo_psi.parallel._chunks import Cost, chunk_size
-from pymoo_psi.parallel._outcome import Function, Values, lost_design, one_line, raise_again
-from pymoo_psi.parallel._process import WorkerProcess
+from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.parallel import _worker
+from pymoo_psi.parallel._cost import Cost, chunk_size
+from pymoo_psi.parallel._outcome import Function, lost_design, one_line, raise_again
+
+Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
 
 _POLL = 1.0  # seconds after which a worker is looked at even if its pipe is silent
-_FALSE_STARTS = 2  # of new workers, after which the problem is to blame
+_FALSE_STARTS = 2  # one may be an accident; when new workers end again, the problem is to blame
+_PATIENCE = 2.0  # seconds to leave by itself, or to end when killed: it takes some hundredths
+# Seconds to start and to load the problem, whatever the time limit of a design: numpy and pymoo
+# take half a second, a library of machine learning from a network folder some ten.
+_START = 20.0
+# Workers share the cores: libraries of linear algebra would each start a thread for all of them,
+# and joblib, in a model that uses it, as many workers.
+_THREAD_LIMITS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "LOKY_MAX_CPU_COUNT",
+)
 
 
 class ProcessPool:
     """Worker processes that stay alive between batches and are replaced one by one.
 
     They end with the pool, with the interpreter, and with an error or an interrupt amid a batch.
+
+    Attributes:
+        owner: The number of the process that may use it: a fork must not.
     """
 
     def __init__(self) -> None:
-        self._idle: list[WorkerProcess] = []
+        self.owner = os.getpid()
+        self._idle: list[_Worker] = []
         self._lock = threading.Lock()
-        self.cost = Cost()
-        weakref.finalize(self, _dismiss, self._idle, os.getpid())
-
-    @property
-    def pids(self) -> list[int]:
-        """The process numbers of the waiting workers."""
-        return [worker.pid for worker in self._idle]
+        weakref.finalize(self, _dismiss, self._idle, self.owner)
 
     def run(
         self,
@@ -52,8 +76,9 @@ class ProcessPool:
         workers: int,
         timeout: float = math.inf,
         retries: int = 1,
-    ) -> list[Values]:
-        """Evaluate designs and return their values in the same order.
+        cost: Cost,
+    ) -> Iterator[Result]:
+        """Evaluate designs; give the results as they come.
 
         Args:
             function: What to evaluate; it is pickled, from ``__main__`` by value.
@@ -61,6 +86,7 @@ class ProcessPool:
             workers: How many processes to use.
             timeout: Seconds that the evaluation of a design may take.
             retries: How many times a design whose process died is tried again.
+            cost: What a design takes, as measured so far; it takes further measurements.
 
         Raises:
             EvaluationError: A design raised, or was lost and the function has no ``lost``.
@@ -74,40 +100,147 @@ class ProcessPool:
                 "files, locks and connections out of it, or run it without workers"
             ) from error
         with self._lock:
-            threads = max(1, (os.cpu_count() or 1) // workers)
-            batch = _Batch(function, pickled, designs, workers, timeout, retries, self.cost)
+            batch = _Batch(function, pickled, designs, workers, timeout, retries, cost)
             try:
-                batch.run(self._idle, threads)
+                yield from batch.results(self._idle)
             except BaseException:
-                for seat in batch.seats:
-                    seat.worker.kill()
+                for worker in batch.workers:
+                    worker.kill()
                 raise
-            self._idle.extend(seat.worker for seat in batch.seats)
-        return batch.results
-
-    def close(self) -> None:
-        """End the workers; the next batch starts new ones."""
-        _dismiss(self._idle, os.getpid())
+            self._idle.extend(batch.workers)
 
 
-def _dismiss(idle: list[WorkerProcess], owner: int) -> None:
-    if os.getpid() == owner:  # not in a fork of the process that started them
+def _dismiss(idle: list[_Worker], owner: int) -> None:
+    if os.getpid() == owner:
+        for worker in idle:
+            worker.tell("leave")
         while idle:
-            idle.pop().leave()
+            idle.pop().end()
 
 
-class _Seat:
-    """A place in a batch: the worker in it now, its designs and since when it is at the first."""
+class _Worker:
+    """A worker process seen from the pool, and the designs it is at.
 
-    def __init__(self, worker: WorkerProcess) -> None:
-        self.worker = worker
-        self.begun = False
+    Args:
+        threads: How many threads libraries may use in it, unless the environment says so already.
+
+    Attributes:
+        pipe: Where it is talked to.
+        loaded: The pickled function that it has, or is loading.
+        pid: The number of the process that evaluates; 0 until it has told it.
+        ready: Whether it has loaded the function.
+        at: The indices of the designs it has, the one it evaluates first.
+        deadline: When it must have done what it is at.
+    """
+
+    def __init__(self, threads: int) -> None:
+        self.pipe, theirs = connection.Pipe()
+        self.loaded = b""
+        self.pid = 0
+        self.ready = False
         self.at: deque[int] = deque()
-        self.since = math.inf
+        self.deadline = math.inf
+        try:
+            self._process = subprocess.Popen(
+                [
+                    spawn.get_executable(),
+                    # Such as -P and -I, which say what may be imported.
+                    *util._args_from_interpreter_flags(),  # type: ignore[attr-defined]
+                    _worker.__file__,
+                    str(theirs.fileno()),
+                ],
+                stdin=subprocess.DEVNULL,
+                env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
+                **_inheriting(theirs.fileno()),
+            )
+        finally:
+            theirs.close()
+        # The worker imports from where this process does, but not its main module: what that
+        # defines travels by value, so that a script needs no guard and a notebook works.
+        self._send(pickle.dumps((sys.path, sys.argv)))
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.poll() is None
+
+    def load(self, function: bytes, deadline: float) -> None:
+        """Let it load a pickled function, or tell that it still has it, and be ready.
+
+        No designs are sent before: while this process waits for room in a pipe that nobody
+        empties, it cannot watch the time.
+        """
+        if self.loaded == function and not self.ready:
+            return  # it is loading since the last batch
+        self.ready, self.deadline = False, deadline
+        self.tell("function", None if self.loaded == function else function)
+        self.loaded = function
+
+    def tell(self, kind: str, content: Any = None) -> None:
+        """Send a message."""
+        self._send(cloudpickle.dumps((kind, content)))
+
+    def receive(self) -> tuple[Any, ...]:
+        """Return the next message.
+
+        Raises:
+            EOFError: The process has ended.
+        """
+        try:
+            data = self.pipe.recv_bytes()
+        except OSError as error:  # reset instead of closed
+            raise EOFError from error
+        try:
+            message: tuple[Any, ...] = cloudpickle.loads(data)
+        except Exception as error:
+            return (self.pid, "unreadable", self.at[0] if self.at else -1, one_line(error))
+        return message
+
+    def end(self) -> str:
+        """Let the process end by itself, or else kill it; return how it came to its end."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_PATIENCE)
+        self.kill()
+        code = self._process.returncode
+        code = code - 128 if code > 128 else -code  # a guard tells of signals as shells do
+        try:
+            return signal.Signals(code).name
+        except ValueError:
+            return f"exit code {self._process.returncode}"
+
+    def kill(self) -> None:
+        """End the process and what it has started, whatever they do."""
+        if sys.platform == "win32":
+            self._process.kill()
+        else:  # its guard kills; a disconnection reaches it even if a fork holds the pipe open
+            same = os.dup(self.pipe.fileno())
+            with contextlib.suppress(OSError), socket.socket(fileno=same) as pipe:
+                pipe.shutdown(socket.SHUT_RDWR)
+        self.pipe.close()
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:  # the guard itself is stuck
+            self._process.kill()
+
+    def _send(self, data: bytes) -> None:
+        # A process that is gone is noticed when it is waited for.
+        with contextlib.suppress(OSError):
+            self.pipe.send_bytes(data)
+
+
+def _inheriting(handle: int) -> dict[str, Any]:
+    """Return the options of ``Popen`` for one inherited handle and a group of its own."""
+    if sys.platform == "win32":
+        os.set_handle_inheritable(handle, True)
+        return {
+            "startupinfo": subprocess.STARTUPINFO(lpAttributeList={"handle_list": [handle]}),
+            "creationflags": subprocess.CREATE_NEW_PROCESS_GROUP,
+        }
+    return {"pass_fds": (handle,), "start_new_session": True}
 
 
 class _Batch:
-    """One call: which designs wait, which are under way where, and what came of the others."""
+    """One call: which designs wait, which are under way where, and how often one was tried."""
 
     def __init__(
         self,
@@ -120,118 +253,129 @@ class _Batch:
         cost: Cost,
     ) -> None:
         self.function, self.pickled, self.designs = function, pickled, designs
-        self.workers, self.timeout, self.retries, self.cost = workers, timeout, retries, cost
-        self.results: list[Any] = [None] * len(designs)
-        self.seats: list[_Seat] = []
+        self.timeout, self.retries, self.cost = timeout, retries, cost
+        self.n_workers = min(workers, len(designs))
+        self.threads = max(1, (os.cpu_count() or 1) // workers)
+        self.workers: list[_Worker] = []
         self.waiting = deque(range(len(designs)))
         self.again: deque[int] = deque()  # designs whose worker died, each tried alone
         self.deaths = [0] * len(designs)
-        self.missing = len(designs)
         self.false_starts = 0
 
-    def run(self, idle: list[WorkerProcess], threads: int) -> None:
-        for _ in range(min(self.workers, self.missing)):
-            worker = idle.pop(0) if idle else WorkerProcess(threads)
-            self.seats.append(_Seat(worker))
-        while self.missing:
-            for seat in self.seats:
-                if not seat.at and (self.again or self.waiting):
-                    self._feed(seat, threads)
-            for seat in self._talking():
-                self._listen(seat, threads)
-            for seat in self.seats:
-                if monotonic() - seat.since > self.timeout and not seat.worker.pipe.poll():
-                    self._overdue(seat, threads)
-                elif seat.at and not seat.worker.alive and not seat.worker.pipe.poll():
-                    self._died(seat, threads)
+    def results(self, idle: list[_Worker]) -> Iterator[Result]:
+        """Give the result of every design as it comes."""
+        while len(self.workers) < self.n_workers:
+            worker = idle.pop(0) if idle else _Worker(self.threads)
+            if worker.loaded not in (b"", self.pickled) and not worker.ready:
+                worker.kill()  # still loading the function of another batch
+                continue
+            self.workers.append(worker)
+            self._load(worker)
+        missing = len(self.designs)
+        while missing:
+            for result in self._step():
+                missing -= 1
+                yield result
 
-    def _feed(self, seat: _Seat, threads: int) -> None:
-        if not seat.worker.alive:  # it died while it was waiting: no design is to blame
-            seat.worker.kill()
-            seat.worker = WorkerProcess(threads)
+    def _step(self) -> Iterator[Result]:
+        """Give work to who is ready, wait for a message or a deadline, and see to them."""
+        for worker in self.workers:
+            if worker.ready and not worker.at and (self.again or self.waiting):
+                self._feed(worker)
+        due = min(worker.deadline for worker in self.workers)
+        pipes = [worker.pipe for worker in self.workers]
+        talking = connection.wait(pipes, max(0.0, min(_POLL, due - monotonic())))
+        for worker in list(self.workers):
+            # What has arrived counts, be this process late to read it.
+            if worker.pipe in talking:
+                yield from self._listen(worker)
+            elif monotonic() > worker.deadline:
+                yield from self._overdue(worker)
+            elif not worker.alive:
+                yield from self._died(worker)
+
+    def _load(self, worker: _Worker) -> None:
+        worker.load(self.pickled, monotonic() + max(self.timeout, _START))
+
+    def _feed(self, worker: _Worker) -> None:
         if self.again:
             chunk = [self.again.popleft()]
         else:
-            size = chunk_size(len(self.waiting), self.workers, self.cost.seconds)
+            size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
             chunk = [self.waiting.popleft() for _ in range(size)]
-        seat.at = deque(chunk)
-        seat.begun = False  # to start and to load is not to evaluate
-        seat.worker.load(self.pickled)
-        seat.worker.give([(index, self.designs[index]) for index in chunk])
+        worker.at.extend(chunk)
+        worker.deadline = monotonic() + self.timeout
+        worker.tell("designs", [(index, self.designs[index]) for index in chunk])
 
-    def _talking(self) -> list[_Seat]:
-        """Wait for messages, at most until the next evaluation is overdue."""
-        busy = [seat for seat in self.seats if seat.at]
-        due = min(seat.since for seat in busy) + self.timeout
-        pipes = [seat.worker.pipe for seat in busy]
-        talking = connection.wait(pipes, max(0.0, min(_POLL, due - monotonic())))
-        return [seat for seat in busy if seat.worker.pipe in talking]
-
-    def _listen(self, seat: _Seat, threads: int) -> None:
+    def _listen(self, worker: _Worker) -> Iterator[Result]:
         try:
-            kind, *content = seat.worker.receive()
+            pid, kind, *content = worker.receive()
         except EOFError:
-            self._died(seat, threads)
+            yield from self._died(worker)
             return
-        seat.since = monotonic()
-        if kind == "begun":
-            seat.begun = True
-            seat.worker.proven = True
-        elif kind == "done":
-            index, values, seconds = content
-            self.cost.add(1, seconds)
-            self._settle(seat, values)
-        elif kind == "lost":
-            index, reason = content
-            self._settle(seat, lost_design(self.function, self.designs[index], reason))
-        elif kind == "raised":
-            index, error = content
-            error.design = self.designs[index]
-            raise_again(type(error)(error.design, error.reason, error.original, error.trace))
-        else:
+        if kind == "ready":
+            worker.pid, worker.ready, worker.deadline = pid, True, math.inf
+            return
+        if kind == "unusable":
             raise WorkerError(
                 f"a worker process cannot load the problem: {content[0]}; define it in a module "
                 "that can be imported, or in the main script"
             )
+        index, *content = content
+        if not worker.at or (pid, index) != (worker.pid, worker.at[0]):
+            return  # values of another process or design are nobody's
+        worker.at.popleft()
+        worker.deadline = monotonic() + self.timeout if worker.at else math.inf
+        if kind == "done":
+            values, seconds = content
+            self.cost.add(1, seconds)
+            yield index, values, seconds
+        elif kind == "raised":
+            raise_again(EvaluationError(self.designs[index], *content))
+        else:
+            reason = f"its values cannot be sent between processes: {content[0]}"
+            yield self._lost(index, reason)
 
-    def _settle(self, seat: _Seat, values: Values) -> None:
-        self.results[seat.at.popleft()] = values
-        self.missing -= 1
-        if not seat.at:
-            seat.since = math.inf
+    def _overdue(self, worker: _Worker) -> Iterator[Result]:
+        if not worker.at:
+            raise WorkerError(
+                "a worker process has not loaded the problem within "
+                f"{max(self.timeout, _START):g} s; see what its modules do when they are "
+                "imported, or allow more time with timeout"
+            )
+        index = worker.at.popleft()
+        reason = f"timed out after {self.timeout:g} s"
+        worker.kill()
+        self._replace(worker)
+        yield self._lost(index, reason)
 
-    def _overdue(self, seat: _Seat, threads: int) -> None:
-        design = self.designs[seat.at[0]]
-        self._settle(
-            seat, lost_design(self.function, design, f"timed out after {self.timeout:g} s")
-        )
-        seat.worker.kill()
-        self._replace(seat, threads)
-
-    def _died(self, seat: _Seat, threads: int) -> None:
-        how = seat.worker.end()
-        if not seat.begun:  # no design is to blame
-            self.false_starts += not seat.worker.proven
+    def _died(self, worker: _Worker) -> Iterator[Result]:
+        how = worker.end()
+        index = worker.at.popleft() if worker.at else None
+        if index is None:  # no design is to blame
+            self.false_starts += not worker.pid
             if self.false_starts >= _FALSE_STARTS:
                 raise WorkerError(
                     f"worker processes end before they begin ({how}); see what they print, "
                     "or run the problem without workers"
                 )
-        else:
-            index = seat.at.popleft()
-            self.deaths[index] += 1
-            if self.deaths[index] <= self.retries:
-                self.again.append(index)
-            else:
-                times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
-                reason = f"its worker process died ({how}{times})"
-                self.results[index] = lost_design(self.function, self.designs[index], reason)
-                self.missing -= 1
-        self._replace(seat, threads)
+        self._replace(worker)
+        if index is None:
+            return
+        self.deaths[index] += 1
+        if self.deaths[index] <= self.retries:
+            self.again.append(index)
+            return
+        times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
+        reason = f"its worker process died ({how}{times})"
+        yield self._lost(index, reason)
 
-    def _replace(self, seat: _Seat, threads: int) -> None:
-        """Give the seat a new worker and what the old one had still to do back to all."""
-        self.waiting.extendleft(reversed(seat.at))
-        seat.at.clear()
-        seat.since = math.inf
-        seat.worker = WorkerProcess(threads)
+    def _lost(self, index: int, reason: str) -> Result:
+        return index, lost_design(self.function, self.designs[index], reason), 0.0
+
+    def _replace(self, worker: _Worker) -> None:
+        """Start another worker, and give what this one had still to do back to all."""
+        self.waiting.extendleft(reversed(worker.at))
+        new = _Worker(self.threads)
+        self.workers[self.workers.index(worker)] = new
+        self._load(new)

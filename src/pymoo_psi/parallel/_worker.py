@@ -1,15 +1,25 @@
-"""A worker process, seen from inside: it evaluates what it is sent until its parent is gone.
+"""A worker process, seen from inside: a guard, and its child that evaluates what it is sent.
 
-Messages in: ``("function", pickled)`` and ``("designs", [(index, design), ...])``. Messages out:
-``("unusable", text)`` for a function that cannot be loaded; ``("begun",)`` before a first design;
-for each design, as soon as it is done, ``("done", index, values, seconds)``,
-``("raised", index, EvaluationError)`` or, if its values cannot be sent, ``("lost", index, why)``.
+The pool runs this file as a script. The guard does nothing but wait for the end of its child or
+of the pipe to the pool, and then kills the child and all that a model has started in it. So that
+nothing is left however the pool ends: by SIGKILL, while the model holds the interpreter's lock in
+C code, or with its own processes in other groups. What the pool wants to be ended it disconnects.
+
+Messages to the worker: ``("function", pickled)``, where None is the function it has;
+``("designs", [(index, design), ...])``; ``("leave", None)``. Messages from it begin with the number
+of its process: ``(pid, "ready")``, or ``(pid, "unusable", text)`` for a function that cannot be
+loaded; for each design, as soon as it is done, ``(pid, "done", index, values, seconds)``,
+``(pid, "raised", index, reason, exception, traceback)`` or ``(pid, "unsent", index, text)`` if its
+values cannot be.
 """
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import os
-import queue
+import pickle
+import select
 import signal
 import sys
 import threading
@@ -17,83 +27,128 @@ import time
 from multiprocessing import connection
 from typing import Any
 
-import cloudpickle
+# From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
 
-from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Function, evaluate_to_travel, one_line
+# A guard that holds nothing but the standard library forks before there are any threads, and
+# stays small: so nothing heavy is imported here, nor anything from the current folder.
 
 
 def main(handle: int) -> None:
-    """Serve the other end of an inherited pipe until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt means
+    """Serve the other end of an inherited pipe until the pool says so or is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     if sys.platform == "win32":
+        threading.Thread(target=_end_with_parent, daemon=True).start()
         pipe: Any = connection.PipeConnection(handle)
     else:
         os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
+        _guard(handle)
         pipe = connection.Connection(handle)
-    _serve(pipe)
+    sys.path[:], sys.argv[:] = pickle.loads(pipe.recv_bytes())
+    with contextlib.suppress(EOFError, OSError):
+        _serve(pipe)
+
+
+if sys.platform == "win32":
+
+    def _end_with_parent() -> None:
+        import _winapi
+
+        parent = _winapi.OpenProcess(_winapi.SYNCHRONIZE, False, os.getppid())
+        _winapi.WaitForSingleObject(parent, _winapi.INFINITE)
+        os._exit(1)
+
+else:
+
+    def _guard(handle: int) -> None:
+        """Fork; return in the child, and in the guard end with the child, as it ended."""
+        _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+        worker = os.fork()
+        if worker == 0:
+            _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+            return
+        os.setpgid(worker, worker)
+        threading.Thread(target=_kill_at_hang_up, args=(handle, worker), daemon=True).start()
+        while True:
+            pid, status = os.wait()  # it also reaps what has lost its parent
+            if pid == worker:
+                break
+        _kill_descendants(worker)
+        code = os.waitstatus_to_exitcode(status)
+        os._exit(code if code >= 0 else 128 - code)  # as shells do
+
+    def _kill_at_hang_up(handle: int, worker: int) -> None:
+        """Kill the worker when the pool has disconnected or is gone.
+
+        A fork of the pool's process may hold the pipe open; hence the look at the parent's number.
+        """
+        parent = os.getppid()
+        poller = select.poll()
+        poller.register(handle, 0)  # 0: a hang-up is always told, messages are not
+        while not poller.poll(1000) and os.getppid() == parent:
+            pass
+        os.killpg(worker, signal.SIGKILL)
+
+    def _kill_descendants(worker: int) -> None:
+        """Kill what a dead worker has left: its group and, on Linux, what has left the group."""
+        guard = os.getpid()
+        while True:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(worker, signal.SIGKILL)
+            with contextlib.suppress(OSError), open(f"/proc/{guard}/task/{guard}/children") as file:
+                for pid in file.read().split():
+                    os.kill(int(pid), signal.SIGKILL)
+            try:
+                os.wait()  # the children of the killed are the guard's next
+            except ChildProcessError:
+                return
+
+    def _prctl(option: int, value: int) -> None:
+        if sys.platform == "linux":
+            ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
 def _serve(pipe: Any) -> None:
-    inbox: queue.SimpleQueue[Any] = queue.SimpleQueue()
-    busy = threading.Event()
-    threading.Thread(target=_receive, args=(pipe, inbox, busy), daemon=True).start()
-    function: Function | None = None
+    # Imported after the fork, and from where the pool imports.
+    import cloudpickle
+
+    from pymoo_psi.errors import EvaluationError
+    from pymoo_psi.parallel._outcome import Values, evaluate_to_travel, one_line
+
+    me = os.getpid()
+    function: Any = None
+
+    def outcome(index: int, design: Any) -> bytes:
+        start = time.perf_counter()
+        try:
+            values: Values = evaluate_to_travel(function, design)
+        except EvaluationError as error:
+            return packed("raised", index, error.reason, error.original, error.trace)
+        try:
+            return packed("done", index, values, time.perf_counter() - start)
+        except Exception as error:
+            return packed("unsent", index, one_line(error))
+
+    def packed(*message: Any) -> bytes:
+        data: bytes = cloudpickle.dumps((me, *message))
+        return data
+
     while True:
-        message = inbox.get()
-        if message is None:
+        kind, content = cloudpickle.loads(pipe.recv_bytes())
+        if kind == "leave":
             return
-        kind, content = message
-        busy.set()
         if kind == "function":
-            function = None
             try:
-                function = cloudpickle.loads(content)
-            except Exception as error:
-                _send(pipe, ("unusable", one_line(error)))
-        elif function is not None:
-            _send(pipe, ("begun",))
+                function = function if content is None else cloudpickle.loads(content)
+            except BaseException as error:  # a module may exit when it is imported
+                pipe.send_bytes(packed("unusable", one_line(error)))
+            else:
+                pipe.send_bytes(packed("ready"))
+        else:
             for index, design in content:
-                _send(pipe, _outcome(function, index, design))
-        busy.clear()
+                pipe.send_bytes(outcome(index, design))
 
 
-def _receive(pipe: Any, inbox: queue.SimpleQueue[Any], busy: threading.Event) -> None:
-    """Pass messages on; when the parent is gone, end at once even amid an evaluation."""
-    try:
-        while True:
-            inbox.put(cloudpickle.loads(pipe.recv_bytes()))
-    except (EOFError, OSError):
-        if busy.is_set():
-            end_group(os.getpid())
-            os._exit(1)
-        inbox.put(None)
-
-
-def end_group(pid: int) -> None:
-    """Kill a worker and the processes that its model has started."""
-    if sys.platform == "win32":
-        os.kill(pid, signal.SIGTERM)
-    else:
-        os.killpg(pid, signal.SIGKILL)  # a worker leads a group of its own
-
-
-def _outcome(function: Function, index: int, design: Any) -> tuple[Any, ...]:
-    start = time.perf_counter()
-    try:
-        values = evaluate_to_travel(function, design)
-    except EvaluationError as error:
-        return ("raised", index, error)
-    return ("done", index, values, time.perf_counter() - start)
-
-
-def _send(pipe: Any, message: tuple[Any, ...]) -> None:
-    try:
-        data = cloudpickle.dumps(message)
-    except Exception as error:  # the values of the model do not travel
-        reason = f"its values cannot be sent by its worker process: {one_line(error)}"
-        data = cloudpickle.dumps(("lost", message[1], reason))
-    try:
-        pipe.send_bytes(data)
-    except OSError:  # the parent is gone
-        os._exit(1)
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

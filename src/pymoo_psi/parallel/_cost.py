@@ -6,26 +6,23 @@ import math
 import statistics
 from collections import deque
 
-# Seconds that a chunk should last: long beside a message, short beside a batch.
+# Seconds that a chunk should last. The longest is short beside a batch, so that all workers end
+# together; the shortest is long beside the message that brings it, some 0.1 ms.
 LONGEST_CHUNK = 0.1
 SHORTEST_CHUNK = 0.005
 
-_TYPICAL_OVERHEAD = 0.01  # seconds for a batch sent to workers that wait
-_REMEMBERED = 5
-_TRUSTED_AT_ONCE = 1.0  # a first design that takes so many seconds is not an import
+# Seconds for a first batch. To start workers takes about a second, but only once in a run: it is
+# spread over ten batches, as an algorithm has at least.
+_FIRST_OVERHEAD = 0.1
+_REMEMBERED = 5  # measurements: enough for a median, few enough to follow a model that changes
+_TRUSTED = 3  # measurements whose median survives one slow import
+_TRUSTED_AT_ONCE = 1.0  # a first design that takes so many seconds is not an import alone
 
 
 class Cost:
     """The seconds a design takes: the median of the last measurements.
 
     The median, because a first evaluation often loads libraries and a busy machine stalls.
-
-    Example:
-        >>> cost = Cost()
-        >>> for designs, seconds in [(1, 0.3), (10, 0.02), (10, 0.02)]:
-        ...     cost.add(designs, seconds)
-        >>> cost.seconds
-        0.002
     """
 
     def __init__(self) -> None:
@@ -33,7 +30,7 @@ class Cost:
 
     def add(self, designs: int, seconds: float) -> None:
         """Add the measurement of a number of designs evaluated one after the other."""
-        self._samples.append(max(seconds, 1e-9) / designs)
+        self._samples.append(max(seconds, 1e-9) / designs)  # 0 where a clock is too coarse
 
     @property
     def seconds(self) -> float:
@@ -43,7 +40,7 @@ class Cost:
     @property
     def known(self) -> bool:
         """Whether the measurements can be relied on."""
-        return len(self._samples) >= 3 or self.seconds >= _TRUSTED_AT_ONCE
+        return len(self._samples) >= _TRUSTED or self.seconds >= _TRUSTED_AT_ONCE
 
 
 class Overhead:
@@ -53,7 +50,7 @@ class Overhead:
     """
 
     def __init__(self) -> None:
-        self._samples: deque[float] = deque([_TYPICAL_OVERHEAD], maxlen=_REMEMBERED)
+        self._samples: deque[float] = deque([_FIRST_OVERHEAD], maxlen=_REMEMBERED)
 
     def add(self, elapsed: float, busy: float, workers: int) -> None:
         """Add a batch that took ``elapsed`` seconds, its evaluations ``busy`` seconds in all."""
@@ -68,15 +65,13 @@ class Overhead:
 def worth_sending(designs: int, cost: float, workers: int, overhead: float) -> bool:
     """Return whether workers save at least twice what sending costs.
 
+    Twice, because both are estimates, and a batch in this process cannot go wrong.
+
     Args:
         designs: How many designs there are.
         cost: Seconds a design.
         workers: How many workers there are.
         overhead: Seconds that sending takes.
-
-    Example:
-        >>> worth_sending(100, 1e-2, 2, 0.01), worth_sending(100, 1e-5, 2, 0.01)
-        (True, False)
     """
     return designs * cost * (1 - 1 / workers) > 2 * overhead
 
@@ -91,10 +86,6 @@ def chunk_size(remaining: int, workers: int, cost: float) -> int:
         remaining: Designs not yet sent, at least 1.
         workers: How many workers there are.
         cost: Seconds a design; nan while unknown, when one is sent at a time.
-
-    Example:
-        >>> chunk_size(1000, 2, 0.01), chunk_size(20, 2, 0.01), chunk_size(3, 2, 0.01)
-        (10, 5, 1)
     """
     if math.isnan(cost):
         return 1
