@@ -127,7 +127,7 @@ class Watched(JoblibRunner):
 
 
 def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.evaluation._evaluator._SECONDS", 0.0)  # every model is slow
+    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", 0.0)  # every model is slow
     problem = SphereChute(0.4, elementwise_runner=Watched(n_jobs=3))
     run(problem, 16, tmp_path / "s.db")
     assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
@@ -136,7 +136,7 @@ def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])
 def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
     """Of a slow model no more is lost than what was being evaluated, here one design."""
-    monkeypatch.setattr("pymoo_psi.evaluation._evaluator._SECONDS", seconds)
+    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", seconds)
     path = tmp_path / "s.db"
 
     class Impatient(Counted):

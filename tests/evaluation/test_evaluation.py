@@ -1,12 +1,10 @@
-"""Guarded evaluation of vectorised models: who is asked again, and that the values are the same."""
+"""Evaluation of vectorised models: which designs are evaluated again, and whose values are whose."""
 
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from pymoo_psi import investigate
-from pymoo_psi.evaluation import FailureTolerant
-from pymoo_psi.evaluation._evaluator import evaluate_guarded
+from pymoo_psi.evaluation._evaluator import evaluate_designs
 
 X = np.column_stack([np.arange(64.0), np.linspace(0, 1, 64)])
 LOST = [3, 17, 40]
@@ -57,41 +55,30 @@ def leave(X, out, lost):
         raise SystemExit(1)
 
 
-def test_a_sound_model_is_asked_once():
-    problem = Recorded(nothing)
-    assert not any(evaluate_guarded(problem, X).reasons)
-    assert problem.sizes == [64]
-
-
-@pytest.mark.parametrize("spoil", [nan_objective, infinite_objective, nan_constraint, nan_equality])
-def test_only_designs_with_bad_values_are_asked_again(spoil):
+@pytest.mark.parametrize(
+    "spoil", [nothing, nan_objective, infinite_objective, nan_constraint, nan_equality]
+)
+def test_a_model_that_answers_is_called_once(spoil):
     problem = Recorded(spoil)
-    found = evaluate_guarded(problem, X)
-    assert problem.sizes == [64, len(LOST)]
-    assert [i for i, reason in enumerate(found.reasons) if reason] == LOST
+    reasons = evaluate_designs(problem, X)["failure"]
+    assert problem.sizes == [64]
+    assert np.flatnonzero(reasons).tolist() == ([] if spoil is nothing else LOST)
 
 
 @pytest.mark.parametrize("spoil", [error, leave])
-def test_a_model_that_raises_is_asked_one_by_one(spoil):
+def test_a_model_that_raises_is_evaluated_once_more_one_by_one(spoil):
     problem = Recorded(spoil)
-    found = evaluate_guarded(problem, X)
-    assert problem.sizes[-64:] == [1] * 64
-    assert [i for i, reason in enumerate(found.reasons) if reason] == LOST
+    reasons = evaluate_designs(problem, X)["failure"]
+    assert problem.sizes == [64, *[1] * 64]
+    assert np.flatnonzero(reasons).tolist() == LOST
 
 
-@pytest.mark.parametrize(
-    "spoil", [nothing, nan_objective, infinite_objective, nan_constraint, error]
-)
-def test_values_and_reasons_are_those_of_the_guard(spoil):
-    found = evaluate_guarded(Recorded(spoil), X)
-    names = ["F", "G", "H", "failure"]
-    guarded = FailureTolerant(Recorded(spoil)).evaluate(
-        X, return_values_of=names, return_as_dictionary=True
-    )
-    np.testing.assert_array_equal(found.F, guarded["F"])
-    np.testing.assert_array_equal(found.G, guarded["G"][:, :-1])
-    np.testing.assert_array_equal(found.H, guarded["H"])
-    assert found.reasons == list(guarded["failure"])
+def test_a_culprit_among_many_is_found_in_its_part():
+    problem = Recorded(error)
+    many = np.column_stack([np.arange(1000) - 700.0, np.zeros(1000)])
+    reasons = evaluate_designs(problem, many)["failure"]
+    assert np.flatnonzero(reasons).tolist() == [700 + i for i in LOST]
+    assert sum(problem.sizes) < 1000 + 1000 + 2 * 64 + 1
 
 
 def test_an_infinite_objective_of_an_infeasible_design_stands():
@@ -99,7 +86,7 @@ def test_an_infinite_objective_of_an_infeasible_design_stands():
         out["F"][(X[:, 0] > 50) | (X[:, 0] == 5)] = np.inf
 
     problem = Recorded(spoil)
-    assert not any(evaluate_guarded(problem, X).reasons)
+    assert not any(evaluate_designs(problem, X)["failure"])
     assert problem.sizes == [64]
 
 
@@ -110,13 +97,5 @@ def test_arrays_that_the_model_keeps_are_left_alone():
     def spoil(X, out, lost):
         out["F"] = kept if len(X) == 64 else kept[X[:, 0].astype(int)]
 
-    assert np.isinf(evaluate_guarded(Recorded(spoil), X).F[LOST]).all()
+    assert np.isinf(evaluate_designs(Recorded(spoil), X)["F"][LOST]).all()
     assert np.isnan(kept[LOST]).all()
-
-
-def test_an_investigation_asks_again_for_the_failed_only():
-    problem = Recorded(lambda X, out, lost: nan_objective(X, out, X[:, 0] >= 60))
-    table = investigate(problem, 256, block_size=64)
-    n_failed = int((table.status == "failed").sum())
-    assert 0 < n_failed == (table.X[:, 0] >= 60).sum()
-    assert sum(problem.sizes) == 256 + n_failed

@@ -1,26 +1,31 @@
 """Parameter Space Investigation on arrays, for many cheap designs.
 
-``minimize(problem, PSI(n))`` makes an object of every design, as pymoo's algorithms do. Here the
-points pass through the problem in large blocks, and only what is wanted is kept.
+``minimize(problem, PSI(n))`` goes in blocks small enough to be watched. Here the points pass
+through the problem in large blocks, and only what is wanted is kept.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection
+import time
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, known_name
 from pymoo_psi.algorithms._memory import Memory, fingerprint
-from pymoo_psi.algorithms._psi import problem_layout
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.evaluation._evaluator import evaluate_guarded, failure_action
-from pymoo_psi.evaluation._failures import unguarded
+from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._failures import without_tolerance
+from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.problems import DesignSpace, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import Layout, TestTable
@@ -28,6 +33,9 @@ from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
 
 _KEPT = ("all", "feasible", "pareto")
+# What is evaluated between two commits of a study should take about so many seconds: as much is
+# lost by an interruption, and beside it a commit of some milliseconds does not count.
+_SECONDS = 2.0
 
 
 def investigate(
@@ -60,13 +68,13 @@ def investigate(
         seed: Seed of a randomised sampling.
         limits: Limits on criteria that a feasible design must keep, for ``keep``.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
-        block_size: Points evaluated, and stored in a study, at a time; by default 65 536 of a
-            vectorised problem without a study, else 64.
+        block_size: Points tested at a time; by default 65 536 of a vectorised problem without a
+            study, else 64.
         progress: Show a progress bar, if the output is a terminal.
         study: Name of a study file, as for :class:`PSI`.
         study_key: As for :class:`PSI`.
         retry: As for :class:`PSI`.
-        on_failure: As for :class:`PSI`; ``"raise"`` stops after the block of the failed design.
+        on_failure: As for :class:`PSI`.
 
     Returns:
         The table of the tests kept, by number.
@@ -85,7 +93,7 @@ def investigate(
         True
     """
     require_problem(problem)
-    problem = unguarded(problem)
+    problem = without_tolerance(problem)
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
     if block_size is None:
@@ -94,59 +102,28 @@ def investigate(
     keep = known_name("keep", keep, _KEPT)
     sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
     space = design_space(problem)
-    layout = problem_layout(problem, space)
     points = sampling.unit_points(
         n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
     )
-    memory, on_failure = Memory.of(study, retry), failure_action("on_failure", on_failure)
-    if memory.study is not None:
-        memory.study.begin(layout, fingerprint(problem, space, sampling, n_points, seed, study_key))
-    limit_vector(limits, layout)  # a wrong limit is told before the first evaluation
+    tests = Investigation(problem, space, Memory.of(study, retry), failure_action(on_failure))
+    if tests.memory.study is not None:
+        identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
+        tests.memory.study.begin(tests.layout, identity)
+    limit_vector(limits, tests.layout)  # a wrong limit is told before the first evaluation
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     kept: list[TestTable] = []
     try:
         for start in range(0, n_points, block_size):
-            X = space.matrix(points[start : start + block_size])
-            numbers = np.arange(first + start, first + start + len(X))
-            with memory.writing():
-                stored = memory.recall(layout, int(numbers[0]), len(X))
-                new = ~np.isin(numbers, stored.numbers)
-                tested = TestTable.empty(layout)
-                if new.any():
-                    tested = _tested(problem, space, layout, numbers[new], X[new])
-                    memory.keep(tested)
-            if on_failure == "raise":
-                _require_success(tested)
-            block = stored.merge(tested) if len(stored) else tested
+            block, _ = tests.tested(first + start, points[start : start + block_size])
             kept.append(_wanted(block, keep, limits))
             if keep == "pareto":
                 _sift(kept, limits)
             if bar is not None:
-                bar.set((start + len(X)) / n_points)
+                bar.set(min(start + block_size, n_points) / n_points)
     finally:
         if bar is not None:
             bar.close()
-    return _wanted(TestTable.empty(layout).extended(*kept), keep, limits)
-
-
-def _tested(problem: Any, space: DesignSpace, layout: Layout, numbers: Any, X: Any) -> TestTable:
-    F, G, H, failures = evaluate_guarded(problem, _as_objects(space.designs(X)))
-    reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
-    return TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
-
-
-def _require_success(tested: TestTable) -> None:
-    for number, reason in tested.reasons.items():
-        raise EvaluationError(tested.X[tested.numbers == number][0], reason)
-
-
-def _as_objects(designs: Any) -> Any:
-    """Return named designs as the array of objects that a population would hand over."""
-    if isinstance(designs, list):
-        array = np.empty(len(designs), dtype=object)
-        array[:] = designs
-        return array
-    return designs
+    return _wanted(TestTable.empty(tests.layout).extended(*kept), keep, limits)
 
 
 def _wanted(table: TestTable, keep: str, limits: Limits | None) -> TestTable:
@@ -163,3 +140,98 @@ def _sift(kept: list[TestTable], limits: Limits | None) -> None:
     while len(kept) > 1 and len(kept[-2]) < 2 * len(kept[-1]):
         last = kept.pop()
         kept.append(_wanted(kept.pop().extended(last), "pareto", limits))
+
+
+def failure_action(on_failure: object) -> bool:
+    """Return whether to stop at a failure: ``"raise"``, or ``"record"``."""
+    return known_name("on_failure", on_failure, ("record", "raise")) == "raise"
+
+
+@dataclass(frozen=True)
+class Investigation:
+    """The testing of a problem: its points are evaluated, or taken from a study.
+
+    Attributes:
+        problem: The problem.
+        space: Its variables.
+        memory: The study, if there is one.
+        stop: Whether a design that fails ends the run.
+    """
+
+    problem: Any
+    space: DesignSpace
+    memory: Memory
+    stop: bool
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The columns of the test table: names and bounds."""
+        discrete = np.array([v.kind in ("binary", "choice") for v in self.space.variables])
+        return Layout.of(
+            self.space.names,
+            self.problem.n_obj,
+            self.problem.n_ieq_constr,
+            self.problem.n_eq_constr,
+            lower=np.where(discrete, np.nan, self.space.lower),
+            upper=np.where(discrete, np.nan, self.space.upper),
+        )
+
+    def tested(self, first: int, points: NDArray[np.float64]) -> tuple[TestTable, int]:
+        """Test consecutive points; a study has each piece as soon as it is evaluated.
+
+        Args:
+            first: Number of the first point.
+            points: ``(n, n_var)`` points of the unit cube.
+
+        Returns:
+            The tests, and how many of them are evaluated now.
+
+        Raises:
+            EvaluationError: A design failed and the run is to stop; it is in the study as failed.
+        """
+        numbers, X = np.arange(first, first + len(points)), self.space.matrix(points)
+        with self.memory.writing():
+            stored = self.memory.recall(self.layout, first, len(points))
+            new = np.flatnonzero(~np.isin(numbers, stored.numbers))
+            blocks = []
+            for piece in self._pieces(new):
+                block = self._evaluated(numbers[piece], X[piece])
+                self.memory.keep(block)
+                if self.stop:
+                    for number, reason in block.reasons.items():
+                        raise EvaluationError(block.X[block.numbers == number][0], reason)
+                blocks.append(block)
+        table = TestTable.empty(self.layout).extended(*blocks)
+        return (stored.merge(table) if len(stored) else table), len(new)
+
+    def _evaluated(self, numbers: NDArray[np.int64], X: NDArray[Any]) -> TestTable:
+        designs = self.space.designs(X)
+        out = evaluate_designs(self.problem, designs)
+        if self.problem.callback is not None:
+            self.problem.callback(designs, out)
+        reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
+        return TestTable.of(
+            numbers, X, out["F"], out["G"], out["H"], reasons=reasons, layout=self.layout
+        )
+
+    def _pieces(self, rows: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
+        """Cut a block into what is evaluated, and stored, at a time.
+
+        The pieces grow until one takes a few seconds; however slow the model, a piece has a design
+        for every worker. A run that stops at a failure goes one by one where the model does.
+        """
+        runner = self.problem.elementwise_runner
+        one_by_one = isinstance(runner, LoopedElementwiseEvaluation)
+        if not self.problem.elementwise or (self.memory.study is None and not self.stop):
+            yield from [rows] if len(rows) else []
+            return
+        least = 1 if one_by_one else active_workers(getattr(runner, "n_jobs", -1)).count
+        start, size = 0, least
+        while start < len(rows):
+            began = time.monotonic()
+            yield rows[start : start + size]
+            start += size
+            if not (one_by_one and self.stop):
+                took = max(time.monotonic() - began, 1e-6)
+                # a first design, which loads libraries, says little: at most 100 times as many
+                size = max(least, min(len(rows), int(size * min(_SECONDS / took, 100))))

@@ -1,11 +1,8 @@
-"""What shows a run of PSI and what ends it.
-
-Blocks of test points: pymoo's populations on the one side, the test table on the other.
-
-Parameter Space Investigation as a pymoo algorithm.
+"""Parameter Space Investigation as a pymoo algorithm.
 
 PSI tests the points of a uniformly distributed sequence and keeps every one of them with its
-number. It learns nothing on the way, so a run is the same however it is cut into blocks.
+number. It learns nothing on the way, so a run is the same however it is cut into blocks, and the
+test table is all its state: pymoo's individuals are made from it when they are asked for.
 """
 
 from __future__ import annotations
@@ -15,132 +12,28 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.termination import TerminateIfAny, Termination
 from pymoo.util.display.column import Column
 from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
-from pymoo.util.optimum import filter_optimum
 
 from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi.algorithms._investigate import Investigation, failure_action
 from pymoo_psi.algorithms._memory import Memory, fingerprint
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
-from pymoo_psi.evaluation._evaluator import GuardedEvaluator, failure_action
-from pymoo_psi.evaluation._failures import unguarded
+from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._failures import without_tolerance
 from pymoo_psi.pareto import nondominated
-from pymoo_psi.problems import DesignSpace, design_space
+from pymoo_psi.pareto._feasibility import constraint_violation
+from pymoo_psi.problems import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
-from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
-
-
-class PointsTested(Termination):
-    """Terminate when every test point has been told; the progress is the share of them."""
-
-    def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / algorithm.n_points
-        return progress
-
-
-def _n_tested(algorithm: Any) -> int:
-    return int(algorithm.n_tested)
-
-
-def _n_failed(algorithm: Any) -> int:
-    return int((algorithm.table.status == "failed").sum())
-
-
-def _n_feasible(algorithm: Any) -> int:
-    return int(algorithm.table.feasible(algorithm.limits).sum())
-
-
-def _n_pareto(algorithm: Any) -> int:
-    return len(algorithm.opt)
-
-
-class PSIOutput(Output):
-    """The columns shown by ``verbose=True``.
-
-    Evaluations of this run, tested points (with those of a study), failed, feasible and
-    Pareto-optimal designs.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.columns += [
-            Column("tested", width=8, func=_n_tested),
-            Column("failed", width=8, func=_n_failed),
-            Column("feasible", width=8, func=_n_feasible),
-            Column("n_nds", width=6, func=_n_pareto),
-        ]
-
-
-def problem_layout(problem: Any, space: DesignSpace) -> Layout:
-    """Return the columns of the test table of a problem: names and bounds."""
-    discrete = np.array([variable.kind in ("binary", "choice") for variable in space.variables])
-    return Layout.of(
-        space.names,
-        problem.n_obj,
-        problem.n_ieq_constr,
-        problem.n_eq_constr,
-        lower=np.where(discrete, np.nan, space.lower),
-        upper=np.where(discrete, np.nan, space.upper),
-    )
-
-
-def recall(block: Population, stored: TestTable) -> None:
-    """Give designs of a block their stored values; pymoo then evaluates only the others.
-
-    Args:
-        block: Consecutive test points.
-        stored: Some of them, evaluated.
-    """
-    if len(stored) == 0:
-        return
-    known = block[stored.numbers - block[0].get("test_point")]
-    reasons = [stored.reasons.get(number, "") for number in stored.numbers.tolist()]
-    known.set("F", stored.F, "G", stored.G, "H", stored.H, "failure", reasons)
-    for individual in known:
-        individual.evaluated.update("FGH")
-        if individual.get("failure"):
-            individual.CV = np.array([np.inf])
-
-
-def require_next(block: Population, first: int) -> None:
-    """Refuse a block that a user tells and that does not continue where the last one ended."""
-    numbers = block.get("test_point").tolist()
-    if numbers != list(range(first, first + len(numbers))):
-        raise invalid(
-            "infills",
-            f"the test points asked for, from number {first}, in their order",
-            Received(str(numbers)),
-            "tell the population that ask() returned",
-        )
-
-
-def table_of_block(block: Population, space: DesignSpace, layout: Layout) -> TestTable:
-    """Return evaluated designs as a table.
-
-    Raises:
-        ArgumentValueError: The block is not evaluated.
-    """
-    groups = {"F": layout.objectives, "G": layout.inequalities, "H": layout.equalities}
-    for name, columns in groups.items():
-        values = block.get(name)
-        if values.shape != (len(block), len(columns)):
-            raise invalid(
-                f"{name} of infills",
-                f"{len(columns)} values for each design",
-                Received(f"an array of shape {values.shape}"),
-                "evaluate the population before it is told",
-            )
-    numbers, X, failures = block.get("test_point", "X", "failure")
-    reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
-    return TestTable.of(
-        numbers, space.to_matrix(X), *block.get("F", "G", "H"), reasons=reasons, layout=layout
-    )
 
 
 class PSI(Algorithm):
@@ -199,6 +92,8 @@ class PSI(Algorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
+    is_initialized: bool  # pymoo's
+
     def __init__(
         self,
         n_points: int,
@@ -214,20 +109,24 @@ class PSI(Algorithm):
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
-        self.limits = limits
-        self.study_key = study_key
-        self.memory = Memory.of(study, retry)
-        kwargs.setdefault("evaluator", GuardedEvaluator(failure_action("on_failure", on_failure)))
-        self.sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
-        kwargs.setdefault("output", PSIOutput())
-        super().__init__(**kwargs)
+        kwargs.setdefault("evaluator", _Evaluator())
+        kwargs.setdefault("output", _Output())
         self.n_points = integer("n_points", n_points, minimum=1)
         self.first = integer("first", first, minimum=1)
         if block_size is None:
             block_size = max(64, -(-self.n_points // 32))
         self.block_size = integer("block_size", block_size, minimum=1)
+        self.sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
+        self.limits = limits
+        self.memory = Memory.of(study, retry)
+        self.study_key = study_key
+        self.stop = failure_action(on_failure)
         self.table = TestTable.empty()
-        self._pareto = np.zeros(0, dtype=np.intp)  # rows of the table, and of the population
+        self._population = Population.empty()  # of the first rows of the table, as far as asked for
+        self._blocks: list[int] = []  # how many tests each iteration brought
+        self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
+        self._sifted = 0  # how many rows that were
+        super().__init__(**kwargs)
 
     @property
     def n_tested(self) -> int:
@@ -244,96 +143,255 @@ class PSI(Algorithm):
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
-        problem = unguarded(problem)
+        problem = without_tolerance(problem)
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
         kwargs["termination"] = (
-            PointsTested() if given is None else TerminateIfAny(PointsTested(), given)
+            _PointsTested() if given is None else TerminateIfAny(_PointsTested(), given)
         )
         super().setup(problem, **kwargs)
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        self.space = design_space(problem)
-        self.table = TestTable.empty(problem_layout(problem, self.space))
+        space = design_space(problem)
+        self._investigation = Investigation(problem, space, self.memory, self.stop)
+        self.table = TestTable.empty(self._investigation.layout)
         self._limits = limit_vector(self.limits, self.table.layout)
         if self.memory.study is not None:
             identity = fingerprint(
-                problem, self.space, self.sampling, self.n_points, self.seed, self.study_key
+                problem, space, self.sampling, self.n_points, self.seed, self.study_key
             )
             self.memory.study.begin(self.table.layout, identity)
         self._points = self.sampling.unit_points(
             self.n_points,
-            len(self.space.variables),
+            len(space.variables),
             first=self.first,
             random_state=np.random.default_rng(self.seed),
         )
 
+    def has_next(self) -> bool:
+        """Say whether points are left; a later termination does not bring more of them."""
+        return self.n_tested < self.n_points and bool(super().has_next())
+
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
         with self.memory.writing():
-            super().next()
+            if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
+                super().next()  # these take pymoo's populations
+                return
+            if not self.is_initialized:
+                self._initialize()
+            tests, n_evaluated = self._investigation.tested(*self._next_points())
+            self.evaluator.n_eval += n_evaluated
+            self._add(tests)
+            self.is_initialized = True
+            # the rest of pymoo's `advance`, which would ask for the optimum of every block
+            self._post_advance()
+            if self.termination.has_terminated():
+                self.finalize()
 
-    @property
-    def remembers(self) -> bool:
-        """Whether there is a study.
+    def _next_points(self) -> tuple[int, NDArray[np.float64]]:
+        """Return the number of the next point to test, and the points of the next block."""
+        start = self.n_tested
+        return self.first + start, self._points[start : start + self.block_size]
 
-        Example:
-            >>> PSI(8).remembers, PSI(8, study="chute.db").remembers  # the file is made by a run
-            (False, True)
-        """
-        return self.memory.study is not None
-
-    def keep(self, evaluated: Population) -> None:
-        """Store evaluated designs of a block that is not finished yet."""
-        self.memory.keep(table_of_block(evaluated, self.space, self.table.layout))
-
-    def _initialize_infill(self) -> Population:
-        return self._next_block()
+    def _initialize_infill(self) -> Population | None:
+        return self._infill()
 
     def _infill(self) -> Population | None:
-        return self._next_block()
-
-    def _next_block(self) -> Population | None:
-        """Return the next points to test; ``None`` when all are told."""
-        count = min(self.block_size, self.n_points - self.n_tested)
-        if count == 0:
+        """Return the next designs, those of a study evaluated; ``None`` when all are told."""
+        first, points = self._next_points()
+        if len(points) == 0:
             return None
-        first = self.first + self.n_tested
-        points = self._points[self.n_tested : self.n_tested + count]
-        block = Population.new("X", self.space.designs(self.space.matrix(points)))
-        block.set("test_point", np.arange(first, first + count))
-        recall(block, self.memory.recall(self.table.layout, first, count))
+        space = self._investigation.space
+        block = Population.new("X", space.designs(space.matrix(points)))
+        block.set("test_point", np.arange(first, first + len(block)))
+        stored = self.memory.recall(self.table.layout, first, len(block))
+        self._give_values(block[stored.numbers - first], stored)
         return block
 
     def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
-        self.pop = Population.empty()
         self._advance(infills=infills, **kwargs)
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
+        """Add a block that a user tells."""
         if infills is None:
             return False
-        require_next(infills, self.first + self.n_tested)
-        block = table_of_block(infills, self.space, self.table.layout)
-        self.memory.keep(block)
-        rows = np.concatenate(
-            [self._pareto, self.n_tested + np.flatnonzero(block.eligible(self.limits))]
-        )
-        self.table = self.table.extended(block)
-        self._pareto = rows[nondominated(self.table.F[rows])]
-        if self._limits:
-            within = np.array(list(self._limits.values()))
-            over = np.maximum(block.F[:, list(self._limits)], within) - within
-            excess = np.where(np.isfinite(over), over, 0).sum(axis=1, keepdims=True)
-            infills.set("CV", infills.get("CV") + excess)
-        self.pop = Population.merge(self.pop, infills)
+        tests = self._told(infills)
+        self.memory.keep(tests)
+        before = self.pop
+        for individual, violation in zip(infills, self._violation(tests), strict=True):
+            individual.CV = np.array([violation])
+        self._population = Population.merge(before, infills)
+        self._add(tests)
         return True
 
+    def _add(self, tests: TestTable) -> None:
+        self.table = self.table.extended(tests)
+        self._blocks.append(len(tests))
+        if self.n_tested == self.n_points:
+            self.termination.terminate()
+
+    def _told(self, infills: Population) -> TestTable:
+        """Return the tests of individuals, which must be evaluated and the next ones in order."""
+        first, layout = self.first + self.n_tested, self.table.layout
+        numbers = infills.get("test_point")
+        if numbers.tolist() != list(range(first, first + len(infills))):
+            raise invalid(
+                "infills",
+                f"the test points asked for, from number {first}, in their order",
+                Received(str(numbers.tolist())),
+                "tell the population that ask() returned",
+            )
+        groups = {"F": layout.objectives, "G": layout.inequalities, "H": layout.equalities}
+        for name, columns in groups.items():
+            values = infills.get(name)
+            if values.shape != (len(infills), len(columns)):
+                raise invalid(
+                    f"{name} of infills",
+                    f"{len(columns)} values for each design",
+                    Received(f"an array of shape {values.shape}"),
+                    "evaluate the population before it is told",
+                )
+        X, failures = infills.get("X", "failure")
+        reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
+        return TestTable.of(
+            numbers,
+            self._investigation.space.to_matrix(X),
+            *infills.get("F", "G", "H"),
+            reasons=reasons,
+            layout=layout,
+        )
+
+    def _violation(self, tests: TestTable) -> NDArray[np.float64]:
+        """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
+
+        It is infinite where a design failed, and above 0 where one is not finite.
+        """
+        total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
+        if self._limits:
+            within = np.array(list(self._limits.values()))
+            over = np.maximum(tests.F[:, list(self._limits)], within) - within
+            total = total + np.where(np.isfinite(over), over, 0).sum(axis=1)
+        return np.where(tests.status == "failed", np.inf, total)
+
+    def _give_values(self, block: Population, tests: TestTable) -> None:
+        """Give individuals the values of their tests; pymoo then does not evaluate them."""
+        values = zip(
+            block,
+            tests.numbers.tolist(),
+            *(tests.F, tests.G, tests.H, self._violation(tests)[:, None]),
+            strict=True,
+        )
+        for individual, number, f, g, h, violation in values:
+            # copies, since a row of the table would keep the whole table in memory
+            individual.F, individual.G, individual.H = f.copy(), g.copy(), h.copy()
+            individual.CV = violation.copy()
+            individual.data["failure"] = tests.reasons.get(number, "")
+            individual.evaluated.update("FGH")
+
+    # What pymoo's tools read: individuals made from the table when they are first asked for.
+    # pymoo assigns these names on its way, which changes nothing.
+
+    def _assign(self, value: Any) -> None:
+        pass
+
+    def _all(self) -> Population:
+        """Every tested design."""
+        known = len(self._population)
+        if known < self.n_tested:
+            tests = self.table.rows(np.arange(known, self.n_tested))
+            designs = self._investigation.space.designs(tests.X)
+            block = Population.empty(len(tests))
+            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[known:]
+            rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
+            for individual, x, number, iteration in rows:
+                individual.X = x.copy()
+                individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
+            self._give_values(block, tests)
+            self._population = Population.merge(self._population, block)
+        return self._population
+
+    def _last(self) -> Population | None:
+        """The designs of the last block."""
+        return self._all()[-self._blocks[-1] :] if self._blocks else None
+
+    def _best(self) -> Population | None:
+        """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
+        if self.n_tested == 0:
+            return None
+        rows = self._optimal_rows()
+        if len(rows) == 0:
+            rows = np.nan_to_num(self._violation(self.table), nan=np.inf).argsort()[:1]
+        return self._all()[rows if self.problem.n_obj > 1 else rows[:1]]
+
+    def _optimal_rows(self) -> NDArray[np.intp]:
+        """Return the rows of the table that no feasible one dominates."""
+        if self._sifted < self.n_tested:
+            new = self.table.rows(np.arange(self._sifted, self.n_tested)).eligible(self.limits)
+            rows = np.concatenate([self._front, self._sifted + np.flatnonzero(new)])
+            self._front = rows[nondominated(self.table.F[rows])]
+            self._sifted = self.n_tested
+        return self._front
+
+    pop = property(_all, _assign)
+    off = property(_last, _assign)
+    opt = property(_best, _assign)
+
     def _set_optimum(self) -> None:
-        if len(self._pareto) == 0:
-            self.opt = filter_optimum(self.pop, least_infeasible=True)
-        elif self.problem.n_obj == 1:
-            self.opt = self.pop[self._pareto[:1]]  # pymoo returns one design here
-        else:
-            self.opt = self.pop[self._pareto]
+        pass
+
+
+class _Evaluator(Evaluator):
+    """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
+
+    def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
+        out = evaluate_designs(without_tolerance(problem), pop.get("X"))
+        for name in ("F", "G", "H", "failure"):
+            pop.set(name, out[name])
+        pop.apply(lambda individual: individual.evaluated.update("FGH"))
+
+
+class _PointsTested(Termination):
+    """Terminate when every test point is tested; the progress is the share of them."""
+
+    def _update(self, algorithm: Any) -> float:
+        progress: float = algorithm.n_tested / algorithm.n_points
+        return progress
+
+
+class _Output(Output):
+    """The columns shown by ``verbose=True``.
+
+    Evaluations of this run, tested points (with those of a study), failed, feasible and
+    Pareto-optimal designs.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.columns += [
+            Column("tested", width=8, func=_n_tested),
+            Column("failed", width=8, func=_n_failed),
+            Column("feasible", width=8, func=_n_feasible),
+            Column("n_nds", width=6, func=_n_optimal),
+        ]
+
+
+# Functions, since pymoo copies and pickles an output with its algorithm.
+
+
+def _n_tested(algorithm: PSI) -> int:
+    return algorithm.n_tested
+
+
+def _n_failed(algorithm: PSI) -> int:
+    return int((algorithm.table.status == "failed").sum())
+
+
+def _n_feasible(algorithm: PSI) -> int:
+    return int(algorithm.table.feasible(algorithm.limits).sum())
+
+
+def _n_optimal(algorithm: PSI) -> int:
+    return len(algorithm._optimal_rows())

@@ -1,156 +1,281 @@
-"""Evaluating designs some of which may fail.
+"""Evaluating designs some of which may fail: their values, checked, and why others have none.
 
-pymoo's evaluator, guarded: a block is evaluated, and stored, in pieces; failures are kept.
+What a model gives counts only where it is exactly what the problem promises. Anything else makes
+the design failed, with the reason: it raises, is lost by a runner, or gives values that are
+missing, of another shape, masked, complex, NaN, or infinite though the design is feasible.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+import copy
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.evaluator import Evaluator
-from pymoo.core.population import Population
-from pymoo.core.problem import LoopedElementwiseEvaluation
+from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import known_name
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.evaluation._failures import FailureTolerant
-from pymoo_psi.parallel._backend import active_workers
+from pymoo_psi.parallel._outcome import Values, one_line
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 
-Array = NDArray[np.float64]
+# A call for many designs that raises says nothing of any of them. They are evaluated again in
+# parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128
+# evaluations, and one culprit among 65 536 is found in 1100 calls.
+_PART = 64
 
 
-class Evaluated(NamedTuple):
-    """The values of n designs, and why those that failed did.
+def evaluate_designs(
+    problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any
+) -> dict[str, Any]:
+    """Evaluate designs; one that fails has a reason instead of values.
 
-    Attributes:
-        F: ``(n, m)`` objectives, infinite where a design failed.
-        G: ``(n, n_ieq)`` inequality constraints.
-        H: ``(n, n_eq)`` equality constraints.
-        reasons: n reasons, empty for a design that did not fail.
-    """
-
-    F: Array
-    G: Array
-    H: Array
-    reasons: list[str]
-
-
-def evaluate_guarded(problem: Any, X: NDArray[Any]) -> Evaluated:
-    """Evaluate designs; one that raises, gives NaN or the wrong shape, or is lost, has failed.
-
-    A vectorised problem is asked for all designs at once. If that raises, the guard finds the
-    culprits; if only the values of some designs are bad, these alone are evaluated once more.
+    The model gets copies of the designs, and its values are copied: whatever it does to either
+    afterwards, or to an array that it returns again and again, the values stay with their design.
 
     Args:
-        problem: A pymoo problem.
+        problem: A pymoo problem, elementwise or not.
         X: n designs as the problem takes them.
+        *args: For the model, as pymoo passes them.
+        stop: Raise at a design that fails. Designs that are evaluated together or in processes
+            are finished first.
+        **kwargs: For the model, as pymoo passes them.
+
+    Returns:
+        ``F`` ``(n, m)``, infinite where a design failed; ``G`` ``(n, n_ieq)`` and ``H``
+        ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
+        fail; and what else the model gives, NaN or None where it does not.
+
+    Raises:
+        EvaluationError: A design failed and ``stop`` is true.
     """
-    if problem.elementwise:
-        return _guarded(problem, X)
-    try:
-        out = problem.evaluate(X, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
-    except (Exception, SystemExit):  # whose fault it is, the guarded evaluation will find
-        return _guarded(problem, X)
-    bad = _bad_rows(F, G, H)
-    if bad.all():
-        return _guarded(problem, X)
-    reasons = [""] * len(F)
-    if bad.any():
-        again = _guarded(problem, X[bad])
-        F, G, H = F.copy(), G.copy(), H.copy()  # they may be the model's own
-        F[bad], G[bad], H[bad] = again.F, again.G, again.H
-        for i, reason in zip(np.flatnonzero(bad), again.reasons, strict=True):
-            reasons[i] = reason
-    return Evaluated(F, G, H, reasons)
+    model = _Model(problem, args, kwargs, stop)
+    # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
+    # ZeroToOne does; its model must not be reached around it.
+    if problem.elementwise and type(problem).do is Problem.do:
+        return model.columns(problem.elementwise_runner(model, X))
+    return _together(model, X)
 
 
-def _bad_rows(F: Array, G: Array, H: Array) -> NDArray[np.bool_]:
-    """``(n,)`` which designs have values that the guard would not let pass."""
-    bad = np.isnan(np.hstack([F, G, H])).any(axis=1)
-    feasible = meets_constraints(G, H)
-    bad |= feasible & ~competes(F, feasible)
-    return np.asarray(bad)
+class _Model:
+    """What a runner runs: pymoo's function, with checked values or the reason for none."""
+
+    def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
+        self.problem, self.args, self.kwargs, self.stop = problem, args, kwargs, stop
+        self.sizes = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+        self.function = problem.elementwise_func(problem, args, kwargs)
+
+    def __call__(self, x: Any) -> Values:
+        """Return the values of one design."""
+        try:
+            return self.checked(self.function(copy.copy(x)))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
+            return self.failed(x, error)
+
+    def lost(self, x: Any, reason: str) -> Values:
+        """Return what stands for the values of a design whose evaluation a runner has lost."""
+        return self.failed(x, EvaluationError(x, reason))
+
+    def failed(self, x: Any, error: BaseException) -> Values:
+        """Return the reason why a design failed, or raise if the run is to stop."""
+        cause: BaseException | None = error
+        if isinstance(error, EvaluationError):
+            reason, cause = error.reason, error.original
+        elif isinstance(error, _BadValues):
+            reason, cause = str(error), None
+        else:
+            reason = one_line(error)
+        if self.stop:
+            raise EvaluationError(x, reason, cause) from cause
+        return {"failure": reason}
+
+    def raw(self, X: Any) -> dict[str, Any]:
+        """Return what a vectorised model gives for designs, as it gives it."""
+        designs = copy.copy(X)
+        for i, x in enumerate(X):
+            if isinstance(x, Mapping):  # designs by name: the copy holds the same dictionaries
+                designs[i] = copy.copy(x)
+        out: dict[str, Any] = dict.fromkeys(self.sizes)
+        if type(self.problem).do is Problem.do:
+            # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills in what is missing
+            self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
+        else:
+            out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
+        return out
+
+    def checked(self, raw: Values) -> Values:
+        """Return the values of one design as arrays of their own.
+
+        Raises:
+            _BadValues: A value cannot be used.
+        """
+        stands_for_nan = self.problem.replace_nan_values_by
+        row: Values = {"failure": ""}
+        for name, size in self.sizes.items():
+            row[name] = _vector(name, raw.get(name), size, stands_for_nan)
+        if not np.isfinite(row["F"]).all() and meets_constraints(row["G"], row["H"]):
+            raise _BadValues(f"F is {row['F'].tolist()} though the design is feasible")
+        for name, value in raw.items():
+            if name not in row and value is not None:
+                mutable = isinstance(value, (np.ndarray, list, dict))
+                row[name] = copy.copy(value) if mutable else value
+        return row
+
+    def columns(self, rows: list[Values]) -> dict[str, Any]:
+        """Return the values of designs, one dictionary each, as one dictionary of arrays."""
+        out: dict[str, Any] = {}
+        for name, size in self.sizes.items():
+            failed = np.full(size, np.inf if name == "F" else 0.0)
+            column = [row.get(name, failed) for row in rows]
+            out[name] = np.array(column).reshape(len(rows), size)
+        out["failure"] = _objects([row["failure"] for row in rows])
+        for name in dict.fromkeys(name for row in rows for name in row):
+            if name not in out:
+                out[name] = _column([row.get(name) for row in rows])
+        return out
 
 
-def _guarded(problem: Any, X: NDArray[Any]) -> Evaluated:
-    """Evaluate through a :class:`FailureTolerant`, which checks one design after the other."""
-    out = FailureTolerant(problem).evaluate(
-        X, return_values_of=["F", "G", "H", "failure"], return_as_dictionary=True
-    )
-    reasons = [str(reason) for reason in out["failure"]]
-    return Evaluated(out["F"], out["G"][:, :-1], out["H"], reasons)
+class _BadValues(Exception):  # noqa: N818 - only ever a reason, and never leaves this module
+    """What a model returned cannot be used."""
 
 
-_SECONDS = 2.0  # a piece of a block should take about so long
+def _together(model: _Model, X: Any) -> dict[str, Any]:
+    """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
+    n = len(X)
+    part = n - 1
+    # A square matrix may be the wrong way round and would not show it: then one design less.
+    if n == 1 or n not in model.sizes.values():
+        try:
+            raw = model.raw(X)
+            given = {name: _matrix(name, raw, n, size) for name, size in model.sizes.items()}
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # see __call__
+            if n == 1:
+                return model.columns([model.failed(X[0], error)])
+            part = _PART if n > _PART else 1
+        else:
+            further = {name: value for name, value in raw.items() if name not in given}
+            return _checked_rows(model, X, given, further)
+    parts = [_together(model, X[start : start + part]) for start in range(0, n, part)]
+    rows = [
+        {name: column[i] for name, column in out.items()}
+        for out in parts
+        for i in range(len(out["F"]))
+    ]
+    return model.columns(rows)
 
 
-def failure_action(name: str, value: object) -> str:
-    """Return ``value``: ``"record"`` or ``"raise"``."""
-    return known_name(name, value, ("record", "raise"))
+def _checked_rows(
+    model: _Model, X: Any, given: dict[str, Any], further: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the values of n designs, of which some may be bad.
 
-
-class GuardedEvaluator(Evaluator):
-    """pymoo's evaluator, with designs that fail kept as failed.
-
-    An individual that failed has infinite objectives, an infinite constraint violation, and its
-    reason as ``individual.get("failure")``.
+    Rows of plain finite numbers pass as a whole; the others are looked at one by one.
 
     Args:
-        on_failure: ``"record"`` goes on; ``"raise"`` stops. A problem that evaluates one design
-            after the other stops at the first one; where designs are evaluated together or in
-            processes, these are finished first, so that nothing of them is lost.
+        model: What gave the values.
+        X: The designs.
+        given: ``F``, ``G`` and ``H``, of the right shapes.
+        further: What else it gave.
     """
-
-    def __init__(self, on_failure: str = "record") -> None:
-        super().__init__()
-        self.on_failure = failure_action("on_failure", on_failure)
-
-    def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        remembers = getattr(kwargs.get("algorithm"), "remembers", False)
-        keep = kwargs["algorithm"].keep if remembers else _forget
-        for piece in self._pieces(problem, pop, timed=remembers):
-            F, G, H, reasons = evaluate_guarded(problem, piece.get("X"))
-            piece.set("F", F, "G", G, "H", H, "failure", reasons)
-            piece.apply(lambda individual: individual.evaluated.update("FGH"))
-            failed = piece[np.array([bool(reason) for reason in reasons])]
-            for individual in failed:
-                individual.CV = np.array([np.inf])
-            keep(piece)
-            if len(failed) and self.on_failure == "raise":
-                raise EvaluationError(failed[0].X, failed[0].get("failure"))
-
-    def _pieces(self, problem: Any, pop: Population, *, timed: bool) -> Iterator[Population]:
-        """Cut a block into what is evaluated, and stored, at a time.
-
-        A study keeps each piece, so that an interruption loses no more than some seconds of a
-        slow model; the pieces grow until one takes that long. However slow the model, a piece has
-        a design for every worker.
-        """
-        one_by_one = isinstance(problem.elementwise_runner, LoopedElementwiseEvaluation)
-        if not problem.elementwise or not (timed or self.on_failure == "raise"):
-            yield pop
-            return
-        least = 1 if one_by_one else _worker_count(problem.elementwise_runner)
-        start, size = 0, least
-        while start < len(pop):
-            began = time.monotonic()
-            yield pop[start : start + size]
-            start += size
-            if not (one_by_one and self.on_failure == "raise"):
-                took = max(time.monotonic() - began, 1e-6)
-                size = max(least, min(len(pop), int(size * min(_SECONDS / took, 100))))
+    n = len(X)
+    out: dict[str, Any] = {name: np.zeros(array.shape) for name, array in given.items()}
+    doubtful = np.ones(n, dtype=bool)
+    if all(a.dtype.kind in "fiub" and not np.ma.is_masked(a) for a in given.values()):
+        for name, array in given.items():
+            out[name][:] = array
+        feasible = meets_constraints(out["G"], out["H"])
+        doubtful = np.isnan(np.hstack([out["F"], out["G"], out["H"]])).any(axis=1)
+        doubtful |= feasible & ~competes(out["F"], feasible)
+    out["failure"] = _objects([""] * n)
+    for i in np.flatnonzero(doubtful):
+        try:
+            row = model.checked({name: array[i] for name, array in given.items()})
+        except Exception as error:
+            failed = model.columns([model.failed(X[i], error)])
+            row = {name: column[0] for name, column in failed.items()}
+        for name, value in row.items():
+            out[name][i] = value
+    for name, value in further.items():
+        if value is not None:
+            many = isinstance(value, (list, np.ndarray)) and np.ndim(value) and len(value) == n
+            out[name] = _column(list(value) if many else [value] * n)
+    return out
 
 
-def _worker_count(runner: Any) -> int:
-    """Return how many designs a runner evaluates at a time; of another's, one for each core."""
-    return active_workers(getattr(runner, "n_jobs", -1)).count
+def _matrix(name: str, raw: dict[str, Any], n: int, size: int) -> Any:
+    """Return values of n designs as an ``(n, size)`` array; their shape must be exact.
+
+    Raises:
+        _BadValues: They are missing or have another shape.
+    """
+    value = raw.get(name)
+    if value is None or (size == 0 and np.size(value) == 0):
+        if size:
+            raise _BadValues(f"{name} is missing")
+        return np.zeros((n, 0))
+    if isinstance(value, list):  # as in pymoo, a list holds the columns
+        masked = any(isinstance(column, np.ma.MaskedArray) for column in value)
+        value = (np.ma if masked else np).column_stack(value)
+    array = value if isinstance(value, np.ma.MaskedArray) else np.asarray(value)
+    if array.shape != (n, size) and (size, array.shape) != (1, (n,)):
+        raise _BadValues(f"{name} has shape {array.shape} instead of {(n, size)}")
+    return array.reshape(n, size)
 
 
-def _forget(piece: Population) -> None:
-    """Keep nothing, where there is no study."""
+def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> Any:
+    """Return values of one design as a ``(size,)`` array of floats.
+
+    Raises:
+        _BadValues: They are missing, of another shape or not to be used.
+    """
+    if value is None:
+        if size:
+            raise _BadValues(f"{name} is missing")
+        return np.zeros(0)
+    cells = value if isinstance(value, (list, tuple)) else [value]
+    if any(isinstance(cell, np.ma.MaskedArray) and np.ma.is_masked(cell) for cell in cells):
+        raise _BadValues(f"{name} has masked values: {value}")
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind in "mM":  # NumPy would count nanoseconds
+            raise TypeError(f"it holds {array.dtype}")
+        if array.dtype.kind == "c":
+            if (array.imag != 0).any():
+                raise _BadValues(f"{name} is complex: {array.tolist()}")
+            value = array.real
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _BadValues(f"{name} is not an array of numbers: {error}") from error
+    # one design's values may stand in a row or a column, but not in a matrix
+    if numbers.size != size or (numbers.ndim > 1 and max(numbers.shape) != size):
+        raise _BadValues(f"{name} has shape {numbers.shape} instead of {(size,)}")
+    numbers = numbers.reshape(size)
+    if nan_stands_for is not None:
+        numbers[np.isnan(numbers)] = nan_stands_for
+    if np.isnan(numbers).any():
+        raise _BadValues(f"{name} is {numbers.tolist()}")
+    return numbers
+
+
+def _column(values: list[Any]) -> NDArray[Any]:
+    """Return another value of all designs as an array; NaN or None where a design has none."""
+    present = [value for value in values if value is not None]
+    try:
+        arrays = [np.asarray(value) for value in present]
+    except ValueError:  # lists in it differ in length
+        return _objects(values)
+    if any(a.shape != arrays[0].shape or a.dtype.kind not in "fiub" for a in arrays):
+        return _objects(values)
+    nothing = np.full(arrays[0].shape, np.nan)
+    return np.array([nothing if value is None else value for value in values])
+
+
+def _objects(values: list[Any]) -> NDArray[Any]:
+    column = np.empty(len(values), dtype=object)
+    for i, value in enumerate(values):
+        column[i] = value
+    return column

@@ -31,6 +31,13 @@ def meets_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Ma
     return np.asarray(~violated_constraints(G, H, tolerance).any(axis=-1))
 
 
+def constraint_violation(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Array:
+    """``(n,)`` pymoo's measure: the sum of what ``(n, n_ieq)`` G and ``(n, n_eq)`` H exceed."""
+    return np.asarray(
+        np.maximum(G, 0).sum(axis=1) + np.maximum(np.abs(H) - tolerance, 0).sum(axis=1)
+    )
+
+
 def competes(F: Array, feasible: Mask) -> Mask:
     """``(...,)`` which feasible designs have finite objectives, ``(..., m)`` F, too.
 

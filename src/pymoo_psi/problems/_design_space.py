@@ -93,11 +93,13 @@ class DesignSpace:
             result[:, j] = column.tolist() if result.dtype == object else column
         return result
 
-    def designs(self, matrix: NDArray[Any]) -> NDArray[Any] | list[dict[str, Any]]:
-        """Return the rows of such a matrix as the problem takes them."""
+    def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
+        """Return the rows of such a matrix as the problem takes them: vectors, or dictionaries."""
         if not self.named:
             return matrix
-        return [dict(zip(self.names, row, strict=True)) for row in matrix.tolist()]
+        designs = np.empty(len(matrix), dtype=object)
+        designs[:] = [dict(zip(self.names, row, strict=True)) for row in matrix.tolist()]
+        return designs
 
     def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
