@@ -4,13 +4,17 @@ import copy
 import importlib
 import pickle
 
+import dill
 import numpy as np
 import pytest
 from pymoo.core.callback import Callback
+from pymoo.core.evaluator import Evaluator
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
+from pymoo.util.archive import MultiObjectiveArchive
+from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi import (
     PSI,
@@ -167,6 +171,67 @@ def test_callback_and_history():
     assert [n for n, _, _ in seen] == [1, 2, 3, 4]
     assert [len(entry.pop) for entry in result.history] == [30, 60, 90, 100]
     assert [len(entry.opt) for entry in result.history] == [size for _, _, size in seen]
+
+
+def test_individuals_are_those_of_pymoos_own_loop():
+    """Made from the table at the end, or evaluated one by one as pymoo does it."""
+    ours = minimize(get_problem("osy"), PSI(100, block_size=30))
+    theirs = minimize(get_problem("osy"), PSI(100, block_size=30, evaluator=Evaluator()))
+    assert ours.algorithm.evaluator.n_eval == theirs.algorithm.evaluator.n_eval == 100
+    for name in ("X", "F", "G", "H", "CV", "FEAS", "test_point", "n_gen", "n_iter", "rank"):
+        np.testing.assert_array_equal(ours.pop.get(name), theirs.pop.get(name), err_msg=name)
+    assert ours.opt.get("test_point").tolist() == theirs.opt.get("test_point").tolist()
+    assert ours.algorithm.table.equals(theirs.algorithm.table)
+
+
+def test_individuals_stay_the_same_and_own_their_values():
+    algorithm = PSI(60, block_size=20)
+    algorithm.setup(CHUTE)
+    seen = []
+    while algorithm.has_next():
+        algorithm.next()
+        seen.append((algorithm.pop[0], algorithm.off[0]))
+    assert len({id(first) for first, _ in seen}) == 1
+    assert [off for _, off in seen] == [algorithm.pop[i] for i in (0, 20, 40)]
+    algorithm.pop[0].F[:] = 0.0
+    algorithm.pop[0].X[:] = 0.0
+    assert algorithm.table.equals(minimize(CHUTE, PSI(60)).algorithm.table)
+
+
+def test_an_archive_is_filled():
+    archive = MultiObjectiveArchive()
+    result = minimize(CHUTE, PSI(60, archive=archive, block_size=20))
+    assert len(result.archive) == len(result.opt)
+
+
+def test_asking_and_telling_can_take_turns_with_next():
+    algorithm = PSI(60, block_size=20)
+    algorithm.setup(CHUTE)
+    algorithm.next()
+    block = algorithm.ask()
+    block.set("mark", True)
+    algorithm.evaluator.eval(CHUTE, block)
+    algorithm.tell(infills=block)
+    algorithm.next()
+    direct = minimize(CHUTE, PSI(60, block_size=20))
+    assert algorithm.table.equals(direct.algorithm.table)
+    assert algorithm.pop.get("mark").tolist() == [None] * 20 + [True] * 20 + [None] * 20
+    assert algorithm.pop.get("n_gen").tolist() == direct.pop.get("n_gen").tolist()
+
+
+@pytest.mark.parametrize("termination", [("n_gen", 4), ("n_gen", 100), ("n_eval", 10**6)])
+@pytest.mark.parametrize("before", [2, 3, 9])
+def test_pymoos_checkpoint_recipe_ends(termination, before):
+    """https://pymoo.org/misc/checkpoint.html, also when no points are left."""
+    algorithm = PSI(70, block_size=20)
+    minimize(CHUTE, algorithm, ("n_gen", before), copy_algorithm=False)
+    checkpoint = dill.loads(dill.dumps(algorithm))
+    checkpoint.termination = termination_from_tuple(termination)
+    result = minimize(CHUTE, checkpoint, copy_algorithm=False, verbose=False)
+    direct = minimize(CHUTE, PSI(70, block_size=20))
+    assert result.algorithm.table.equals(direct.algorithm.table)
+    np.testing.assert_array_equal(result.F, direct.F)
+    assert result.algorithm.evaluator.n_eval == 70
 
 
 @pytest.mark.parametrize(

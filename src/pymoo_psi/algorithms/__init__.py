@@ -1,4 +1,4 @@
-"""Algorithms: Parameter Space Investigation, and NSGA-III as the alternative, refinement."""
+"""Algorithms: sampling, Parameter Space Investigation, NSGA-III as the alternative, refinement."""
 
 from pymoo_psi.algorithms._investigate import investigate
 from pymoo_psi.algorithms._nsga3 import nsga3

@@ -201,8 +201,10 @@ class Investigation:
                     for number, reason in block.reasons.items():
                         raise EvaluationError(block.X[block.numbers == number][0], reason)
                 blocks.append(block)
-        table = TestTable.empty(self.layout).extended(*blocks)
-        return (stored.merge(table) if len(stored) else table), len(new)
+        table = stored.extended(*blocks)
+        if len(stored):
+            table = table.rows(np.argsort(table.numbers))
+        return table, len(new)
 
     def _evaluated(self, numbers: NDArray[np.int64], X: NDArray[Any]) -> TestTable:
         designs = self.space.designs(X)

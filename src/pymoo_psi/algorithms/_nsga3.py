@@ -1,7 +1,4 @@
-"""Running any pymoo algorithm for an exact number of evaluations.
-
-NSGA-III, the alternative optimiser, with settings that follow from problem and budget.
-"""
+"""NSGA-III, the alternative optimiser, with settings that follow from problem and budget."""
 
 from __future__ import annotations
 
@@ -17,53 +14,6 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
-
-
-def population_size(n_obj: int, n_evaluations: int) -> int:
-    """Return about 1.5 sqrt(n_evaluations), at least one design per objective.
-
-    A larger budget so buys both more designs and more generations.
-    """
-    return max(n_obj, math.ceil(1.5 * math.sqrt(n_evaluations)))
-
-
-def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown: Any) -> Any:
-    """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
-
-    A termination is asked only after a generation, so the budget is kept here: the last
-    generation is cut to what is left. Designs of the first one that are evaluated already cost
-    nothing and stay.
-
-    Args:
-        algorithm: A pymoo algorithm that is not set up yet.
-        problem: A pymoo problem.
-        n_evaluations: The budget, 1 or more.
-        **shown: ``verbose`` or ``progress``, as for ``minimize``.
-
-    Returns:
-        The pymoo ``Result``.
-    """
-    algorithm.setup(problem, **shown)
-    while algorithm.has_next():
-        left = n_evaluations - algorithm.evaluator.n_eval
-        infills = algorithm.infill()
-        if infills is None or left == 0:
-            break
-        if isinstance(infills, Population):
-            infills = _affordable(infills, left)
-        algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
-        if algorithm.evaluator.n_eval == n_evaluations:
-            algorithm.termination.terminate()
-        algorithm.advance(infills=infills)
-    result = algorithm.result()
-    result.algorithm = algorithm
-    return result
-
-
-def _affordable(infills: Population, left: int) -> Population:
-    """Return the designs that are evaluated and the first ``left`` of those that are not."""
-    new = np.array([not individual.evaluated for individual in infills])
-    return infills[~new | (np.cumsum(new) <= left)]
 
 
 def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs: Any) -> Any:
@@ -112,6 +62,14 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
     return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
 
 
+def population_size(n_obj: int, n_evaluations: int) -> int:
+    """Return about 1.5 sqrt(n_evaluations), at least one design per objective.
+
+    A larger budget so buys both more designs and more generations.
+    """
+    return max(n_obj, math.ceil(1.5 * math.sqrt(n_evaluations)))
+
+
 def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
     """Return at most ``n_points`` (but at least ``n_obj``) directions of Das and Dennis.
 
@@ -143,3 +101,42 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
             for p, scaling in layers
         ]
     )
+
+
+def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown: Any) -> Any:
+    """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
+
+    A termination is asked only after a generation, so the budget is kept here: the last
+    generation is cut to what is left. Designs of the first one that are evaluated already cost
+    nothing and stay.
+
+    Args:
+        algorithm: A pymoo algorithm that is not set up yet.
+        problem: A pymoo problem.
+        n_evaluations: The budget, 1 or more.
+        **shown: ``verbose`` or ``progress``, as for ``minimize``.
+
+    Returns:
+        The pymoo ``Result``.
+    """
+    algorithm.setup(problem, **shown)
+    while algorithm.has_next():
+        left = n_evaluations - algorithm.evaluator.n_eval
+        infills = algorithm.infill()
+        if infills is None or left == 0:
+            break
+        if isinstance(infills, Population):
+            infills = _affordable(infills, left)
+        algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
+        if algorithm.evaluator.n_eval == n_evaluations:
+            algorithm.termination.terminate()
+        algorithm.advance(infills=infills)
+    result = algorithm.result()
+    result.algorithm = algorithm
+    return result
+
+
+def _affordable(infills: Population, left: int) -> Population:
+    """Return the designs that are evaluated and the first ``left`` of those that are not."""
+    new = np.array([not individual.evaluated for individual in infills])
+    return infills[~new | (np.cumsum(new) <= left)]

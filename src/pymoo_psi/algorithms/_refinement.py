@@ -17,7 +17,7 @@ from pymoo_psi.problems._pymoo import require_problem
 
 Array = NDArray[np.float64]
 
-_RESTARTS = 3
+_RESTARTS = 3  # with first simplexes of 0.05, 0.005 and 0.0005 of the box
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def refine(
     U, N and the scale stay those of ``ranking``, so that the result is the optimum that the
     ranked set approximates. The method is that of Nelder and Mead, as the criteria may have kinks
     (f2 of the chute is an absolute value), restarted because a simplex may collapse at a bound.
-    Designs that break a constraint are passed over.
+    Designs that violate a constraint are passed over.
 
     Args:
         problem: A pymoo problem with a box of continuous variables.
@@ -133,7 +133,7 @@ def refine(
 
 
 def _distance(problem: Any, x: Array, ranking: EfficiencyRanking) -> float:
-    """Return μ1 of a design; infinite where a constraint is broken or an objective not finite."""
+    """Return μ1 of a design; infinite if infeasible or an objective is not finite."""
     out = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
     if not competes(out["F"], meets_constraints(out["G"], out["H"])):
         return float("inf")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import numpy as np
@@ -147,8 +148,6 @@ class QMCSampling(UniformSampling):
         return self._drawn(first - 1 + n_points, n_dim, random_state)[first - 1 :]
 
     def _drawn(self, n_points: int, n_dim: int, random_state: Any) -> Array:
-        import inspect
-
         from scipy.stats import qmc  # takes most of a second to import
 
         engine_class = getattr(qmc, _ENGINES[self.engine])

@@ -1,7 +1,4 @@
-"""Where the supported releases of pymoo differ.
-
-What the package checks before it hands anything to pymoo, its host.
-"""
+"""What is checked before anything is handed to pymoo, and where its releases differ."""
 
 from __future__ import annotations
 
