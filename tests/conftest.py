@@ -9,7 +9,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.plots import section
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, section_points
 from tests.plots.drawn import METALS, sphere
 
 settings.register_profile("untimed", deadline=None)
@@ -53,7 +53,7 @@ def curves():
     table = TestTable.of(
         [1, 2], [[0.0, 0.5], [0.25, 0.75]], sphere(np.array([[0.0, 0.5], [0.25, 0.75]]))
     )
-    X = table.section_points(2, "x1", 5, lower=0, upper=1)[[3, 0, 4, 1, 2]]
+    X = section_points(table, 2, "x1", 5, lower=0, upper=1)[[3, 0, 4, 1, 2]]
     F = sphere(X)
     F[1] = np.nan  # x1 = 0
     return section(table, 2, "x1", X, F, limits={"f2": 0.35})

@@ -20,6 +20,7 @@ from pymoo_psi.plots import (
 )
 from pymoo_psi.plots._designs import BEYOND, FEASIBLE, GROUPS, INFEASIBLE, PARETO, literal, view
 from pymoo_psi.plots._histogram import shares
+from pymoo_psi.table import dependence, histogram, section_points
 from tests.plots.drawn import LIMITS, render, texts
 
 
@@ -85,16 +86,16 @@ def test_the_view_holds_the_values(values, ends):
 
 
 def test_bars_are_shares_of_each_group(osy):
-    histogram = osy.histogram("x1", bins=8)
-    ax = draw_histogram(histogram)
+    counts = histogram(osy, "x1", bins=8)
+    ax = draw_histogram(counts)
     tested, feasible, pareto = (
         np.array([bar.get_height() for bar in bars]) for bars in ax.containers
     )
-    np.testing.assert_allclose(tested, histogram.tested / 1024 * 100)
-    np.testing.assert_allclose(feasible, histogram.feasible / osy.feasible().sum() * 100)
-    np.testing.assert_allclose(pareto, histogram.pareto / osy.pareto().sum() * 100)
+    np.testing.assert_allclose(tested, counts.tested / 1024 * 100)
+    np.testing.assert_allclose(feasible, counts.feasible / osy.feasible().sum() * 100)
+    np.testing.assert_allclose(pareto, counts.pareto / osy.pareto().sum() * 100)
     for bars in ax.containers:  # inside their bins
-        for bar, low, high in zip(bars, histogram.edges[:-1], histogram.edges[1:], strict=True):
+        for bar, low, high in zip(bars, counts.edges[:-1], counts.edges[1:], strict=True):
             assert low - 1e-9 <= bar.get_x() <= bar.get_x() + bar.get_width() <= high + 1e-9
     assert texts(ax) == [
         "tested (1024)",
@@ -113,9 +114,9 @@ def test_shares_of_nothing_are_nothing():
 
 
 def test_numbers_are_written_where_there_is_room(osy):
-    assert draw_histogram(osy.histogram("x1", bins=12)).texts
-    assert not draw_histogram(osy.histogram("x1", bins=13)).texts
-    assert not draw_histogram(osy.histogram("x1"), numbers=False).texts
+    assert draw_histogram(histogram(osy, "x1", bins=12)).texts
+    assert not draw_histogram(histogram(osy, "x1", bins=13)).texts
+    assert not draw_histogram(histogram(osy, "x1"), numbers=False).texts
 
 
 @pytest.mark.parametrize(
@@ -123,14 +124,14 @@ def test_numbers_are_written_where_there_is_room(osy):
     [("count", list("34567")), ("hollow", ["False", "True"]), ("metal", ["brass", "steel", "tin"])],
 )
 def test_single_values_are_named(mixed, variable, names):
-    ax = draw_histogram(mixed.histogram(variable))
+    ax = draw_histogram(histogram(mixed, variable))
     assert [label.get_text() for label in ax.get_xticklabels()] == names
     render(ax.figure)
 
 
 def test_of_many_values_some_are_named():
     X = np.arange(100)[:, None]
-    ax = draw_histogram(TestTable.of(1 + X[:, 0], X, X * 1.0).histogram(0))
+    ax = draw_histogram(histogram(TestTable.of(1 + X[:, 0], X, X * 1.0), 0))
     names = [int(label.get_text()) for label in ax.get_xticklabels()]
     assert 6 <= len(names) <= 12
     assert names == list(ax.get_xticks())
@@ -169,7 +170,7 @@ def test_infeasible_designs_and_those_beyond_a_limit_are_told_apart(osy):
 
 
 def test_a_dependence_is_a_plane_without_prototype(chute):
-    plane = dependence_plane(chute.dependence("f1", "x2", limits=LIMITS))
+    plane = dependence_plane(dependence(chute, "f1", "x2", limits=LIMITS))
     whole = variable_plane(chute, "f1", "x2", limits=LIMITS)
     np.testing.assert_array_equal(plane.values, whole.values)
     assert set(plane.group) == {INFEASIBLE, FEASIBLE, PARETO}
@@ -340,7 +341,7 @@ def test_what_is_no_section_or_dependence_is_refused(chute):
     with pytest.raises(
         PsiError, match="dependence must be a Dependence, got Histogram; take that of a TestTable"
     ):
-        dependence_plane(chute.histogram(0))
+        dependence_plane(histogram(chute, 0))
 
 
 # Sections
@@ -374,14 +375,14 @@ def test_a_section_shows_the_feasible_part_the_design_and_the_limit(curves):
 
 def test_a_section_through_a_design_of_ones_own():
     table = TestTable.of([1], [[0.0, 0.5]], [[1.0]])
-    X = table.section_points([0.3, 0.1], "x2", 3, 0, 1)
+    X = section_points(table, [0.3, 0.1], "x2", 3, 0, 1)
     curves = section(table, [0.3, 0.1], "x2", X, X.sum(axis=1, keepdims=True))
     assert (curves.design, curves.at) == (0, 0.1)
     assert "the design: x2 = 0.1" in texts(draw_section(curves))
 
 
 def test_a_section_of_the_count(mixed):
-    X = mixed.section_points(7, "count", 5)
+    X = section_points(mixed, 7, "count", 5)
     curves = section(mixed, 7, "count", X, np.ones((5, 2)), np.zeros((5, 1)))
     assert curves.x.tolist() == [3, 4, 5, 6, 7]
     assert curves.feasible.all()
@@ -393,12 +394,12 @@ def test_a_section_of_the_count(mixed):
     [
         (7, "length", "", "X must be the design's in every variable but 'length', got another 'count' in row 0"),
         (70, "count", "", "design must be a tested point's number, or a design, got 70"),
-        (7, "metal", "", "variable must be a real number or an integer, got one that is text"),
+        (7, "metal", "", "variable must be a real number or an integer, got one that is a choice"),
         (7, "count", "short", "F must be of shape"),
     ],
 )  # fmt: skip
 def test_what_is_no_section_is_refused(mixed, design, variable, change, message):
-    X = mixed.section_points(7, "count", 5)
+    X = section_points(mixed, 7, "count", 5)
     F = np.ones((5, 1 if change else 2))
     with pytest.raises(PsiError, match=message):
         section(mixed, design, variable, X, F, np.zeros((5, 1)))

@@ -19,7 +19,7 @@ from pymoo_psi.plots import (
     variable_plane,
 )
 from pymoo_psi.plots._designs import PARETO
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, histogram
 from tests.plots.drawn import LIMITS, render, texts
 
 
@@ -111,7 +111,7 @@ def test_little_is_drawn_as_well(n, feasible):
     table = TestTable.of(1 + np.arange(n), X, F, G, layout=Layout.of(2, 2, 1))
     for page in (table_page(table), criteria_page(table, {0: 0.5})):
         inside(page)
-    for ax in (draw_histogram(table.histogram(0)), draw_plane(variable_plane(table, 0, 0))):
+    for ax in (draw_histogram(histogram(table, 0)), draw_plane(variable_plane(table, 0, 0))):
         render(ax.figure)
     assert f"{PARETO} ({n if feasible else 0})" in texts(ax)
 
@@ -127,7 +127,7 @@ def test_any_name_can_be_drawn():
     for j in range(4):
         ax = draw_plane(variable_plane(table, 0, j, limits={0: 1.5}))
         render(ax.figure)
-        render(draw_histogram(table.histogram(j)).figure)
+        render(draw_histogram(histogram(table, j)).figure)
     assert r"prototype: _\$proto\$_ type" in texts(ax)
 
 
@@ -135,7 +135,7 @@ def test_settings_and_windows_of_matplotlib_are_left_alone(chute, curves):
     before = dict(matplotlib.rcParams)
     for figure in (table_page(chute, LIMITS), criteria_page(chute), section_page(curves)):
         render(figure)
-    for ax in (draw_plane(criteria_plane(chute, 0, 1)), draw_histogram(chute.histogram(0))):
+    for ax in (draw_plane(criteria_plane(chute, 0, 1)), draw_histogram(histogram(chute, 0))):
         render(ax.figure)
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []

@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.table import Layout
+from pymoo_psi.table import (
+    Layout,
+    constraint_as_criterion,
+    constraint_costs,
+    histogram,
+    violations,
+)
 
 # A coarse grid makes ties, dominated designs and values on a limit common.
 grid = st.integers(-2, 2).map(float)
@@ -189,19 +195,19 @@ def test_joined_designs_keep_the_types_of_their_values(first, others):
 @settings(deadline=None)  # the first example imports pandas
 @given(table=tables(), limits=limits_on_f1)
 def test_costs_of_constraints_agree_with_the_oracle(table, limits):
-    costs = table.constraint_costs(limits)
+    costs = constraint_costs(table, limits)
     names = list(table.layout.constraints) + (["f1"] if limits else [])
     assert costs.index.tolist() == names
-    broken = {}
+    violated = {}
     for number, _, f, g, h, status in rows(table):
         if status != "failed":
             checks = [v <= 0 for v in g] + [abs(v) <= 1e-4 for v in h]
             checks += [keeps(f, limits)] if limits else []
-            broken[number] = [name for name, met in zip(names, checks, strict=True) if not met]
-    assert table.broken(limits) == {n: tuple(b) for n, b in broken.items() if b}
+            violated[number] = [name for name, met in zip(names, checks, strict=True) if not met]
+    assert violations(table, limits) == {n: tuple(b) for n, b in violated.items() if b}
     for name in names:
-        alone = [f for number, _, f, *_ in rows(table) if broken.get(number) == [name]]
-        assert costs.loc[name, "rejects"] == sum(name in b for b in broken.values())
+        alone = [f for number, _, f, *_ in rows(table) if violated.get(number) == [name]]
+        assert costs.loc[name, "rejects"] == sum(name in b for b in violated.values())
         assert costs.loc[name, "alone"] == len(alone)
         for j, criterion in enumerate(table.layout.objectives):
             best = min((f[j] for f in alone if np.isfinite(f[j])), default=np.nan)
@@ -214,15 +220,15 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
 @given(table=tables())
 def test_a_constraint_as_criterion_frees_what_it_alone_rejects(table):
     for k, name in enumerate(table.layout.constraints):
-        looked_at = table.with_constraint_as_criterion(name)
-        assert looked_at.equals(table.with_constraint_as_criterion(k))
+        looked_at = constraint_as_criterion(table, name)
+        assert looked_at.equals(constraint_as_criterion(table, k))
         assert looked_at.layout.objectives == (*table.layout.objectives, name)
         assert looked_at.layout.constraints == tuple(
             c for c in table.layout.constraints if c != name
         )
         freed = looked_at.feasible() & ~table.feasible()
         computed = set(table.numbers[np.isfinite(table.F).all(axis=1)].tolist())
-        alone = [n for n, names in table.broken().items() if names == (name,) and n in computed]
+        alone = [n for n, names in violations(table).items() if names == (name,) and n in computed]
         assert table.numbers[freed].tolist() == alone
         limit = 0.0 if name in table.layout.inequalities else 1e-4
         np.testing.assert_array_equal(looked_at.feasible({name: limit}), table.feasible())
@@ -235,10 +241,10 @@ def test_soft_limit_of_a_bridge():
         [1, 2, 3, 4], [[0.9], [0.6], [0.5], [0.1]], [[10.0], [8.0], [7.0], [1.0]],
         G=[[-1.0], [0.0], [0.1], [5.0]], layout=layout, reasons={4: "buckled"},
     )  # fmt: skip
-    costs = table.constraint_costs({"mass": 9.0})
+    costs = constraint_costs(table, {"mass": 9.0})
     assert costs.loc["stress"].tolist() == [0.0, 1, 1, 8.0, 7.0]
     assert costs.loc["mass"].tolist() == [9.0, 1, 1, 8.0, 10.0]
-    softer = table.with_constraint_as_criterion("stress")
+    softer = constraint_as_criterion(table, "stress")
     assert softer.numbers[softer.pareto({"stress": 0.1})].tolist() == [1, 2, 3]
 
 
@@ -246,7 +252,7 @@ def test_more_than_64_constraints():
     G = np.zeros((3, 150))
     G[1, 149] = G[2, 70] = 1.0
     table = TestTable.of([1, 2, 3], np.zeros((3, 1)), np.zeros((3, 1)), G)
-    assert table.broken() == {2: ("g150",), 3: ("g71",)}
+    assert violations(table) == {2: ("g150",), 3: ("g71",)}
 
 
 # Errors
@@ -266,14 +272,14 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: PLAIN.pareto({"f1": 1, 0: 2}), ValueError, "limits must be given once a criterion"),
         (lambda: PLAIN.feasible([1.0, 2.0]), TypeError, r"limits must map criteria to numbers, .* got \[1.0, 2.0\]"),
         (lambda: PLAIN.sorted_by("x1"), ValueError, "criterion must be one of 'f1', 'f2', got 'x1'"),
-        (lambda: PLAIN.with_constraint_as_criterion("h1"), ValueError, "constraint must be one of 'g1', got 'h1'"),
-        (lambda: TestTable.empty().histogram("x1"), ValueError, "variable must be one of the table's, got 'x1'; the table has none"),
+        (lambda: constraint_as_criterion(PLAIN, "h1"), ValueError, "constraint must be one of 'g1', got 'h1'"),
+        (lambda: histogram(TestTable.empty(), "x1"), ValueError, "variable must be one of the table's, got 'x1'; the table has none"),
         (lambda: PLAIN.rows([2]), ValueError, "selection must be a mask or indices of 2 rows, got index 2 is out"),
         (lambda: PLAIN.rows([True]), ValueError, "selection must be a mask or indices of 2 rows"),
         (lambda: PLAIN.rows([0.5]), TypeError, "selection must be a mask or indices, got dtype float64"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(PLAIN), ValueError, "distinct, got test point 1 twice"),
-        (lambda: PLAIN.extended(PLAIN.with_constraint_as_criterion(0)), ValueError, "block must be of the table's layout, got objectives f1, f2 against f1, f2, g1"),
+        (lambda: PLAIN.extended(constraint_as_criterion(PLAIN, 0)), ValueError, "block must be of the table's layout, got objectives f1, f2 against f1, f2, g1"),
         (lambda: TestTable.of([1, 1], [[0.0], [1.0]], [[1.0], [2.0]]), ValueError, "distinct, got test point 1 twice"),
         (lambda: TestTable.of([0], [[0.0]], [[1.0]]), ValueError, "numbers must be integers from 1, got 0"),
         (lambda: TestTable.of([1.0], [[0.0]], [[1.0]]), TypeError, "numbers must be integers from 1, got dtype float64"),

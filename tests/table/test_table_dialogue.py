@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable, lp_tau, rank_of_efficiency
-from pymoo_psi.table import Layout, section_points
+from pymoo_psi.table import (
+    Layout,
+    compare_with_prototype,
+    constraint_as_criterion,
+    dependence,
+    histogram,
+    section_points,
+)
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(
@@ -49,45 +56,45 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
     F = np.column_stack([column, -column])
     table = TestTable.of(numbers, column[:, None], F, layout=Layout.of(1, 2, **box))
     limits = {"f1": limit}
-    histogram = table.histogram("x1", bins=bins, limits=limits)
+    seen = histogram(table, "x1", bins=bins, limits=limits)
     masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
-    counts = (histogram.tested, histogram.feasible, histogram.pareto)
+    counts = (seen.tested, seen.feasible, seen.pareto)
     for count, mask in zip(counts, masks, strict=True):
         assert count.sum() == mask.sum()
-    low, high = histogram.edges[:-1], histogram.edges[1:]
+    low, high = seen.edges[:-1], seen.edges[1:]
     assert len(low) == bins
     assert (low < high).all()
     for k in range(bins):
         last = k == bins - 1
         inside = [low[k] <= v and (v < high[k] or (last and v <= high[k])) for v in column]
-        assert histogram.tested[k] == sum(inside)
+        assert seen.tested[k] == sum(inside)
     if boxed:
-        assert histogram.edges[0] <= -2
-        assert histogram.edges[-1] >= 2
+        assert seen.edges[0] <= -2
+        assert seen.edges[-1] >= 2
 
 
 def test_lp_tau_points_fill_equal_bins_equally():
-    histogram = RING.histogram("x2", bins=8)
-    assert histogram.tested.tolist() == [64] * 8
-    assert histogram.edges.tolist() == np.linspace(0, 1, 9).tolist()
-    assert (histogram.feasible[2:6] > 0).all()
-    assert histogram.feasible[[0, 7]].tolist() == [0, 0]
+    seen = histogram(RING, "x2", bins=8)
+    assert seen.tested.tolist() == [64] * 8
+    assert seen.edges.tolist() == np.linspace(0, 1, 9).tolist()
+    assert (seen.feasible[2:6] > 0).all()
+    assert seen.feasible[[0, 7]].tolist() == [0, 0]
 
 
 def test_a_choice_has_one_bin_for_each_value():
-    teeth = MIXED.histogram("teeth")
+    teeth = histogram(MIXED, "teeth")
     assert teeth.values == (12, 14, 17)
     assert teeth.edges.tolist() == [-0.5, 0.5, 1.5, 2.5]
     assert teeth.tested.tolist() == [2, 1, 1]
     assert teeth.feasible.tolist() == [1, 1, 1]
     assert teeth.pareto.tolist() == [1, 0, 0]
-    steel = MIXED.histogram("steel", limits={"f1": 2.0})
+    steel = histogram(MIXED, "steel", limits={"f1": 2.0})
     assert dict(zip(steel.values, steel.feasible, strict=True)) == {
         "16MnCr5": 0,
         "C45": 1,
         "C60": 1,
     }
-    code = MIXED.histogram("code")  # 1, "1", 1.5 and True are four values
+    code = histogram(MIXED, "code")  # 1, "1", 1.5 and True are four values
     assert len(code.values) == 4
     assert code.tested.tolist() == [1] * 4
 
@@ -97,7 +104,7 @@ def test_a_choice_has_one_bin_for_each_value():
 
 @pytest.mark.parametrize("limits", [None, {"f2": 0.6}])
 def test_a_dependence_is_the_projection_of_the_table(limits):
-    seen = RING.dependence("f2", "x1", limits=limits)
+    seen = dependence(RING, "f2", "x1", limits=limits)
     np.testing.assert_array_equal(seen.x, RING.X[:, 0])
     np.testing.assert_array_equal(seen.f, RING.F[:, 1])
     np.testing.assert_array_equal(seen.feasible, RING.feasible(limits))
@@ -107,9 +114,9 @@ def test_a_dependence_is_the_projection_of_the_table(limits):
 
 
 def test_dependence_on_a_choice():
-    seen = MIXED.dependence(0, "steel")
+    seen = dependence(MIXED, 0, "steel")
     assert seen.x.tolist() == ["C45", "C60", "C45", "16MnCr5"]
-    assert MIXED.dependence("f1", "size").x.dtype == np.float64
+    assert dependence(MIXED, "f1", "size").x.dtype == np.float64
 
 
 @given(
@@ -119,17 +126,18 @@ def test_dependence_on_a_choice():
 )
 def test_a_section_moves_one_variable_only(design, data, n):
     j = data.draw(st.integers(0, len(design) - 1))
-    points = section_points(design, j, n, -1.0, 3.0)
+    table = TestTable.of([1], design[None], [[0.0]])
+    points = section_points(table, design, j, n, -1.0, 3.0)
     np.testing.assert_array_equal(points[:, j], np.linspace(-1, 3, n))
     others = np.delete(points, j, axis=1)
     np.testing.assert_array_equal(others, np.tile(np.delete(design, j), (n, 1)))
 
 
 def test_sections_through_a_tested_design():
-    points = RING.section_points(2, "x2", 3)
+    points = section_points(RING, 2, "x2", 3)
     assert points.tolist() == [[0.5, 0.0], [0.5, 0.5], [0.5, 1.0]]
-    np.testing.assert_array_equal(RING.section_points([0.5, 0.1], 1, 3), points)
-    teeth = MIXED.section_points(2, "teeth", 100)
+    np.testing.assert_array_equal(section_points(RING, [0.5, 0.1], 1, 3), points)
+    teeth = section_points(MIXED, 2, "teeth", 100)
     assert teeth[:, 1].tolist() == list(range(10, 21))
     assert all(type(t) is int for t in teeth[:, 1])
     assert {tuple(np.delete(row, 1)) for row in teeth} == {(1.5, False, "C60", "1")}
@@ -171,7 +179,7 @@ def test_without_a_box_nothing_is_clipped():
 @settings(deadline=None)
 @given(f=arrays(float, 3, elements=st.floats(0, 1.5)))
 def test_comparison_with_a_prototype(f):
-    frame = RING.with_prototype([2.0, 2.0], f).compare_with_prototype({"f3": 1.2})
+    frame = compare_with_prototype(RING.with_prototype([2.0, 2.0], f), {"f3": 1.2})
     pareto = RING.pareto({"f3": 1.2})
     assert sorted(frame.index) == RING.numbers[pareto].tolist()
     for number, row in frame.iterrows():
@@ -193,7 +201,7 @@ def test_a_prototype_is_carried_along():
         table.extended(TestTable.empty()),
     ):
         assert other.prototype.name == "today's chute"
-    softer = table.with_constraint_as_criterion("g1")
+    softer = constraint_as_criterion(table, "g1")
     assert softer.prototype.f.tolist() == [1.0, 1.0, 1.0, -0.3]
     assert softer.prototype.g.tolist() == []
     assert RING.prototype is None
@@ -208,25 +216,25 @@ def slice_of(table):
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: RING.histogram("x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
-        (lambda: RING.histogram("x1", bins=0), ValueError, "bins must be an integer >= 1, got 0"),
-        (lambda: RING.dependence("x1", "f1"), ValueError, "criterion must be one of 'f1', 'f2', 'f3', got 'x1'"),
+        (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
+        (lambda: histogram(RING, "x1", bins=0), ValueError, "bins must be an integer >= 1, got 0"),
+        (lambda: dependence(RING, "x1", "f1"), ValueError, "criterion must be one of 'f1', 'f2', 'f3', got 'x1'"),
         (lambda: RING.refined_bounds({"f1": -1.0}), ValueError, "the feasible set must be of at least one design to span a box, got none of 512 tests; loosen the limits"),
         (lambda: RING.refined_bounds(margin=-0.1), ValueError, "margin must be 0 or more, got -0.1"),
-        (lambda: RING.section_points(513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
-        (lambda: RING.section_points([0.5], "x1", 3), ValueError, "design must be 2 values, one for each variable, got 1"),
-        (lambda: RING.section_points(1, "x1", 1), ValueError, "n must be an integer >= 2, got 1"),
-        (lambda: RING.section_points(1, "x1", 5, 2.0), ValueError, "lower must be at most upper, got 2.0 > 1.0"),
-        (lambda: MIXED.section_points(1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is text"),
-        (lambda: MIXED.section_points(1, "steel", 5), ValueError, "variable must be a real number or an integer, got one that is text"),
-        (lambda: TestTable.of([1], [[0.0]], [[1.0]]).section_points(1, 0, 5), ValueError, "lower must be a finite number, got nan"),
-        (lambda: section_points([0.5], 1, 3, 0, 1), ValueError, "variable must be an index from 0 to 0, got 1"),
-        (lambda: RING.compare_with_prototype(), ValueError, r"the table must be one with a prototype, got none; give it by with_prototype\(x, f\)"),
+        (lambda: section_points(RING, 513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
+        (lambda: section_points(RING, [0.5], "x1", 3), ValueError, "design must be 2 values, one for each variable, got 1"),
+        (lambda: section_points(RING, 1, "x1", 1), ValueError, "n must be an integer >= 2, got 1"),
+        (lambda: section_points(RING, 1, "x1", 5, 2.0), ValueError, "lower must be at most upper, got 2.0 > 1.0"),
+        (lambda: section_points(MIXED, 1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is a choice"),
+        (lambda: section_points(MIXED, 1, "steel", 5), ValueError, "variable must be a real number or an integer, got one that is a choice"),
+        (lambda: section_points(TestTable.of([1], [[0.0]], [[1.0]]), 1, 0, 5), ValueError, "lower must be a finite number, got nan"),
+        (lambda: section_points(RING, 1, 2, 3, 0, 1), ValueError, "variable must be a name or an index from 0 to 1, got 2"),
+        (lambda: compare_with_prototype(RING), ValueError, r"the table must be one with a prototype, got none; give it by with_prototype\(x, f\)"),
         (lambda: RING.with_prototype([0.5], [1, 1, 1]), ValueError, "x of the prototype must be 2 values, one for each variable, got 1"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1]), ValueError, r"f of the prototype must be of shape \(3,\), got shape \(2,\)"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be Unicode text, got 3"),
-        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1]).with_constraint_as_criterion("g1"), ValueError, "g1 of the prototype must be known, got nan; give it with its constraints"),
+        (lambda: constraint_as_criterion(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known, got nan; give it with its constraints"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, kind, message):

@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, PsiError, TestTable, VectorizedSphereChute, lp_tau
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, constraint_as_criterion
 
 LAYOUT = Layout.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
 
@@ -94,7 +94,7 @@ PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got upper bound of x2: 1.0 against 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, objectives=("a", "b")))), ValueError, "got objectives f1, f2 against a, b"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
-        (lambda: run(8).merge(run(8).with_constraint_as_criterion("g1")), ValueError, "objectives f1, f2 against f1, f2, g1"),
+        (lambda: run(8).merge(constraint_as_criterion(run(8), "g1")), ValueError, "objectives f1, f2 against f1, f2, g1"),
         (lambda: PROTOTYPE.merge(run(8).with_prototype([0.0, 0.0], [1.0, 2.0])), ValueError, "prototype 'prototype' against 'prototype' or its values"),
         (lambda: run(8).merge(3), TypeError, "other must be a TestTable, got 3"),
     ],

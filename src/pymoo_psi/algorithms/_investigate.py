@@ -28,7 +28,7 @@ from pymoo_psi.evaluation._failures import without_tolerance
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.problems import DesignSpace, design_space
 from pymoo_psi.problems._pymoo import require_problem
-from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
 
@@ -166,7 +166,8 @@ class Investigation:
     @cached_property
     def layout(self) -> Layout:
         """The columns of the test table: names and bounds."""
-        discrete = np.array([v.kind in ("binary", "choice") for v in self.space.variables])
+        kinds = [variable.kind for variable in self.space.variables]
+        discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
         return Layout.of(
             self.space.names,
             self.problem.n_obj,
@@ -174,6 +175,7 @@ class Investigation:
             self.problem.n_eq_constr,
             lower=np.where(discrete, np.nan, self.space.lower),
             upper=np.where(discrete, np.nan, self.space.upper),
+            kinds=kinds,
         )
 
     def tested(self, first: int, points: NDArray[np.float64]) -> tuple[TestTable, int]:

@@ -90,7 +90,7 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     own = getattr(problem, "fingerprint", None)
     return {
         "problem": problem.name(),
-        "variables": [[v.name, v.kind, *map(str, v.options)] for v in space.variables],
+        "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
         "objectives": problem.n_obj,
         "inequality constraints": problem.n_ieq_constr,
         "equality constraints": problem.n_eq_constr,

@@ -22,7 +22,6 @@ from pymoo_psi.evaluation import FailureTolerant
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.storage import Study
 from pymoo_psi.table import TestTable
-from pymoo_psi.table._constraints import broken_matrix
 
 _SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
@@ -218,7 +217,7 @@ def _of_table(table: TestTable, limits: Mapping[str, float], n_new: int) -> Solv
 
 def _most_violated(table: TestTable, limits: Mapping[str, float], of: str) -> tuple[str, ...]:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
-    violated, names = broken_matrix(table, limits)
+    violated, names = table.violations(limits)
     if not violated.any():
         return ()
     rejects = violated.sum(axis=0)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import boolean, instance, invalid
 from pymoo_psi.plots._style import GREY, MARKERS, Marker, enlarged_markers, on_axes
-from pymoo_psi.table import Dependence, Prototype, TestTable
+from pymoo_psi.table import Dependence, Kind, Prototype, TestTable, dependence
 from pymoo_psi.table._designs import column_kinds, values_in_order
 from pymoo_psi.table._layout import Key, Limits
 from pymoo_psi.table._limits import limit_vector
@@ -300,11 +300,11 @@ def dependence_plane(dependence: Dependence) -> DesignPlane:
     :func:`variable_plane` takes all that from the table.
 
     Args:
-        dependence: From :meth:`TestTable.dependence`.
+        dependence: From :func:`pymoo_psi.table.dependence`.
 
     Example:
         >>> table = TestTable.of([1, 2], X=[[0.1], [0.5]], F=[[2.0], [1.0]])
-        >>> dependence_plane(table.dependence("f1", "x1")).group.tolist()
+        >>> dependence_plane(dependence(table, "f1", "x1")).group.tolist()
         ['feasible, dominated', 'Pareto optimal']
     """
     dependence = instance("dependence", dependence, Dependence, "take that of a TestTable")
@@ -337,10 +337,10 @@ def variable_plane(
     layout = checked_table(table).layout
     i, j = layout.objective(criterion), layout.variable(variable)
     box = float(layout.lower[j]), float(layout.upper[j])
-    dependence = table.dependence(i, j, limits=limits)
+    seen = dependence(table, i, j, limits=limits)
     here = table.prototype
     place = () if here is None else (here.x.tolist()[j], float(here.f[i]))
-    return _over_variable(dependence, _groups(table, limits), here, box, place)
+    return _over_variable(seen, _groups(table, limits), here, box, place)
 
 
 def criteria_plane(
@@ -414,9 +414,9 @@ def _over_variable(
     place: tuple[Any, ...],
 ) -> DesignPlane:
     column = np.array([*dependence.x.tolist(), *place[:1]], dtype=object)
-    kind = column_kinds(column[:, None])[0] if len(column) else "real"
+    kind = column_kinds(column[:, None])[0] if len(column) else Kind.REAL
     options: tuple[Any, ...] = ()
-    if kind not in ("real", "integer"):
+    if kind not in (Kind.REAL, Kind.INTEGER):
         options = tuple(values_in_order(column))
         seat = {(type(value), value): k for k, value in enumerate(options)}
         column = np.array([seat[type(value), value] for value in column.tolist()])
@@ -426,7 +426,7 @@ def _over_variable(
     drawn = _drawn(values, group)
     return DesignPlane(
         names=(dependence.variable, dependence.criterion),
-        abscissa="option" if options else "integer" if kind == "integer" else "real",
+        abscissa="option" if options else "integer" if kind is Kind.INTEGER else "real",
         options=options,
         box=box,
         numbers=dependence.numbers[drawn],

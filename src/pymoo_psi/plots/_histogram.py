@@ -53,7 +53,7 @@ def draw_histogram(
     tests. The counts themselves are in the legend and over the bins.
 
     Args:
-        histogram: From :meth:`TestTable.histogram`.
+        histogram: From :func:`pymoo_psi.table.histogram`.
         ax: Axes to draw on; new ones by default.
         legend: Put a legend with the number of designs of each group under the axes.
         numbers: Write the numbers of feasible and Pareto-optimal designs over the bins, if there
@@ -65,8 +65,9 @@ def draw_histogram(
 
     Example:
         >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi.table import histogram
         >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
-        >>> ax = draw_histogram(table.histogram("x1", limits={"f1": 2}))
+        >>> ax = draw_histogram(histogram(table, "x1", limits={"f1": 2}))
         >>> [text.get_text() for text in ax.get_legend().get_texts()]
         ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
     """

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._validation import Received, boolean, invalid
 from pymoo_psi.plots._designs import checked_table, draw_limit, legend_below, literal, view
 from pymoo_psi.plots._style import CURVES, on_axes
-from pymoo_psi.table import Layout, TestTable
-from pymoo_psi.table._box import design_of
+from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._designs import column_kinds
 from pymoo_psi.table._layout import Key, Limits
 from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table.analysis import design_of
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,8 @@ class Section:
 
     Example:
         >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0]])
-        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> from pymoo_psi.table import section_points
+        >>> X = section_points(table, 1, "x1", 3, lower=0, upper=2)
         >>> F = X.sum(axis=1, keepdims=True)
         >>> curves = section(table, 1, "x1", X, F, limits={"f1": 6.5})
         >>> curves.x, curves.feasible
@@ -99,7 +100,8 @@ def section(
 
     Example:
         >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
-        >>> X = table.section_points(2, "x1", 3, lower=0, upper=4)
+        >>> from pymoo_psi.table import section_points
+        >>> X = section_points(table, 2, "x1", 3, lower=0, upper=4)
         >>> section(table, 2, "x1", X, F=X.sum(axis=1, keepdims=True)).F.ravel()
         array([4., 6., 8.])
     """
@@ -109,9 +111,9 @@ def section(
     row = design_of(table, design)
     tests = TestTable.of(np.arange(1, np.shape(F)[0] + 1), X, F, G, H, layout=layout)
     kinds = column_kinds(np.vstack([tests.X, row]))
-    if kinds[j] not in ("real", "integer"):
+    if kinds[j] not in (Kind.REAL, Kind.INTEGER):
         raise invalid(
-            "variable", "a real number or an integer", Received(f"one that is {kinds[j]}")
+            "variable", "a real number or an integer", Received(f"one that is a {kinds[j].value}")
         )
     others = row != tests.X
     others[:, j] = False
@@ -157,7 +159,8 @@ def draw_section(
 
     Example:
         >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0]])
-        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> from pymoo_psi.table import section_points
+        >>> X = section_points(table, 1, "x1", 3, lower=0, upper=2)
         >>> curves = section(table, 1, "x1", X, F=X.sum(axis=1, keepdims=True))
         >>> draw_section(curves, "f1").get_title()
         'section through test point 1: 3 designs'

@@ -30,7 +30,7 @@ from pymoo_psi.plots._designs import (
 from pymoo_psi.plots._histogram import draw_histogram
 from pymoo_psi.plots._section import Section, draw_section
 from pymoo_psi.plots._style import WIDTH, enlarged_markers, inches, page_style
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
 _SCALE = 0.75  # of the markers on small axes
@@ -183,9 +183,9 @@ def table_page(
     with page_style():
         figure, grid = blank_page(1 + high, wide)
         for ax, j in zip(grid.ravel(), columns, strict=False):
-            histogram = table.histogram(j, limits=limits)
-            draw_histogram(histogram, ax=ax, legend=False, numbers=False)
-            small(ax, wide, (histogram.variable, ax.get_ylabel()), histogram.values)
+            counts = histogram(table, j, limits=limits)
+            draw_histogram(counts, ax=ax, legend=False, numbers=False)
+            small(ax, wide, (counts.variable, ax.get_ylabel()), counts.values)
         tops = grid.ravel()[: len(columns)]
         for ax in tops:
             ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
@@ -265,7 +265,8 @@ def section_page(curves: Section, *, title: str = "") -> Figure:
     Example:
         >>> from pymoo_psi.plots import section
         >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0, 5.0]])
-        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> from pymoo_psi.table import section_points
+        >>> X = section_points(table, 1, "x1", 3, lower=0, upper=2)
         >>> F = [[x1 + x2, x1 * x2] for x1, x2 in X]
         >>> [ax.get_ylabel() for ax in section_page(section(table, 1, "x1", X, F)).axes]
         ['f1', 'f2']

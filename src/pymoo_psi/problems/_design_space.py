@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
 
@@ -22,28 +23,28 @@ class Variable:
 
     Attributes:
         name: Its name.
-        kind: ``"real"``, ``"integer"``, ``"binary"`` or ``"choice"``.
+        kind: What it is, in pymoo's words.
         lower: Lower bound; for a choice the index of the first option.
         upper: Upper bound; for a choice the index of the last option.
         options: The options of a choice.
     """
 
     name: str
-    kind: str
+    kind: Kind
     lower: float
     upper: float
     options: tuple[Any, ...] = ()
 
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1), every discrete value equally often."""
-        if self.kind == "real":
+        if self.kind is Kind.REAL:
             return self.lower + (self.upper - self.lower) * points
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
-        if self.kind == "choice":
+        if self.kind is Kind.CHOICE:
             chosen = np.empty(len(points), dtype=object)
             chosen[:] = [self.options[int(step)] for step in steps]
             return chosen
-        return steps.astype(bool if self.kind == "binary" else np.int64)
+        return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class DesignSpace:
     @property
     def continuous(self) -> bool:
         """Whether all variables are real and a design is a vector."""
-        return not self.named and all(variable.kind == "real" for variable in self.variables)
+        return not self.named and all(variable.kind is Kind.REAL for variable in self.variables)
 
     def matrix(self, points: Array) -> NDArray[Any]:
         """Return the designs at ``(n, n_var)`` points of [0, 1) as an ``(n, n_var)`` matrix.
@@ -125,19 +126,19 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
     """
     space = _named_space(problem) if getattr(problem, "vars", None) else _vector_space(problem)
     if continuous and not space.continuous:
-        kinds = ", ".join(sorted({variable.kind for variable in space.variables}))
+        kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
         raise ArgumentTypeError(f"{problem.name()} must have continuous variables, got {kinds}")
     return space
 
 
 def _vector_space(problem: Any) -> DesignSpace:
-    kinds = {None: "real", float: "real", int: "integer", bool: "binary"}
+    kinds = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
     if problem.vtype not in kinds:
         raise ArgumentTypeError(
             f"vtype of {problem.name()} must be float, int or bool, got {problem.vtype!r}"
         )
     kind = kinds[problem.vtype]
-    unbounded = {"binary": (0.0, 1.0)}.get(kind, (None, None))
+    unbounded = {Kind.BINARY: (0.0, 1.0)}.get(kind, (None, None))
     ends = []
     for value, default in zip((problem.xl, problem.xu), unbounded, strict=True):
         end = default if value is None else value
@@ -153,14 +154,14 @@ def _named_space(problem: Any) -> DesignSpace:
     variables = []
     for name, variable in problem.vars.items():
         if isinstance(variable, Real):
-            variables.append(_bounded(problem, name, "real", *variable.bounds))
+            variables.append(_bounded(problem, name, Kind.REAL, *variable.bounds))
         elif isinstance(variable, Integer):
-            variables.append(_bounded(problem, name, "integer", *variable.bounds))
+            variables.append(_bounded(problem, name, Kind.INTEGER, *variable.bounds))
         elif isinstance(variable, Binary):
-            variables.append(Variable(str(name), "binary", 0.0, 1.0))
+            variables.append(Variable(str(name), Kind.BINARY, 0.0, 1.0))
         elif isinstance(variable, Choice) and len(variable.options):
             options = tuple(variable.options)
-            variables.append(Variable(str(name), "choice", 0.0, len(options) - 1.0, options))
+            variables.append(Variable(str(name), Kind.CHOICE, 0.0, len(options) - 1.0, options))
         else:
             raise ArgumentTypeError(
                 f"variable {name!r} of {problem.name()} must be Real, Integer, Binary or a Choice "
@@ -169,14 +170,14 @@ def _named_space(problem: Any) -> DesignSpace:
     return DesignSpace(tuple(variables), named=True)
 
 
-def _bounded(problem: Any, name: str, kind: str, lower: Any, upper: Any) -> Variable:
+def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Variable:
     """Return a real or integer variable with its bounds checked."""
     where = f"bounds of {name} of {problem.name()}"
     shown = Received(f"{lower} and {upper}")
     if lower is None or upper is None or not np.isfinite([float(lower), float(upper)]).all():
         raise invalid(where, "finite", shown, "test points are laid out in a box")
     low, high = float(lower), float(upper)
-    if kind == "integer":
+    if kind is Kind.INTEGER:
         low, high = float(np.ceil(low)), float(np.floor(high))
     if not np.isfinite(high - low):
         raise invalid(where, "of finite range", shown)

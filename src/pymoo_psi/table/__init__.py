@@ -1,19 +1,39 @@
-"""Parameter Space Investigation on arrays: the table of tests and what is asked of it."""
+"""The test table: tested points under limits, their analysis, and their files.
 
-from pymoo_psi.table._box import section_points
+Also any file of designs, see :func:`read_designs`.
+"""
+
+from pymoo_psi._kinds import Kind
 from pymoo_psi.table._design_file import DesignFile, read_designs
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
-from pymoo_psi.table._statistics import Dependence, Histogram
 from pymoo_psi.table._table import TestTable
+from pymoo_psi.table.analysis import (
+    Dependence,
+    Histogram,
+    compare_with_prototype,
+    constraint_as_criterion,
+    constraint_costs,
+    dependence,
+    histogram,
+    section_points,
+    violations,
+)
 
 __all__ = [
     "Dependence",
     "DesignFile",
     "Histogram",
+    "Kind",
     "Layout",
     "Prototype",
     "TestTable",
+    "compare_with_prototype",
+    "constraint_as_criterion",
+    "constraint_costs",
+    "dependence",
+    "histogram",
     "read_designs",
     "section_points",
+    "violations",
 ]

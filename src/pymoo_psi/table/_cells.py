@@ -42,6 +42,28 @@ class Cells(NamedTuple):
     lines: list[int]
 
 
+def real(text: str) -> float:
+    """Return the number in a text, or raise ValueError; Python alone reads ``1_000``."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
+def integer(text: str) -> int:
+    """Return the whole number in a text, or raise ValueError."""
+    if "_" in text:
+        raise ValueError(text)
+    return int(text)
+
+
+def boolean(text: str) -> bool:
+    """Return what a text says, as Python or a spreadsheet writes it, or raise ValueError."""
+    word = text.strip().lower()
+    if word not in ("true", "false"):
+        raise ValueError(text)
+    return word == "true"
+
+
 def kind_of(cell: str) -> Kind:
     """Return what a cell is; ``nan``, ``n/a`` and the like are blank.
 

@@ -24,8 +24,7 @@ from pymoo_psi._validation import known_name
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import UnfitError, kind_of, parsed
-from pymoo_psi.table._records import STATUSES
-from pymoo_psi.table._table import TestTable
+from pymoo_psi.table._table import STATUSES, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -368,7 +367,7 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
         rows = pd.DataFrame([cells], index=[prototype.name])
     frame = table.rows(feasible).to_frame().reset_index()
-    frame = frame.drop(columns=["status", "broken", "reason", "pareto"])
+    frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
     n, others = len(feasible), len(table) - len(feasible)
     remark = f"{n} of {len(table)} tests are feasible; the others are left out." if others else ""
     roles = Roles(layout.objectives, layout.variables, "test_point")

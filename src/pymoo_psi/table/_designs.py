@@ -1,26 +1,36 @@
-"""Designs as a matrix: real numbers, or for mixed-variable problems integers, choices, booleans."""
+"""Designs as a matrix: float64, int64 or bool where all variables are of that kind, else objects.
+
+In a matrix of objects a cell is Python's float, int, bool or str. So every value comes back from
+a frame or a file with the type it had.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._layout import is_writable
 
-Kind: TypeAlias = Literal["real", "integer", "boolean", "text", "mixed"]
-"""What a column of designs holds; "mixed" is a choice between values of several types."""
+INT64 = range(-(2**63), 2**63)
+_KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
+_KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
+DTYPES: dict[Kind, Any] = {
+    Kind.REAL: np.float64,
+    Kind.INTEGER: np.int64,
+    Kind.BINARY: np.bool_,
+    Kind.CHOICE: np.object_,
+}
 
-_KINDS: dict[type, Kind] = {float: "real", int: "integer", bool: "boolean", str: "text"}
-_DTYPE_KINDS: dict[str, Kind] = {"f": "real", "i": "integer", "b": "boolean"}
-_INT64 = range(-(2**63), 2**63)
 
-
-def design_matrix(name: str, value: Any, variables: Sequence[str] | None = None) -> NDArray[Any]:
+def design_matrix(
+    name: str, value: Any, variables: Sequence[str] | None = None, kinds: Sequence[Kind] = ()
+) -> NDArray[Any]:
     """Return designs as a new ``(n, n_var)`` array in one normal form.
 
     Args:
@@ -29,14 +39,11 @@ def design_matrix(name: str, value: Any, variables: Sequence[str] | None = None)
             mixed-variable problems have them. In rows of numbers alone, whole numbers beside
             fractions are real numbers; other rows are taken as they are.
         variables: The names of the variables, the order for mappings; theirs unless given.
-
-    Returns:
-        An array of float64, int64 or bool where all values are of one such type, else of objects:
-        Python's float, int, bool and str.
+        kinds: What the variables are, where that is known; values are taken accordingly.
 
     Raises:
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
-        ArgumentTypeError: A value is neither number nor boolean nor text.
+        ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
     if not isinstance(value, np.ndarray):
         value = list(value)
@@ -52,21 +59,7 @@ def design_matrix(name: str, value: Any, variables: Sequence[str] | None = None)
         raise invalid(
             name, "two-dimensional (n designs, n_var variables)", Received(f"shape {array.shape}")
         )
-    if array.dtype.kind in "bi":
-        return np.array(array, dtype=bool if array.dtype.kind == "b" else np.int64, order="C")
-    if array.dtype.kind != "f":
-        if array.dtype.kind not in "OUu":
-            raise ArgumentTypeError(
-                f"{name} must hold numbers, booleans or text, got dtype {array.dtype}"
-            )
-        return _narrowest(
-            [[_plain(name, cell) for cell in row] for row in array.tolist()], array.shape
-        )
-    array = np.array(array, dtype=np.float64, order="C")
-    if not np.isfinite(array).all():
-        i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise invalid(name, "finite", Received(f"{array[i, j]} at index {(i, j)}"))
-    return array
+    return _of_kinds(name, _normal(name, array), variables, kinds)
 
 
 def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
@@ -86,23 +79,28 @@ def design_row(
         name: Name of the argument, for messages.
         value: ``(n_var,)`` array or values, or a mapping from variable to value.
         variables: The names of the variables.
-        kinds: What the variables hold, where known; whole numbers are taken accordingly.
+        kinds: What the variables are, where that is known; a value that is equal to none of its
+            kind is taken as it is.
     """
     rows = value[None] if isinstance(value, np.ndarray) and value.ndim else [value]
-    row: NDArray[Any] = design_matrix(name, rows, variables)[0]
-    if len(row) != len(variables):
+    matrix = design_matrix(name, rows, variables)
+    if matrix.shape[1] != len(variables):
         rule = f"{len(variables)} values, one for each variable"
-        raise invalid(name, rule, Received(len(row)))
-    if kinds:
-        cells = [_as_kind(cell, kind) for cell, kind in zip(row.tolist(), kinds, strict=True)]
-        row = design_matrix(name, np.array([cells], dtype=object))[0]
+        raise invalid(name, rule, Received(matrix.shape[1]))
+    if len(kinds) == len(variables):
+        cells = [_as_kind(cell, kind) for cell, kind in zip(matrix[0].tolist(), kinds, strict=True)]
+        matrix = _narrowest([cells], matrix.shape)
+    row: NDArray[Any] = matrix[0]
     return row
 
 
 def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
-    """Return what each column of a design matrix in normal form holds."""
+    """Return the kind of each column of a design matrix in normal form, as its values tell.
+
+    Values of several types, and integers beyond int64, are those of a choice.
+    """
     if X.dtype != object:
-        return (_DTYPE_KINDS[X.dtype.kind],) * int(X.shape[1])
+        return (_KIND_OF_DTYPE[X.dtype.kind],) * int(X.shape[1])
     columns: list[list[Any]] = X.T.tolist()
     return tuple(map(_kind, columns))
 
@@ -114,12 +112,34 @@ def values_in_order(column: NDArray[Any]) -> list[Any]:
     return [value for _, value in ordered]
 
 
+def common_dtype(kinds: Sequence[Kind]) -> Any:
+    """Return the dtype of a matrix of variables of these kinds; float64 if there is none."""
+    different = set(kinds) or {Kind.REAL}
+    return DTYPES[different.pop()] if len(different) == 1 else np.object_
+
+
+def _normal(name: str, array: NDArray[Any]) -> NDArray[Any]:
+    """Return a new array of the values as they are, of float64, int64, bool or objects."""
+    if array.dtype.kind in "bi":
+        return np.array(array, dtype=bool if array.dtype.kind == "b" else np.int64, order="C")
+    if array.dtype.kind == "f":
+        array = np.array(array, dtype=np.float64, order="C")
+        if not np.isfinite(array).all():
+            i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
+            raise invalid(name, "finite", Received(f"{array[i, j]} at index {(i, j)}"))
+        return array
+    if array.dtype.kind not in "OUu":
+        rule = f"{name} must hold numbers, booleans or text, got dtype {array.dtype}"
+        raise ArgumentTypeError(rule)
+    return _narrowest([[_plain(name, cell) for cell in row] for row in array.tolist()], array.shape)
+
+
 def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     types = {type(cell) for row in cells for cell in row} or {float}
     dtype: Any = object
     if len(types) == 1:
         dtype = {float: np.float64, int: np.int64, bool: np.bool_}.get(types.pop(), object)
-    if dtype is np.int64 and not all(cell in _INT64 for row in cells for cell in row):
+    if dtype is np.int64 and not all(cell in INT64 for row in cells for cell in row):
         dtype = object
     array = np.empty(shape, dtype=dtype)
     if array.size:
@@ -127,21 +147,40 @@ def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     return array
 
 
+def _of_kinds(
+    name: str, array: NDArray[Any], variables: Sequence[str] | None, kinds: Sequence[Kind]
+) -> NDArray[Any]:
+    if len(kinds) != array.shape[1] or column_kinds(array) == kinds:
+        return array  # another number of columns is told of where the table is put together
+    result = np.empty(array.shape, dtype=object)
+    for j, kind in enumerate(kinds):
+        for i, cell in enumerate(array[:, j].tolist()):
+            result[i, j] = _as_kind(cell, kind)
+            if kind not in (Kind.CHOICE, _kind([result[i, j]])):
+                column = f"x{j + 1}" if variables is None else variables[j]
+                rule = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
+                raise ArgumentTypeError(rule)
+    return result.astype(common_dtype(kinds))
+
+
 def _as_kind(cell: Any, kind: Kind) -> Any:
-    if kind == "real" and type(cell) is int:
+    """Return the number of a kind that is equal to a cell, or the cell if there is none."""
+    if type(cell) is int and kind is Kind.REAL and abs(cell) < 2**1023 and float(cell) == cell:
         return float(cell)
-    if kind == "integer" and type(cell) is float and cell.is_integer():
+    if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and int(cell) in INT64:
         return int(cell)
+    if type(cell) in (int, float) and kind is Kind.BINARY and cell in (0, 1):
+        return bool(cell)
     return cell
 
 
 def _kind(column: list[Any]) -> Kind:
     types = set(map(type, column))
     if len(types) != 1:
-        return "mixed"
-    kind = _KINDS[types.pop()]
-    if kind == "integer" and not all(value in _INT64 for value in column):
-        return "mixed"  # no column of a file holds such integers
+        return Kind.CHOICE
+    kind = _KIND_OF_TYPE[types.pop()]
+    if kind is Kind.INTEGER and not all(value in INT64 for value in column):
+        return Kind.CHOICE  # no column of a file holds such integers
     return kind
 
 

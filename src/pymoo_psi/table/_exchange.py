@@ -1,125 +1,195 @@
-"""Tests as a data frame and as files, from which they come back unchanged."""
+"""What a test table is outside Python: a head that JSON can hold, and named columns.
+
+    table_of(head_of(table), columns_of(table)) is the table.
+
+The head says what the columns mean. A file or a database stores both and need not know more: the
+columns are arrays of float64, int64, bool, or texts.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from os import PathLike
-from typing import TYPE_CHECKING
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias, TypeVar
 
-from pymoo_psi.table._csv_file import read_csv, write_csv
-from pymoo_psi.table._frames import table_frame
-from pymoo_psi.table._judgement import JudgedRecords
-from pymoo_psi.table._parquet_file import read_parquet, write_parquet
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import pandas as pd
-    from typing_extensions import Self
+from pymoo_psi._kinds import Kind
+from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.table._designs import DTYPES, column_kinds, common_dtype
+from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._prototype import Prototype
+
+Head: TypeAlias = dict[str, Any]
+Columns: TypeAlias = dict[str, NDArray[Any]]
+Table = TypeVar("Table")
+_LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FiledRecords(JudgedRecords):
-    """Judged tests that go to frames and files, and are read from them."""
+def head_of(table: Any) -> Head:
+    """Return what is not in the columns of a :class:`TestTable`, as values that JSON can hold.
 
-    def to_frame(self) -> pd.DataFrame:
-        """Return the table with one row per test point.
+    Returns:
+        ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
+        ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
+        tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
+        ``eq_tolerance``; and ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h`` if there
+        is one.
+    """
+    layout: Layout = table.layout
+    kinds = layout.kinds or (column_kinds(table.X) if len(table) else ())
+    head: Head = {name: getattr(layout, name) for name in _LAYOUT}
+    head = {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
+    head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
+    head["kinds"] = [kind.value for kind in kinds]
+    prototype: Prototype | None = table.prototype
+    if prototype is not None:
+        values = {letter: getattr(prototype, letter).tolist() for letter in "xfgh"}
+        head["prototype"] = {"name": prototype.name} | values
+    return head
 
-        Returns:
-            Index ``test_point``; a column for each variable, criterion and constraint under its
-            name; ``status``; ``broken``, the names of the constraints a design breaks;
-            ``reason``, why it failed; ``pareto``.
 
-        Example:
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
-            >>> print(table.to_frame().drop(columns="reason"))
-                         x1   f1   g1      status broken  pareto
-            test_point
-            1           0.0  1.0  0.0          ok           True
-            2           0.5  2.0  0.1  infeasible     g1   False
-        """
-        return table_frame(self)
+def columns_of(table: Any) -> Columns:
+    """Return the columns that make a :class:`TestTable`, n cells each, in the order of its tests.
 
-    def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; :meth:`read_csv` reads it back without a change.
+    Returns:
+        ``test_point`` (int64); the variables, criteria and constraints under their names;
+        ``status`` and ``reason`` (texts, empty where there is none). A choice is text, see
+        :func:`choice_texts`; other variables have the dtype of their kind.
+    """
+    layout: Layout = table.layout
+    columns: Columns = {"test_point": table.numbers}
+    kinds = layout.kinds or column_kinds(table.X)
+    for name, column, kind in zip(layout.variables, table.X.T, kinds, strict=True):
+        texts = kind is Kind.CHOICE
+        columns[name] = choice_texts(column.tolist()) if texts else column.astype(DTYPES[kind])
+    columns |= zip(layout.objectives, table.F.T, strict=True)
+    columns |= zip(layout.inequalities, table.G.T, strict=True)
+    columns |= zip(layout.equalities, table.H.T, strict=True)
+    reasons = np.full(len(table), "", dtype=object)
+    if table.reasons:
+        reasons[:] = [table.reasons.get(number, "") for number in table.numbers.tolist()]
+    columns |= {"status": table.status.astype(object), "reason": reasons}
+    return columns
 
-        The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
-        a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
-        them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
-        ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
-        file as it was.
 
-        Example:
-            >>> import os, tempfile
-            >>> import pandas as pd
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     path = os.path.join(folder, "table.csv")
-            ...     table.to_csv(path)
-            ...     print(pd.read_csv(path, comment="#", index_col="test_point")[["x1", "f1"]])
-                         x1   f1
-            test_point
-            1           0.0  3.0
-            2           0.5  4.0
-        """
-        write_csv(self, path)
+def layout_of(head: Mapping[str, Any], where: object) -> Layout:
+    """Return the layout in a head; see :func:`table_of` for the arguments."""
+    try:
+        bounds = {side: head[side] for side in ("lower", "upper")}
+        return Layout(**{name: head[name] for name in _LAYOUT}, **bounds, kinds=head["kinds"])
+    except (PsiError, ValueError, KeyError, TypeError) as error:
+        raise damaged(where, f"its head is damaged: {error}") from None
 
-    @classmethod
-    def read_csv(cls, path: str | PathLike[str]) -> Self:
-        """Read a table that :meth:`to_csv` wrote.
 
-        Rows may stand in any order, and further columns are not read; ``broken`` and ``pareto``
-        follow from the others.
+def kinds_of_columns(layout: Layout) -> dict[str, Kind]:
+    """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
+    real = layout.objectives + layout.constraints
+    return {
+        "test_point": Kind.INTEGER,
+        **dict(zip(layout.variables, _kinds(layout), strict=True)),
+        **dict.fromkeys(real, Kind.REAL),
+        **dict.fromkeys(("status", "reason"), Kind.CHOICE),
+    }
 
-        Raises:
-            ArgumentValueError: The file is not such a table, or is damaged.
-            OSError: The file cannot be opened.
 
-        Example:
-            >>> import os, tempfile
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_csv(os.path.join(folder, "table.csv"))
-            ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
-            True
-        """
-        return read_csv(path, cls)
+def table_of(
+    head: Mapping[str, Any],
+    columns: Mapping[str, Any],
+    where: object,
+    make: Callable[..., Table],
+) -> Table:
+    """Return the table of a head and the columns of :func:`columns_of`.
 
-    def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
+    Args:
+        head: As :func:`head_of` returns it.
+        columns: In any order; further ones are not read.
+        where: What they come from, such as the path of a file, for messages.
+        make: The class :class:`TestTable`, which stands above this module.
 
-        Raises:
-            PsiError: pyarrow is not installed.
+    Raises:
+        ArgumentValueError: They are those of no table; the message says where.
+    """
+    layout = layout_of(head, where)
+    if missing := [name for name in kinds_of_columns(layout) if name not in columns]:
+        raise damaged(where, f"the columns {', '.join(map(repr, missing))} are missing")
+    numbers = np.asarray(columns["test_point"], dtype=np.int64)
+    texts = zip(numbers.tolist(), columns["status"], columns["reason"], strict=True)
+    reasons = {number: reason for number, status, reason in texts if status == "failed" and reason}
+    kinds = _kinds(layout)
+    X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
+    for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
+        X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
+    F, G, H = (
+        _reals(columns, names, len(numbers))
+        for names in (layout.objectives, layout.inequalities, layout.equalities)
+    )
+    status = np.array(list(columns["status"]), dtype=str)
+    try:
+        prototype = _prototype(head.get("prototype"), layout)
+        return make(layout, numbers, X, F, G, H, status, reasons, prototype)
+    except PsiError as error:
+        raise damaged(where, str(error)) from None
 
-        Example:
-            >>> import os, tempfile
-            >>> import pandas as pd
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
-            ...     pd.read_parquet(os.path.join(folder, "table.parquet"))["f1"].tolist()
-            [3.0, 4.0]
-        """
-        write_parquet(self, path)
 
-    @classmethod
-    def read_parquet(cls, path: str | PathLike[str]) -> Self:
-        """Read a table that :meth:`to_parquet` wrote.
+def _kinds(layout: Layout) -> tuple[Kind, ...]:
+    return layout.kinds or (Kind.REAL,) * len(layout.variables)
 
-        Raises:
-            PsiError: pyarrow is not installed.
-            ArgumentValueError: The file is not such a table, or is damaged.
-            OSError: The file cannot be opened.
 
-        Example:
-            >>> import os, tempfile
-            >>> from pymoo_psi import TestTable
-            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
-            ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
-            True
-        """
-        return read_parquet(path, cls)
+def _prototype(values: Any, layout: Layout) -> Prototype | None:
+    if values is None:
+        return None
+    try:
+        x = np.array(values["x"], dtype=object)  # the types of its cells as they are
+        return Prototype(**values | {"x": x}).checked(layout)
+    except (KeyError, TypeError) as error:
+        raise ArgumentValueError(f"its head is damaged: {error} of its prototype") from None
+
+
+def damaged(where: object, what: str) -> ArgumentValueError:
+    """Compose the error for what is no test table; the caller raises it."""
+    return ArgumentValueError(f"{where} must be a file of a TestTable: {what}")
+
+
+def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
+    """Return the options that designs have chosen as texts that tell them apart.
+
+    An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
+    ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
+    """
+    return _objects(
+        [
+            c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
+            for c in cells
+        ]
+    )
+
+
+def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
+    """Return the options of the texts of :func:`choice_texts`."""
+    return _objects([json.loads(text) if _is_json(text) else text for text in texts])
+
+
+def _is_json(text: str) -> bool:
+    """Say whether a text is a number, true, false, null or a text of JSON."""
+    if text.lstrip()[:1] in ("[", "{"):  # no option; of these a long one is a RecursionError
+        return False
+    try:
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _objects(cells: list[Any]) -> NDArray[np.object_]:
+    array = np.empty(len(cells), dtype=object)
+    array[:] = cells
+    return array
+
+
+def _reals(columns: Mapping[str, Any], names: Sequence[str], n: int) -> NDArray[np.float64]:
+    block = np.empty((n, len(names)), dtype=np.float64)
+    for j, name in enumerate(names):
+        block[:, j] = columns[name]
+    return block

@@ -1,4 +1,4 @@
-"""What the columns of a test table mean: names, the box of the variables, the tolerance."""
+"""What the columns of a test table mean: names, kinds, the box of the variables, the tolerance."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     Received,
     finite_number,
@@ -26,7 +27,8 @@ Key: TypeAlias = str | int
 Limits: TypeAlias = Mapping[str, float] | Mapping[int, float] | Mapping[str | int, float]
 """Limits on criteria, f_j <= limit: each for the name of a criterion, or its index from 0."""
 
-RESERVED = ("test_point", "status", "broken", "reason", "pareto")  # further columns of a frame
+RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
+_GROUPS = ("variables", "objectives", "inequalities", "equalities")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,7 @@ class Layout:
         lower: ``(n_var,)`` lower bounds of the box; NaN where there is none or it is not known.
         upper: ``(n_var,)`` upper bounds likewise.
         eq_tolerance: How far an equality constraint may be from 0.
+        kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
 
     Example:
         >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
@@ -55,10 +58,11 @@ class Layout:
     lower: Array
     upper: Array
     eq_tolerance: float
+    kinds: tuple[Kind, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that the names are distinct and the bounds fit."""
-        for group in ("variables", "objectives", "inequalities", "equalities"):
+        """Check that the names are distinct, and kinds and bounds fit."""
+        for group in _GROUPS:
             object.__setattr__(self, group, _names(group, getattr(self, group)))
         seen: set[str] = set(RESERVED)
         for name in (*self.variables, *self.objectives, *self.constraints):
@@ -83,6 +87,7 @@ class Layout:
         if tolerance < 0:
             raise invalid("eq_tolerance", "0 or more", tolerance)
         object.__setattr__(self, "eq_tolerance", tolerance)
+        object.__setattr__(self, "kinds", _known_kinds(self.kinds, len(self.variables)))
 
     @classmethod
     def of(
@@ -95,6 +100,7 @@ class Layout:
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         eq_tolerance: float = EQ_TOLERANCE,
+        kinds: Sequence[Kind | str] = (),
     ) -> Layout:
         """Return the layout with these names; a number stands for as many default names.
 
@@ -106,9 +112,11 @@ class Layout:
             lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
             upper: ``(n_var,)`` upper bounds likewise.
             eq_tolerance: How far an equality constraint may be from 0.
+            kinds: What each variable is, "real", "integer", "binary" or "choice"; as the designs
+                tell unless given.
 
         Raises:
-            ArgumentValueError: A name occurs twice or is reserved; the bounds do not fit.
+            ArgumentValueError: A name occurs twice or is reserved; bounds or kinds do not fit.
             ArgumentTypeError: A name is not text, a bound not a number.
 
         Example:
@@ -125,6 +133,7 @@ class Layout:
             unknown if lower is None else real_array("lower", lower),
             unknown if upper is None else real_array("upper", upper),
             eq_tolerance,
+            tuple(kinds),  # type: ignore[arg-type]  # words become kinds when they are checked
         )
 
     @property
@@ -183,10 +192,14 @@ class Layout:
         """
         if other is self:
             return ""
-        for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
+        for group in (*_GROUPS, "eq_tolerance"):
             a, b = getattr(self, group), getattr(other, group)
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
+        # Kinds that follow from the designs may be any.
+        for name, a, b in zip(self.variables, self.kinds, other.kinds, strict=False):
+            if a != b:
+                return f"kind of {name}: {a.value} against {b.value}"
         for side in ("lower", "upper"):
             a, b = getattr(self, side), getattr(other, side)
             for j in np.flatnonzero(~((a == b) | (np.isnan(a) & np.isnan(b)))):
@@ -204,6 +217,14 @@ def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
         count = integer(f"the number of {letter} columns", group, minimum=0)
         return tuple(f"{letter}{j + 1}" for j in range(count))
     return tuple(group)
+
+
+def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
+    words = [kind.value for kind in Kind]
+    known = tuple(Kind(known_name("kinds", kind, words)) for kind in kinds)
+    if len(known) not in (0, n_var):
+        raise invalid("kinds", f"{n_var} kinds, one for each variable", Received(len(known)))
+    return known
 
 
 def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The table of tests: every tested point, and what an investigator asks of them.
+"""The test table: every tested point, and what an investigator asks of them.
 
 The order of work is that of Parameter Space Investigation (Sobol' and Statnikov, Choosing Optimal
 Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995): test the points,
@@ -8,53 +8,59 @@ that are feasible then, and refine the box for the next investigation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from itertools import compress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.table._box import box_of_feasible_set, section_of_table
-from pymoo_psi.table._comparison import comparison_with_prototype, make_prototype
-from pymoo_psi.table._constraints import broken_names, constraint_as_criterion, cost_of_constraints
-from pymoo_psi.table._exchange import FiledRecords
-from pymoo_psi.table._layout import Key, Limits
-from pymoo_psi.table._merging import difference_of_tables, merged
-from pymoo_psi.table._statistics import (
-    Dependence,
-    Histogram,
-    dependence_on_variable,
-    histogram_of_variable,
-)
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, finite_number, instance, invalid, real_array
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto._feasibility import violated_constraints, competes
+from pymoo_psi.pareto._objectives import Objectives
+from pymoo_psi.pareto._ranking import ranking_of
+from pymoo_psi.table._designs import column_kinds, design_matrix, design_row, joined_designs
+from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
+from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
+from pymoo_psi.table._layout import Key, Layout, Limits, is_writable
+from pymoo_psi.table._limits import limit_vector, within_limits
+from pymoo_psi.table._prototype import Prototype
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+STATUSES = ("ok", "infeasible", "failed")
+_BLOCKS = ("X", "F", "G", "H", "status")  # with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestTable(FiledRecords):
+class TestTable:
     """Every tested point of an investigation, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
     :meth:`read_csv`. A table never changes; its arrays are read-only.
 
     Wherever ``limits`` are asked for, they are limits f_j <= f_j** on criteria, by name or index
-    from 0: ``{"f1": 2.5, "f3": 0.1}``. They judge the tests anew and need no evaluation.
+    from 0: ``{"f1": 2.5, "f3": 0.1}``. They are set on the tests there are and need no evaluation.
 
     Attributes:
-        layout: Names of variables, criteria and constraints, bounds of the box, the tolerance of
-            equality constraints.
+        layout: Names of variables, criteria and constraints, kinds and bounds of the variables,
+            the tolerance of equality constraints.
         numbers: ``(n,)`` numbers of the test points, from 1, each once.
         X: ``(n, n_var)`` designs: float64; int64 or bool if all variables are integers or all
-            booleans; object if they differ, or are choices.
+            binary; object if they differ, or are choices.
         F: ``(n, m)`` criteria, all minimised; NaN or infinite where a design failed.
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
-        status: ``(n,)`` "ok", "infeasible" (breaks a constraint) or "failed" (was not computed).
+        status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
         reasons: Why designs failed, for the numbers of their test points.
         prototype: An existing design to compare with, if there is one.
 
@@ -63,132 +69,246 @@ class TestTable(FiledRecords):
         ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]],
         ...     G=[[-1.0], [0.0], [0.5]])
         >>> table
-        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variables, 2 criteria, 1 constraints)
+        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variable, 2 criteria, 1 constraint)
         >>> table.feasible({"f1": 1.5}).tolist()
         [True, False, False]
     """
 
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
-    # Constraints and limits
+    layout: Layout
+    numbers: NDArray[np.int64]
+    X: NDArray[Any]
+    F: Array
+    G: Array
+    H: Array
+    status: NDArray[np.str_]
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    prototype: Prototype | None = None
 
-    def broken(self, limits: Limits | None = None) -> dict[int, tuple[str, ...]]:
-        """Return the names of the constraints, and limits, that designs break.
+    def __post_init__(self) -> None:
+        """Bring the arrays into their normal form and check that they belong together."""
+        layout, numbers = self.layout, _point_numbers(self.numbers)
+        checked: dict[str, Any] = {
+            "numbers": numbers,
+            "X": design_matrix("X", self.X, layout.variables, layout.kinds),
+            "status": np.asarray(self.status, dtype=str),
+            "reasons": _reason_texts(self.reasons),
+        }
+        for name in "FGH":
+            checked[name] = np.array(real_array(name, getattr(self, name)), order="C")
+        for name, width in _widths(layout).items():
+            shape = (len(numbers), width)
+            if checked[name].shape != shape:
+                found = Received(f"shape {checked[name].shape}")
+                raise invalid(name, f"of shape {shape} (tests, columns)", found)
+        self._set(checked)
+        self._check_status()
+        self._check_reasons()
+        if self.prototype is not None:
+            self._set({"prototype": self.prototype.checked(layout)})
 
-        Returns:
-            The names for the number of every design that breaks any; failed designs are left out.
+    @classmethod
+    def of(
+        cls,
+        numbers: ArrayLike,
+        X: Any,
+        F: ArrayLike,
+        G: ArrayLike | None = None,
+        H: ArrayLike | None = None,
+        *,
+        reasons: Mapping[int, str] | None = None,
+        layout: Layout | None = None,
+    ) -> TestTable:
+        """Return a table of evaluated designs; their status follows from the constraints.
+
+        A design with a reason has failed. A design that meets its constraints but whose criteria
+        are not all finite has failed as well, for that reason.
+
+        Args:
+            numbers: ``(n,)`` numbers of the test points, from 1, each once.
+            X: ``(n, n_var)`` designs, or n mappings from variable to value.
+            F: ``(n, m)`` criteria, all minimised; NaN and infinity are allowed.
+            G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
+            H: ``(n, n_eq)`` equality constraints, met within the tolerance.
+            reasons: Why designs failed, for their numbers.
+            layout: Names, kinds, bounds and tolerance; default names and no bounds unless given.
+
+        Raises:
+            ArgumentValueError: The arrays do not fit each other or the layout.
+            ArgumentTypeError: An array holds what it cannot.
 
         Example:
-            >>> TestTable.of([7], [[0.0]], [[1.0]], G=[[2.0, -2.0]]).broken({"f1": 0.5})
-            {7: ('g1', 'f1')}
+            >>> table = TestTable.of([1, 2], X=[[0.0], [0.5]], F=[[3.0], [4.0]], G=[[0.0], [0.1]])
+            >>> table.status.tolist()
+            ['ok', 'infeasible']
         """
-        return broken_names(self, limits)
+        numbers = _point_numbers(numbers)
+        F = real_array("F", F)
+        G, H = (np.zeros((len(numbers), 0)) if v is None else v for v in (G, H))
+        G, H = real_array("G", G), real_array("H", H)
+        if layout is None:
+            X = design_matrix("X", X)
+            layout = Layout.of(X.shape[1], *(v.shape[1] if v.ndim == 2 else 0 for v in (F, G, H)))
+        given = _reason_texts({} if reasons is None else reasons)
+        table = cls(layout, numbers, X, F, G, H, np.full(len(numbers), "failed"))
+        failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
+        lost = ~failed & ~np.isfinite(table.F).all(axis=1)
+        lost &= ~table._violated().any(axis=1)
+        for i in np.flatnonzero(lost):
+            j = int(np.flatnonzero(~np.isfinite(table.F[i]))[0])
+            given[int(table.numbers[i])] = f"{layout.objectives[j]} is {table.F[i, j]}"
+        table._set({"status": table._status(failed | lost), "reasons": given})
+        table._check_reasons()
+        return table
 
-    def constraint_costs(self, limits: Limits | None = None) -> pd.DataFrame:
-        """Return what each constraint and limit costs, and what relaxing it would buy.
+    @classmethod
+    def empty(cls, layout: Layout | None = None) -> TestTable:
+        """Return a table without any test.
 
-        Returns:
-            One row per constraint and then per limit. Columns: ``limit``, what its value must not
-            exceed; ``rejects``, how many designs break it; ``alone``, how many it alone rejects;
-            and for each criterion the best value among the feasible designs (``f1_feasible``) and
-            among those it alone rejects (``f1_alone``); NaN where there are none.
+        Args:
+            layout: Names, kinds, bounds and tolerance. Without one the table takes the layout of
+                the first block it is extended by.
 
         Example:
-            Test 2 breaks the constraint only; without it f1 = 1 would be had instead of 2.
+            >>> table = TestTable.empty()
+            >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
+            (0, 1)
+        """
+        layout = Layout.of() if layout is None else layout
+        X, F, G, H = (np.zeros((0, width)) for width in _widths(layout).values())
+        return cls(layout, np.zeros(0, dtype=np.int64), X, F, G, H, np.zeros(0, dtype="<U10"))
 
-            >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
+    def __repr__(self) -> str:
+        """Return the size of the table."""
+        counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
+        sizes = (
+            _counted(self.X.shape[1], "variable", "variables"),
+            _counted(self.F.shape[1], "criterion", "criteria"),
+            _counted(len(self.layout.constraints), "constraint", "constraints"),
+        )
+        return f"TestTable({_counted(len(self), 'test', 'tests')}: {counts}; {', '.join(sizes)})"
+
+    def __len__(self) -> int:
+        """Return the number of tested points."""
+        return len(self.numbers)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """What each variable is: as the layout says, or as the designs tell.
+
+        Example:
+            >>> table = TestTable.of([1], [{"width": 0.5, "teeth": 12, "metal": "iron"}], [[1.0]])
+            >>> [kind.value for kind in table.kinds]
+            ['real', 'integer', 'choice']
+        """
+        return self.layout.kinds or column_kinds(self.X)
+
+    # Sets of designs under limits
+
+    def feasible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are "ok" and keep the limits.
+
+        Raises:
+            ArgumentValueError: A criterion is not known, or a limit is NaN.
+            ArgumentTypeError: The limits are no mapping to numbers.
+
+        Example:
+            >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
             >>> table = TestTable.of([1, 2, 3], X, F, G)
-            >>> print(table.constraint_costs({"f1": 3}))
-                        limit  rejects  alone  f1_feasible  f1_alone
-            constraint
-            g1            0.0        1      1          2.0       1.0
-            f1            3.0        1      1          2.0       4.0
+            >>> table.feasible()
+            array([False,  True,  True])
+            >>> table.feasible({"f1": 2})
+            array([False,  True, False])
         """
-        return cost_of_constraints(self, limits)
+        ok: Mask = self.status == "ok"
+        return ok & within_limits(self.F, limit_vector(limits, self.layout))
 
-    def with_constraint_as_criterion(self, constraint: Key) -> TestTable:
-        """Return the table with a constraint looked at as a criterion more, the last one.
-
-        The criterion has the constraint's name and the value g, or |h|. The constraint is gone, so
-        that designs which it alone rejected become feasible; a limit of 0 (or the tolerance) on
-        the new criterion restores it, and any other relaxes or tightens it.
-
-        Raises:
-            ArgumentValueError: There is no such constraint.
+    def eligible(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are feasible and have finite criteria, so that they compete.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[2], [1]], G=[[-1.0], [0.5]])
-            >>> freed = table.with_constraint_as_criterion("g1")
-            >>> freed.layout.objectives, freed.status.tolist()
-            (('f1', 'g1'), ['ok', 'ok'])
-            >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
-            [True, False]
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).eligible()
+            array([ True, False])
         """
-        return constraint_as_criterion(self, constraint)
+        return competes(self.F, self.feasible(limits))
 
-    # Variables
-
-    def histogram(
-        self, variable: Key, *, bins: int = 10, limits: Limits | None = None
-    ) -> Histogram:
-        """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
-
-        Args:
-            variable: Name or index of the variable.
-            bins: Equal bins of the box of a real variable; others have one bin for each value.
-            limits: Limits on criteria.
+    def pareto(self, limits: Limits | None = None) -> Mask:
+        """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
         Example:
-            >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
-            >>> histogram = table.histogram("x1", bins=2, limits={"f1": 2})
-            >>> histogram.edges, histogram.tested, histogram.feasible
-            (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
+            Without a limit on f1 no design beats another; with one there are fewer to compare.
+
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1, 3], [2, 2], [3, 3]])
+            >>> table.pareto()
+            array([ True,  True, False])
+            >>> table.pareto({"f1": 1.5})
+            array([ True, False, False])
         """
-        return histogram_of_variable(self, variable, bins=bins, limits=limits)
+        mask = self.eligible(limits)
+        if self.F.shape[1] > 0:  # without criteria no design is better than another
+            mask[mask] = nondominated(self.F[mask])
+        return mask
 
-    def dependence(
-        self, criterion: Key, variable: Key, *, limits: Limits | None = None
-    ) -> Dependence:
-        """Return the projection of all designs onto a variable and a criterion, as data to draw.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]])
-            >>> seen = table.dependence("f1", "x1", limits={"f1": 2.5})
-            >>> seen.x, seen.f, seen.feasible
-            (array([0.1, 0.5]), array([3., 2.]), array([False,  True]))
-        """
-        return dependence_on_variable(self, criterion, variable, limits=limits)
-
-    def section_points(
-        self,
-        design: int | ArrayLike,
-        variable: Key,
-        n: int,
-        lower: float | None = None,
-        upper: float | None = None,
-    ) -> NDArray[Any]:
-        """Return the designs of a one-at-a-time section, for the problem to evaluate.
-
-        Args:
-            design: Number of the test point the section goes through, or ``(n_var,)`` a design.
-            variable: Name or index of the variable that runs, a real one or an integer.
-            n: Number of designs.
-            lower: Where the variable starts; at the lower bound of the box unless given.
-            upper: Where it ends; at the upper bound unless given.
+    def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
+        """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
 
         Returns:
-            ``(n, n_var)`` designs; see :func:`pymoo_psi.table.section_points`.
+            The ranking of ``self.F[self.pareto(limits)]``, in that order, without another search
+            for the Pareto set.
 
         Raises:
-            ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
-                choice or a boolean.
+            ArgumentValueError: There is no design to rank, or a limit does not fit.
 
         Example:
-            >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
-            >>> table.section_points(2, "x1", 3, lower=0, upper=4)
-            array([[0., 4.], [2., 4.], [4., 4.]])
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
+            >>> front = table.rows(table.pareto())
+            >>> front.numbers[table.ranking().salukvadze]
+            array([2])
         """
-        return section_of_table(self, design, variable, n, lower, upper)
+        front = self.F[self.pareto(limits)]
+        if len(front) == 0:
+            failed = np.sum(self.status == "failed")
+            tests = _counted(len(self), "test", "tests")
+            found = Received(f"none of {tests}, of which {failed} failed")
+            remedy = "see its reasons" if failed else "loosen the limits, or test more points"
+            raise invalid("the table", "one with a feasible design", found, remedy)
+        known = np.ones(len(front), dtype=bool)
+        return ranking_of(Objectives.of(front), known, normalize=normalize)
+
+    def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
+        """Return the ordered test table of a criterion: the feasible designs, the best first.
+
+        It is a table again, for the next question, a frame or a file. Equal designs stay in the
+        order of testing; those whose criterion is NaN come last.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
+            >>> table.sorted_by("f1").numbers, table.sorted_by("f1", {"f2": 5}).numbers
+            (array([2, 1, 3]), array([1, 3]))
+        """
+        values = self.F[:, self.layout.objective(criterion)]
+        rows = np.flatnonzero(self.feasible(limits))
+        return self.rows(rows[np.argsort(values[rows], kind="stable")])
+
+    def violations(self, limits: Limits | None = None) -> tuple[Mask, tuple[str, ...]]:
+        """Return which constraint and limit each design violates, and their names.
+
+        Returns:
+            ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
+            names. Rows of failed designs are False: what was not computed violates nothing.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
+            >>> mask, names = table.violations({"f1": 1.5})
+            >>> mask.tolist(), names
+            ([[True, False], [False, True]], ('g1', 'f1'))
+        """
+        chosen = limit_vector(limits, self.layout)
+        over = [~(self.F[:, j] <= limit)[:, None] for j, limit in chosen.items()]
+        mask = np.hstack([self._violated(), *over])
+        mask[self.status == "failed"] = False
+        return mask, self.layout.constraints + tuple(self.layout.objectives[j] for j in chosen)
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
@@ -201,7 +321,7 @@ class TestTable(FiledRecords):
                 bounds of this table. Integers are rounded outwards.
 
         Returns:
-            Lower and upper bounds, ``(n_var,)`` each; NaN for choices and booleans.
+            Lower and upper bounds, ``(n_var,)`` each; NaN for choices and binary variables.
 
         Raises:
             ArgumentValueError: No design is feasible, or the margin is below 0.
@@ -211,9 +331,152 @@ class TestTable(FiledRecords):
             >>> table.refined_bounds({"f1": 2.0}, margin=0.5)
             (array([0.4]), array([0.8]))
         """
-        return box_of_feasible_set(self, limits=limits, margin=margin)
+        margin = finite_number("margin", margin)
+        if margin < 0:
+            raise invalid("margin", "0 or more", margin)
+        feasible = self.feasible(limits)
+        if not feasible.any():
+            raise invalid(
+                "the feasible set",
+                "of at least one design to span a box",
+                Received(f"none of {_counted(len(self), 'test', 'tests')}"),
+                "loosen the limits, or test more points",
+            )
+        lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
+        for j, kind in enumerate(self.kinds):
+            if kind not in (Kind.REAL, Kind.INTEGER):
+                continue
+            column = self.X[feasible, j].astype(np.float64)
+            low, high = column.min(), column.max()
+            width = high - low
+            low, high = low - margin * width, high + margin * width
+            if kind is Kind.INTEGER:
+                low, high = np.floor(low), np.ceil(high)
+            # fmax and fmin ignore a bound that is NaN, as there is none.
+            lower[j], upper[j] = np.fmax(low, lower[j]), np.fmin(high, upper[j])
+        return lower, upper
 
-    # A prototype
+    # Parts of tables, and tables put together
+
+    def rows(self, selection: ArrayLike) -> TestTable:
+        """Return the table of some rows.
+
+        Args:
+            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
+
+        Raises:
+            ArgumentValueError: A mask of another length, an index out of range or twice.
+            ArgumentTypeError: The selection is neither mask nor indices.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.rows([2, 0]).numbers, table.rows(table.F[:, 0] > 1).numbers
+            (array([3, 1]), array([2, 3]))
+        """
+        chosen = np.asarray(selection)
+        if chosen.size == 0 and chosen.dtype != bool:
+            chosen = chosen.astype(np.intp)
+        if chosen.dtype.kind not in "biu":
+            raise ArgumentTypeError(
+                f"selection must be a mask or indices, got dtype {chosen.dtype}"
+            )
+        try:
+            numbers = self.numbers[chosen]
+        except IndexError as error:
+            rule = f"a mask or indices of {_counted(len(self), 'row', 'rows')}"
+            raise invalid("selection", rule, Received(error)) from error
+        _require_distinct(numbers)
+        cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
+        kept = set(numbers.tolist()) if self.reasons else set()
+        reasons = {n: text for n, text in self.reasons.items() if n in kept}
+        return self._with(numbers=numbers, reasons=reasons, **cut)
+
+    def extended(self, *blocks: TestTable) -> TestTable:
+        """Return this table with the tests of others behind its own, in their order.
+
+        Joining many blocks in one call copies the rows once.
+
+        Raises:
+            ArgumentValueError: A block has another layout, or a test point occurs twice.
+
+        Example:
+            >>> first, second = (TestTable.of([n], [[0.1 * n]], [[1.0]]) for n in (1, 2))
+            >>> first.extended(second).numbers
+            array([1, 2])
+        """
+        tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
+        if len(tables) < 2:
+            return tables[0] if tables else self
+        layout = next((t.layout for t in tables if t.layout.kinds), tables[0].layout)
+        for block in tables:
+            if difference := layout.difference(block.layout):
+                raise invalid("block", "of the table's layout", Received(difference))
+        numbers = np.concatenate([t.numbers for t in tables])
+        _require_distinct(numbers)
+        joined: dict[str, Any] = {
+            name: np.concatenate([getattr(t, name) for t in tables]) for name in _BLOCKS[1:]
+        }
+        X = joined_designs([t.X for t in tables])
+        if any(t.layout.kinds != layout.kinds for t in tables):
+            X = design_matrix("X of a block", X, layout.variables, layout.kinds)
+        reasons = {n: text for t in tables for n, text in t.reasons.items()}
+        prototype = next((t.prototype for t in tables if t.prototype is not None), None)
+        return self._with(
+            layout=layout, numbers=numbers, X=X, reasons=reasons, prototype=prototype, **joined
+        )
+
+    def merge(self, other: TestTable) -> TestTable:
+        """Return the tests of this and another run of the same problem, by number of test point.
+
+        ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
+        tables counts once.
+
+        Raises:
+            ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
+                have other results for the same test point.
+            ArgumentTypeError: ``other`` is no table.
+
+        Example:
+            >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
+            >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
+            array([1, 2, 3, 4])
+        """
+        instance("other", other, TestTable)
+        for blank, filled in ((self, other), (other, self)):
+            if len(blank) == 0 and blank.layout.is_blank:
+                return filled._by_number()
+        if difference := self.layout.difference(other.layout) or _other_prototype(self, other):
+            raise invalid("other", "a table of the same problem", Received(difference))
+        _, mine, theirs = np.intersect1d(
+            self.numbers, other.numbers, assume_unique=True, return_indices=True
+        )
+        for block in _BLOCKS if len(mine) else ():
+            same = _same_cells(getattr(self, block)[mine], getattr(other, block)[theirs])
+            for i in np.flatnonzero(~same.reshape(len(mine), -1).all(axis=1)):
+                raise _other_result(int(self.numbers[mine[i]]), block)
+        for number in self.numbers[mine].tolist() if self.reasons or other.reasons else ():
+            if self.reasons.get(number) != other.reasons.get(number):
+                raise _other_result(number, "reason")
+        new = np.ones(len(other), dtype=bool)
+        new[theirs] = False
+        return self.extended(other.rows(new))._by_number()
+
+    def equals(self, other: TestTable) -> bool:
+        """Say whether another table is the same in everything; NaN is equal to NaN.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
+            >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
+            (True, False)
+        """
+        return (
+            not self.layout.difference(other.layout)
+            and np.array_equal(self.numbers, other.numbers)
+            and all(_same_cells(getattr(self, b), getattr(other, b)).all() for b in _BLOCKS)
+            and dict(self.reasons) == dict(other.reasons)
+            and (self.prototype is None) == (other.prototype is None)
+            and not _other_prototype(self, other)
+        )
 
     def with_prototype(
         self,
@@ -242,61 +505,130 @@ class TestTable(FiledRecords):
             >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.name
             'model of 2019'
         """
-        return self._with(prototype=make_prototype(self, name, x, f, g, h))
+        layout = self.layout
+        kinds = self.kinds if len(self) else layout.kinds
+        x = design_row("x of the prototype", x, layout.variables, kinds)
+        g = np.full(len(layout.inequalities), np.nan) if g is None else g
+        h = np.full(len(layout.equalities), np.nan) if h is None else h
+        f, g, h = (
+            real_array(f"{letter} of the prototype", values)
+            for letter, values in zip("fgh", (f, g, h), strict=True)
+        )
+        return self._with(prototype=Prototype(name, x, f, g, h).checked(layout))
 
-    def compare_with_prototype(self, limits: Limits | None = None) -> pd.DataFrame:
-        """Return what the Pareto-optimal designs gain on the prototype, the best first.
+    # Frames and files
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the table with one row per test point.
 
         Returns:
-            Index ``test_point``; columns: the criteria; ``gain_f1`` …, the prototype's value less
-            the design's, above 0 where the design is better; ``better_in``, in how many criteria
-            it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
-
-        Raises:
-            ArgumentValueError: The table has no prototype.
+            Index ``test_point``; a column for each variable, criterion and constraint under its
+            name; ``status``; ``violated``, the names of the constraints a design violates;
+            ``reason``, why it failed; ``pareto``.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
-            >>> table.with_prototype([0.3], [3.0, 3.0]).compare_with_prototype().iloc[:, 2:5]
-                        gain_f1  gain_f2  better_in
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
+            >>> print(table.to_frame().drop(columns="reason"))
+                         x1   f1   g1      status violated  pareto
             test_point
-            2               1.0      1.0          2
-            1               2.0     -1.0          1
+            1           0.0  1.0  0.0          ok             True
+            2           0.5  2.0  0.1  infeasible       g1   False
         """
-        return comparison_with_prototype(self, limits)
+        import pandas as pd
 
-    # Tables of several runs
+        columns = self._shown_columns()
+        for name, column, kind in zip(self.layout.variables, self.X.T, self.kinds, strict=True):
+            if kind is Kind.CHOICE:  # the options themselves, not texts
+                columns[name] = column
+        return pd.DataFrame(columns).set_index("test_point")
 
-    def merge(self, other: TestTable) -> TestTable:
-        """Return the tests of this and another run of the same problem, by number of test point.
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the table; :meth:`read_csv` reads it back without a change.
 
-        ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once.
+        The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
+        a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
+        them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
+        ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
+        file as it was.
 
         Raises:
-            ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
-                have other results for the same test point.
-            ArgumentTypeError: ``other`` is no table.
+            OSError: The file cannot be written.
 
         Example:
-            >>> ahead = TestTable.of([3, 4], [[0.25], [0.75]], [[1], [3]])
-            >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
-            array([1, 2, 3, 4])
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = os.path.join(folder, "table.csv")
+            ...     table.to_csv(path)
+            ...     print(pd.read_csv(path, comment="#", index_col="test_point")[["x1", "f1"]])
+                         x1   f1
+            test_point
+            1           0.0  3.0
+            2           0.5  4.0
         """
-        return merged(self, other)
+        write_csv(path, head_of(self), self._shown_columns())
 
-    def equals(self, other: TestTable) -> bool:
-        """Say whether another table is the same in everything; NaN is equal to NaN.
+    @classmethod
+    def read_csv(cls, path: str | PathLike[str]) -> TestTable:
+        """Read a table that :meth:`to_csv` wrote.
+
+        Rows may stand in any order, and further columns are not read; ``violated`` and ``pareto``
+        follow from the others.
+
+        Raises:
+            ArgumentValueError: The file is not such a table, or is damaged.
+            OSError: The file cannot be opened.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
-            >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
-            (True, False)
+            >>> import os, tempfile
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_csv(os.path.join(folder, "table.csv"))
+            ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
+            True
         """
-        return not difference_of_tables(self, other)
+        return table_of(*read_csv(path), path, cls)
 
-    @staticmethod
-    def read_study(path: str | PathLike[str]) -> TestTable:
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
+
+        Raises:
+            PsiError: pyarrow is not installed.
+            OSError: The file cannot be written.
+
+        Example:
+            >>> import os, tempfile
+            >>> import pandas as pd
+            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     pd.read_parquet(os.path.join(folder, "table.parquet"))["f1"].tolist()
+            [3.0, 4.0]
+        """
+        write_parquet(path, head_of(self), self._shown_columns())
+
+    @classmethod
+    def read_parquet(cls, path: str | PathLike[str]) -> TestTable:
+        """Read a table that :meth:`to_parquet` wrote.
+
+        Raises:
+            PsiError: pyarrow is not installed.
+            ArgumentValueError: The file is not such a table, or is damaged.
+            OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
+            ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
+            True
+        """
+        return table_of(*read_parquet(path), path, cls)
+
+    @classmethod
+    def read_study(cls, path: str | PathLike[str]) -> TestTable:
         """Read the tests of a study file, by number; the file is not changed.
 
         Raises:
@@ -313,6 +645,151 @@ class TestTable(FiledRecords):
             ...     TestTable.read_study(study).equals(table)
             True
         """
-        from pymoo_psi.storage import read_study  # which needs this module
+        from pymoo_psi.storage import read_study  # SQLite is loaded where there is a study
 
         return read_study(path)
+
+    # Inside
+
+    def _violated(self) -> Mask:
+        """``(n, n_ieq + n_eq)`` which constraints a design violates; one that is NaN counts."""
+        return violated_constraints(self.G, self.H, self.layout.eq_tolerance)
+
+    def _status(self, failed: Mask) -> NDArray[np.str_]:
+        """``(n,)`` the status that follows from what failed and from the constraints."""
+        violates = self._violated().any(axis=1)
+        status: NDArray[np.str_] = np.array(STATUSES)[np.where(failed, 2, violates)]
+        return status
+
+    def _check_status(self) -> None:
+        if self.status.shape != self.numbers.shape:
+            found = Received(f"shape {self.status.shape}")
+            raise invalid("status", f"of shape {self.numbers.shape}", found)
+        right = self._status(self.status == "failed")
+        for i in np.flatnonzero(self.status != right):
+            raise invalid(
+                "status",
+                "ok where the constraints are met, infeasible where not, or failed",
+                Received(f"{str(self.status[i])!r} for test point {self.numbers[i]}"),
+            )
+        self._set({"status": right})
+
+    def _check_reasons(self) -> None:
+        if not self.reasons:
+            return
+        unknown = set(self.reasons).difference(self.numbers[self.status == "failed"].tolist())
+        if unknown:
+            found = Received(f"one for {min(unknown)}")
+            raise invalid("reasons", "given for failed test points", found)
+
+    def _shown_columns(self) -> Columns:
+        """Return the columns of frame and file: two follow from the others, for the reader."""
+        mask, names = self.violations()
+        violated = np.empty(len(self), dtype=object)
+        violated[:] = [", ".join(compress(names, row)) for row in mask.tolist()]
+        columns = columns_of(self)
+        reason = columns.pop("reason")
+        return columns | {"violated": violated, "reason": reason, "pareto": self.pareto()}
+
+    def _by_number(self) -> TestTable:
+        if (self.numbers[1:] > self.numbers[:-1]).all():
+            return self
+        return self.rows(np.argsort(self.numbers))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> TestTable:
+        """Return the table itself, which never changes; pymoo copies its algorithms often."""
+        return self
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a pickled table with its arrays read-only."""
+        self._set(state)
+
+    def _with(self, **changes: Any) -> TestTable:
+        """Return the table with new arrays that are known to be right."""
+        table = object.__new__(TestTable)
+        table._set({f.name: getattr(self, f.name) for f in fields(self)} | changes)
+        return table
+
+    def _set(self, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+
+def _widths(layout: Layout) -> dict[str, int]:
+    """Return how many columns X, F, G and H have."""
+    groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
+    return {name: len(group) for name, group in zip("XFGH", groups, strict=True)}
+
+
+def _counted(n: int, one: str, many: str) -> str:
+    return f"{n} {one if n == 1 else many}"
+
+
+def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
+    """Return numbers of test points as an array of its own: integers from 1, each once."""
+    array = np.asarray(value)
+    if array.size and array.dtype.kind not in "iu":
+        raise ArgumentTypeError(f"numbers must be integers from 1, got dtype {array.dtype}")
+    if array.ndim != 1:
+        raise invalid("numbers", "one-dimensional", Received(f"shape {array.shape}"))
+    numbers = np.array(array, dtype=np.int64)
+    if (numbers < 1).any():
+        raise invalid("numbers", "integers from 1", Received(str(numbers.min())))
+    _require_distinct(numbers)
+    return numbers
+
+
+def _require_distinct(numbers: NDArray[np.int64]) -> None:
+    """Refuse numbers of test points of which one occurs twice."""
+    if (numbers[1:] > numbers[:-1]).all():
+        return
+    values, counts = np.unique(numbers, return_counts=True)
+    if (counts > 1).any():
+        twice = Received(f"test point {values[counts > 1][0]} twice")
+        raise invalid("the test points of a table", "distinct", twice)
+
+
+def _reason_texts(reasons: Mapping[int, str]) -> dict[int, str]:
+    """Return reasons of failures by number of the test point, as texts that files can hold."""
+    if not isinstance(reasons, Mapping):
+        raise ArgumentTypeError(f"reasons must map test points to texts, got {reasons!r:.80}")
+    return {int(number): _readable(str(text)) for number, text in reasons.items()}
+
+
+def _readable(reason: str) -> str:
+    """Return a reason without what no file can hold; it is only to be read."""
+    if not is_writable(reason):
+        reason = reason.replace("\0", "␀").encode("utf-8", "backslashreplace").decode("utf-8")
+    return reason or "no reason given"
+
+
+def _same_cells(a: NDArray[Any], b: NDArray[Any]) -> Mask:
+    """Mark the cells of two arrays of one shape that are equal, NaN to NaN, and of one type."""
+    if a.dtype == object or a.dtype != b.dtype:
+        cells = [
+            type(x) is type(y) and x == y
+            for x, y in zip(a.ravel().tolist(), b.ravel().tolist(), strict=True)
+        ]
+        return np.array(cells, dtype=bool).reshape(a.shape)
+    same: Mask = a == b
+    if a.dtype.kind == "f":
+        same |= np.isnan(a) & np.isnan(b)
+    return same
+
+
+def _other_prototype(a: TestTable, b: TestTable) -> str:
+    """Say in what the prototypes of two tables differ; empty if in nothing, or one has none."""
+    if a.prototype is None or b.prototype is None or a.prototype.same_as(b.prototype):
+        return ""
+    return f"prototype {a.prototype.name!r} against {b.prototype.name!r} or its values"
+
+
+def _other_result(number: int, block: str) -> Exception:
+    return invalid(
+        "other",
+        "a table with the same results for the same test points",
+        Received(f"another {block} for test point {number}"),
+        "do not merge runs of different problems, boxes or versions",
+    )

@@ -1,0 +1,422 @@
+"""What a test table tells: where designs lie, what constraints cost, what a prototype loses.
+
+A constraint whose bound is negotiable (a soft limit) can be looked at as a criterion more, a
+pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
+Chapter 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import compress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, finite_number, integer, invalid
+from pymoo_psi.pareto._feasibility import meets_constraints
+from pymoo_psi.table._designs import design_row, values_in_order
+from pymoo_psi.table._layout import Key, Limits
+from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table._table import TestTable
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "Dependence",
+    "Histogram",
+    "compare_with_prototype",
+    "constraint_as_criterion",
+    "constraint_costs",
+    "dependence",
+    "histogram",
+    "section_points",
+    "violations",
+]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Variables
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Histogram:
+    """How many designs have a variable in each of k bins.
+
+    Attributes:
+        variable: Name of the variable.
+        edges: ``(k + 1,)`` edges of the bins; the last bin holds its upper edge. If the variable
+            takes single values only, the places -1/2, 1/2, … at which these are drawn.
+        values: The k values of an integer, a binary variable or a choice, one to a bin; empty for
+            a real variable.
+        tested: ``(k,)`` numbers of tested designs.
+        feasible: ``(k,)`` numbers of feasible ones within the limits.
+        pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
+
+    Example:
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
+        >>> seen = histogram(table, "x1", bins=2)
+        >>> seen.tested, seen.pareto
+        (array([2, 1]), array([1, 0]))
+    """
+
+    variable: str
+    edges: Array
+    values: tuple[Any, ...]
+    tested: NDArray[np.int64]
+    feasible: NDArray[np.int64]
+    pareto: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        """Return what is counted."""
+        k = len(self.tested)
+        return (
+            f"Histogram({self.variable} in {k} bin{'' if k == 1 else 's'}: {self.tested.sum()} "
+            f"tested, {self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Dependence:
+    """The tested designs seen in the plane of a variable and a criterion.
+
+    Attributes:
+        variable: Name of the variable.
+        criterion: Name of the criterion.
+        numbers: ``(n,)`` numbers of the test points.
+        x: ``(n,)`` values of the variable.
+        f: ``(n,)`` values of the criterion; NaN or infinite where it could not be computed.
+        feasible: ``(n,)`` which designs are feasible within the limits.
+        pareto: ``(n,)`` which are Pareto optimal among these.
+        limit: The limit on the criterion; infinity if there is none.
+
+    Example:
+        >>> seen = dependence(TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]]), "f1", "x1")
+        >>> seen.x[seen.pareto], seen.f[seen.pareto]
+        (array([0.5]), array([2.]))
+    """
+
+    variable: str
+    criterion: str
+    numbers: NDArray[np.int64]
+    x: NDArray[Any]
+    f: Array
+    feasible: Mask
+    pareto: Mask
+    limit: float
+
+    def __repr__(self) -> str:
+        """Return what depends on what, and how many designs show it."""
+        return (
+            f"Dependence({self.criterion} on {self.variable}: {len(self.f)} tested, "
+            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
+        )
+
+
+def histogram(
+    table: TestTable, variable: Key, *, bins: int = 10, limits: Limits | None = None
+) -> Histogram:
+    """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
+
+    Args:
+        table: The tests.
+        variable: Name or index of the variable.
+        bins: Equal bins of the box of a real variable; others have one bin for each value.
+        limits: Limits on criteria.
+
+    Raises:
+        ArgumentValueError: There is no such variable or criterion, or no bin.
+
+    Example:
+        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
+        >>> seen = histogram(table, "x1", bins=2, limits={"f1": 2})
+        >>> seen.edges, seen.tested, seen.feasible
+        (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
+    """
+    bins = integer("bins", bins, minimum=1)
+    j = table.layout.variable(variable)
+    column = table.X[:, j]
+    values: tuple[Any, ...] = ()
+    if table.kinds[j] is Kind.REAL:
+        place = column.astype(np.float64)
+        edges = _equal_bins(*_range(place, table.layout.lower[j], table.layout.upper[j]), bins)
+    else:
+        values = tuple(values_in_order(column))
+        seat = {(type(value), value): k for k, value in enumerate(values)}
+        place = np.array([seat[type(value), value] for value in column.tolist()], dtype=np.float64)
+        edges = np.asarray(np.arange(len(values) + 1) - 0.5, dtype=np.float64)
+    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
+    tested, feasible, pareto = (_counts(place[mask], edges) for mask in masks)
+    return Histogram(table.layout.variables[j], edges, values, tested, feasible, pareto)
+
+
+def dependence(
+    table: TestTable, criterion: Key, variable: Key, *, limits: Limits | None = None
+) -> Dependence:
+    """Return the projection of all designs onto a variable and a criterion, as data to draw.
+
+    Raises:
+        ArgumentValueError: There is no such variable or criterion.
+
+    Example:
+        >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]])
+        >>> seen = dependence(table, "f1", "x1", limits={"f1": 2.5})
+        >>> seen.x, seen.f, seen.feasible
+        (array([0.1, 0.5]), array([3., 2.]), array([False,  True]))
+    """
+    layout = table.layout
+    i, j = layout.objective(criterion), layout.variable(variable)
+    x = table.X[:, j]
+    return Dependence(
+        layout.variables[j],
+        layout.objectives[i],
+        table.numbers,
+        x.astype(np.float64) if table.kinds[j] is Kind.REAL else x,
+        table.F[:, i],
+        table.feasible(limits),
+        table.pareto(limits),
+        limit_vector(limits, layout).get(i, np.inf),
+    )
+
+
+def section_points(
+    table: TestTable,
+    design: int | ArrayLike,
+    variable: Key,
+    n: int,
+    lower: float | None = None,
+    upper: float | None = None,
+) -> NDArray[Any]:
+    """Return the designs of a one-at-a-time section: one variable runs, the others stay.
+
+    Args:
+        table: The tests.
+        design: Number of the test point the section goes through, or ``(n_var,)`` a design.
+        variable: Name or index of the variable that runs, a real one or an integer.
+        n: Number of designs, 2 or more.
+        lower: Where the variable starts; at the lower bound of the box unless given.
+        upper: Where it ends; at the upper bound unless given.
+
+    Returns:
+        ``(n, n_var)`` designs, to be evaluated by the problem. The values of an integer are
+        rounded and each is taken once, so that there may be fewer.
+
+    Raises:
+        ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
+            choice or binary.
+        ArgumentTypeError: A number is none.
+
+    Example:
+        >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
+        >>> section_points(table, 2, "x1", 3, lower=0, upper=4)
+        array([[0., 4.], [2., 4.], [4., 4.]])
+    """
+    j, n = table.layout.variable(variable), integer("n", n, minimum=2)
+    row = design_of(table, design)
+    kind = table.kinds[j]
+    if kind not in (Kind.REAL, Kind.INTEGER):
+        rule = "a real number or an integer"
+        raise invalid("variable", rule, Received(f"one that is a {kind.value}"))
+    start = finite_number("lower", float(table.layout.lower[j]) if lower is None else lower)
+    end = finite_number("upper", float(table.layout.upper[j]) if upper is None else upper)
+    if start > end:
+        raise invalid("lower", "at most upper", Received(f"{start} > {end}"))
+    values = np.linspace(start, end, n)
+    real = kind is Kind.REAL
+    steps = values.tolist() if real else np.unique(np.rint(values)).astype(int).tolist()
+    points = np.tile(row, (len(steps), 1))
+    points[:, j] = steps
+    return points
+
+
+def design_of(table: TestTable, design: int | ArrayLike) -> NDArray[Any]:
+    """Return a design as ``(n_var,)`` a row, be it given so or by the number of its test point."""
+    if isinstance(design, (int, np.integer)):
+        rows = np.flatnonzero(table.numbers == design)
+        if len(rows) == 0:
+            raise invalid("design", "a tested point's number, or a design", int(design))
+        row: NDArray[Any] = table.X[rows[0]]
+        return row
+    return design_row("design", design, table.layout.variables, table.kinds)
+
+
+# Constraints and limits
+
+
+def violations(table: TestTable, limits: Limits | None = None) -> dict[int, tuple[str, ...]]:
+    """Return the names of the constraints, and limits, that designs violate.
+
+    Returns:
+        The names for the number of every design that violates any; failed designs are left out.
+
+    Example:
+        >>> table = TestTable.of([7], [[0.0]], [[1.0]], G=[[2.0, -2.0]])
+        >>> violations(table, {"f1": 0.5})
+        {7: ('g1', 'f1')}
+    """
+    mask, names = table.violations(limits)
+    rows = np.flatnonzero(mask.any(axis=1))
+    named = (tuple(compress(names, row)) for row in mask[rows].tolist())
+    return dict(zip(table.numbers[rows].tolist(), named, strict=True))
+
+
+def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
+    """Return what each constraint and limit costs, and what relaxing it would buy.
+
+    Returns:
+        One row per constraint and then per limit. Columns: ``limit``, what its value must not
+        exceed; ``rejects``, how many designs violate it; ``alone``, how many it alone rejects;
+        and for each criterion the best value among the feasible designs (``f1_feasible``) and
+        among those it alone rejects (``f1_alone``); NaN where there are none.
+
+    Example:
+        Test 2 violates the constraint only; without it f1 = 1 would be had instead of 2.
+
+        >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
+        >>> print(constraint_costs(TestTable.of([1, 2, 3], X, F, G), {"f1": 3}))
+                    limit  rejects  alone  f1_feasible  f1_alone
+        constraint
+        g1            0.0        1      1          2.0       1.0
+        f1            3.0        1      1          2.0       4.0
+    """
+    import pandas as pd
+
+    mask, names = table.violations(limits)
+    layout = table.layout
+    bounds = [0.0] * len(layout.inequalities) + [layout.eq_tolerance] * len(layout.equalities)
+    bounds += limit_vector(limits, layout).values()
+    alone = mask & (mask.sum(axis=1) == 1)[:, None]
+    frame = pd.DataFrame(
+        {"limit": bounds, "rejects": mask.sum(axis=0), "alone": alone.sum(axis=0)},
+        index=pd.Index(names, name="constraint", dtype=object),
+    )
+    feasible = table.feasible(limits)
+    for j, name in enumerate(layout.objectives):
+        frame[f"{name}_feasible"] = _best(table.F[feasible, j])
+        frame[f"{name}_alone"] = [_best(table.F[column, j]) for column in alone.T]
+    return frame.astype({"limit": float})
+
+
+def constraint_as_criterion(table: TestTable, constraint: Key) -> TestTable:
+    """Return a table with a constraint looked at as a criterion more, the last one.
+
+    The criterion has the constraint's name and the value g, or |h|. The constraint is gone, so
+    that designs which it alone rejected become feasible; a limit of 0 (or the tolerance) on
+    the new criterion restores it, and any other relaxes or tightens it.
+
+    Raises:
+        ArgumentValueError: There is no such constraint, or the prototype's value is not known.
+
+    Example:
+        >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[2], [1]], G=[[-1.0], [0.5]])
+        >>> freed = constraint_as_criterion(table, "g1")
+        >>> freed.layout.objectives, freed.status.tolist()
+        (('f1', 'g1'), ['ok', 'ok'])
+        >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
+        [True, False]
+    """
+    layout, k = table.layout, table.layout.constraint(constraint)
+    name, j = layout.constraints[k], k - len(layout.inequalities)
+    # The constraint is number k of the inequalities, or number j of the equalities.
+    g_cut, h_cut = ([k], []) if j < 0 else ([], [j])
+    value = table.G[:, k] if j < 0 else np.abs(table.H[:, j])
+    G, H = np.delete(table.G, g_cut, axis=1), np.delete(table.H, h_cut, axis=1)
+    moved = replace(
+        layout,
+        objectives=(*layout.objectives, name),
+        inequalities=tuple(n for n in layout.inequalities if n != name),
+        equalities=tuple(n for n in layout.equalities if n != name),
+    )
+    prototype = table.prototype
+    if prototype is not None:
+        seen = prototype.g[k] if j < 0 else abs(prototype.h[j])
+        if np.isnan(seen):
+            what, hint = f"{name} of the prototype", "give it with its constraints"
+            raise invalid(what, "known", Received("nan"), hint)
+        g, h = np.delete(prototype.g, g_cut), np.delete(prototype.h, h_cut)
+        prototype = replace(prototype, f=np.append(prototype.f, seen), g=g, h=h)
+    freed = (table.status == "infeasible") & meets_constraints(G, H, layout.eq_tolerance)
+    computed = np.isfinite(table.F).all(axis=1)
+    status, reasons = table.status.copy(), dict(table.reasons)
+    status[freed & computed] = "ok"
+    status[freed & ~computed] = "failed"  # feasible now, but its criteria are not known
+    for number in table.numbers[freed & ~computed].tolist():
+        reasons[number] = f"its criteria are not finite, as it violates {name}"
+    F = np.column_stack([table.F, value])
+    return replace(
+        table, layout=moved, F=F, G=G, H=H, status=status, reasons=reasons, prototype=prototype
+    )
+
+
+# The prototype
+
+
+def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
+    """Return what the Pareto-optimal designs gain on the prototype, the best first.
+
+    Returns:
+        Index ``test_point``; columns: the criteria; ``gain_f1`` …, the prototype's value less
+        the design's, above 0 where the design is better; ``better_in``, in how many criteria
+        it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
+
+    Raises:
+        ArgumentValueError: The table has no prototype.
+
+    Example:
+        >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
+        >>> compare_with_prototype(table.with_prototype([0.3], [3.0, 3.0])).iloc[:, 2:5]
+                    gain_f1  gain_f2  better_in
+        test_point
+        2               1.0      1.0          2
+        1               2.0     -1.0          1
+    """
+    import pandas as pd
+
+    if table.prototype is None:
+        raise invalid(
+            "the table", "one with a prototype", Received("none"), "give it by with_prototype(x, f)"
+        )
+    pareto = table.pareto(limits)
+    names, F = table.layout.objectives, table.F[pareto]
+    gain = table.prototype.f - F
+    better = (gain > 0).sum(axis=1)
+    dominates = (gain >= 0).all(axis=1) & (better > 0)
+    frame = pd.DataFrame(
+        F, columns=list(names), index=pd.Index(table.numbers[pareto], name="test_point")
+    )
+    frame[[f"gain_{name}" for name in names]] = gain
+    frame["better_in"], frame["dominates"] = better, dominates
+    frame["better_in_all"] = better == len(names)
+    return frame.iloc[np.lexsort((frame.index.to_numpy(), -better, ~dominates))]
+
+
+def _range(place: Array, lower: float, upper: float) -> tuple[float, float]:
+    """Return the range of the box, widened to every value; where there is no box, the values'."""
+    known = np.array([lower, upper])
+    points = np.concatenate([known[np.isfinite(known)], place])
+    return (float(points.min()), float(points.max())) if len(points) else (0.0, 1.0)
+
+
+def _equal_bins(low: float, high: float, bins: int) -> Array:
+    """Return ``(bins + 1,)`` equidistant edges; about the range if it has no room for them."""
+    edges = np.asarray(np.linspace(low, high, bins + 1), dtype=np.float64)
+    if (np.diff(edges) > 0).all():
+        return edges
+    # Half a unit about a single value of common size; relative to it, room for 10⁶ bins.
+    pad = max(0.5, 1e-9 * max(abs(low), abs(high)))
+    return np.asarray(np.linspace(low - pad, high + pad, bins + 1), dtype=np.float64)
+
+
+def _counts(place: Array, edges: Array) -> NDArray[np.int64]:
+    if len(edges) < 2:
+        return np.zeros(0, dtype=np.int64)
+    return np.histogram(place, edges)[0].astype(np.int64)
+
+
+def _best(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.min()) if len(finite) else float("nan")
