@@ -311,7 +311,7 @@ def test_damaged_parquet(tmp_path):
     EXAMPLE.to_parquet(path)
     frame = pd.read_parquet(path)
     for changed, message in (
-        (frame.drop(columns="f1"), "the columns 'f1' are missing"),
+        (frame.drop(columns="f1"), "the column 'f1' is missing"),
         (frame.assign(f1="a"), "the column 'f1' holds other than real values"),
         (frame.iloc[:1], "it holds 1 of 3 tests"),
     ):

@@ -47,7 +47,7 @@ class Study:
         >>> folder = tempfile.TemporaryDirectory()
         >>> study = Study(os.path.join(folder.name, "chute.db"))
         >>> study.begin(Layout.of(1, 1), {"problem": "chute"})
-        TestTable(0 tests: 0 ok, 0 infeasible, 0 failed; 1 variables, 1 criteria, 0 constraints)
+        TestTable(0 tests: 0 ok, 0 infeasible, 0 failed; 1 variable, 1 criterion, 0 constraints)
         >>> study.append(TestTable.of([1, 2], X=[[0.5], [0.25]], F=[[3.0], [2.0]]))
         2
         >>> study.numbers()

@@ -21,7 +21,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, finite_number, instance, invalid, real_array
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
-from pymoo_psi.pareto._feasibility import violated_constraints, competes
+from pymoo_psi.pareto._feasibility import competes, violated_constraints
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import ranking_of
 from pymoo_psi.table._designs import column_kinds, design_matrix, design_row, joined_designs
