@@ -47,7 +47,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
     say(f"Tables and figures of the full model written to {out}, of the rolling model to {rolling}")
     say(_closing_line(result))
-    return 0 if points != PAPER_POINTS or all(result.findings().values()) else 1
+    return 0 if points != PAPER_POINTS or all(result.agreement().values()) else 1
 
 
 def _for_print(table: pd.DataFrame) -> pd.DataFrame:
@@ -71,9 +71,9 @@ def _closing_line(result: Reproduction) -> str:
             f"Not compared: the paper tests {PAPER_POINTS} points, this run {result.n_points}; "
             f"run with --points {PAPER_POINTS} to compare."
         )
-    findings = result.findings()
-    held = "; ".join(text for text, holds in findings.items() if holds)
-    missed = "; ".join(text for text, holds in findings.items() if not holds)
+    agreement = result.agreement()
+    held = "; ".join(text for text, holds in agreement.items() if holds)
+    missed = "; ".join(text for text, holds in agreement.items() if not holds)
     return "".join(
         [
             f"Matched under rolling: {held or 'nothing'}.",

@@ -1,11 +1,11 @@
 """The paper's results computed anew, beside its printed values."""
 
+from pymoo_psi.paper._published import published_table
 from pymoo_psi.paper._reproduction import (
     PAPER_MU,
     PAPER_POINTS,
     Case,
     Reproduction,
-    published_table,
     reproduce,
     solve_case,
 )

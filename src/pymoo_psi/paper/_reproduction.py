@@ -1,10 +1,4 @@
-"""The values printed in Tables 6.1 and 6.2 of the paper, to be compared with computed ones.
-
-Cheshankov, Bozduganova, Ivanov, Vitliemov: Multi-objective Motion Synthesis of a Rolling Sphere
-in a Rectilinear Chute-conveyor with Transformed Dry Friction, Technische Mechanik 32(6), 2012,
-684–697. The test point that Table 6.2 calls 1356 is number 2571 by its f3 and f4.
-
-The paper's results computed anew, and compared with what it prints.
+"""The paper's results computed anew, and compared with what it prints.
 
 For each friction coefficient the LPτ points of the box are tested, the Pareto set is ranked by
 efficiency with plain Euclidean distances, and the tables are read off: Table 6.1 lists the
@@ -13,10 +7,8 @@ Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimu
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import resources
 
 import numpy as np
 import pandas as pd
@@ -26,36 +18,9 @@ from pymoo.optimize import minimize
 from pymoo_psi._validation import integer, job_count
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS
+from pymoo_psi.paper._published import published_table
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
-
-
-def published_table(number: str) -> pd.DataFrame:
-    """Return a printed table.
-
-    Args:
-        number: ``"6.1"`` (Salukvadze optima) or ``"6.2"`` (selected designs of rank 5).
-
-    Returns:
-        One row per printed row; columns ``mu``, ``test_point``, ``paper_f1`` … ``paper_f4``.
-
-    Example:
-        >>> print(published_table("6.1"))
-            mu  test_point  paper_f1  paper_f2  paper_f3  paper_f4
-        0  0.2        3599    1.9829    0.0532    0.3074    0.1130
-        1  0.4        3085    2.0454    0.0476    0.2635    0.1072
-        2  0.6        1029    2.0454    0.0476    0.2635    0.1144
-    """
-    text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
-    rows = json.loads(text)[f"table_{number.replace('.', '_')}"]
-    return pd.DataFrame(
-        [
-            {"mu": row["mu"], "test_point": row["test_point"]}
-            | {f"paper_f{j}": value for j, value in enumerate(row["f"], start=1)}
-            for row in rows
-        ]
-    )
-
 
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
@@ -193,7 +158,7 @@ class Reproduction:
             ]
         )
 
-    def findings(self, model: str = "rolling") -> dict[str, bool]:
+    def agreement(self, model: str = "rolling") -> dict[str, bool]:
         """Compare what was computed under one model with what the paper prints.
 
         Returns:
@@ -203,7 +168,7 @@ class Reproduction:
             Fewer test points than the paper's are other designs.
 
             >>> cases = [solve_case(mu, "rolling", 64) for mu in PAPER_MU]
-            >>> Reproduction(64, tuple(cases)).findings()["the same seven designs"]
+            >>> Reproduction(64, tuple(cases)).agreement()["the same seven designs"]
             False
         """
         tables = {"6.1": self.table_6_1(), "6.2": self.table_6_2()}

@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import boolean
-from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, legend_below, literal, name_places
-from pymoo_psi.plots._style import on_axes
+from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, checked_table, name_places
+from pymoo_psi.plots._style import legend_below, literal, on_axes, tick_counts
 from pymoo_psi.table import Histogram
-
-Array = NDArray[np.float64]
+from pymoo_psi.table._layout import Key, Limits
 
 _WRITTEN = 12  # bins over which there is room for the numbers
 
@@ -27,20 +24,12 @@ _NAMES = {"tested": "tested", "feasible": "feasible", "pareto": "Pareto optimal"
 _PARTS = {"tested": (0.0, 1.0), "feasible": (0.08, 0.5), "pareto": (0.5, 0.92)}  # of a bin
 
 
-def shares(counts: NDArray[np.int64]) -> Array:
-    """``(k,)`` how many per cent of a group each bin holds; 0 where the group is empty.
-
-    Example:
-        >>> shares(np.array([1, 3]))
-        array([25., 75.])
-    """
-    result: Array = 100.0 * counts / max(int(counts.sum()), 1)
-    return result
-
-
 def draw_histogram(
-    histogram: Histogram,
+    table: object,
+    variable: Key,
+    limits: Limits | None = None,
     *,
+    bins: int = 10,
     ax: Axes | None = None,
     legend: bool = True,
     numbers: bool = True,
@@ -53,7 +42,10 @@ def draw_histogram(
     tests. The counts themselves are in the legend and over the bins.
 
     Args:
-        histogram: From :func:`pymoo_psi.table.histogram`.
+        table: A test table.
+        variable: Name or index of the variable.
+        limits: Limits on criteria.
+        bins: Equal bins of the box of a real variable; others have one bin for each value.
         ax: Axes to draw on; new ones by default.
         legend: Put a legend with the number of designs of each group under the axes.
         numbers: Write the numbers of feasible and Pareto-optimal designs over the bins, if there
@@ -63,57 +55,57 @@ def draw_histogram(
     Returns:
         The axes.
 
+    Raises:
+        ArgumentValueError: The variable or a limited criterion is not in the table, or ``bins``
+            is below 1.
+        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+
     Example:
         >>> from pymoo_psi import TestTable
-        >>> from pymoo_psi.table import histogram
         >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
-        >>> ax = draw_histogram(histogram(table, "x1", limits={"f1": 2}))
+        >>> ax = draw_histogram(table, "x1", {"f1": 2})
         >>> [text.get_text() for text in ax.get_legend().get_texts()]
         ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
     """
     legend, numbers = boolean("legend", legend), boolean("numbers", numbers)
-    edges = histogram.edges
-    groups = {group: getattr(histogram, group) for group in _NAMES}
+    counted = checked_table(table).histogram(variable, bins=bins, limits=limits)
     with on_axes(ax) as axes:
-        for group, counts in groups.items():
-            start, end = _PARTS[group]
-            width = np.diff(edges)
-            axes.bar(
-                edges[:-1] + start * width,
-                shares(counts),
-                (end - start) * width,
-                align="edge",
-                linewidth=0.5,
-                label=f"{_NAMES[group]} ({counts.sum()})",
-                **_LOOKS[group],
-            )
-        if numbers and len(edges) - 1 <= _WRITTEN:
-            _write_numbers(axes, histogram)
-        if len(edges) > 1:
-            axes.set_xlim(edges[0], edges[-1])
-        axes.set_ylim(0, 1.1 * max(1.0, *(shares(c).max(initial=0) for c in groups.values())))
-        axes.set_xlabel(literal(histogram.variable))
-        axes.set_ylabel("% of each group")
-        axes.yaxis.set_major_locator(MaxNLocator(5))
-        if histogram.values:
-            name_places(axes.xaxis, histogram.values, room=60)
+        draw_bars(axes, counted, numbers=numbers)
+        axes.set_xlabel(literal(counted.variable))
+        tick_counts(axes, y=5)
+        if counted.values:
+            name_places(axes, counted.values, room=60)
         else:
-            axes.xaxis.set_major_locator(MaxNLocator(6))
-        axes.set_title(f"{title}\n{groups['tested'].sum()} designs tested".strip())
+            tick_counts(axes, x=6)
+        axes.set_title(f"{title}\n{counted.tested.sum()} designs tested".strip())
         if legend:
-            legend_below(axes)
-    return axes  # type: ignore[no-any-return]
+            legend_below(axes, ncols=2)
+    return axes
 
 
-def _write_numbers(axes: Axes, histogram: Histogram) -> None:
-    """Write over its bar how many designs of a group there are."""
-    width = np.diff(histogram.edges)
-    for group in ("feasible", "pareto"):
+def draw_bars(axes: Axes, histogram: Histogram, *, numbers: bool) -> None:
+    """Draw the bars of each group, and over them how many designs they are."""
+    edges = histogram.edges
+    width = np.diff(edges)
+    top = 1.0
+    for group, (start, end) in _PARTS.items():
         counts = getattr(histogram, group)
-        middle = histogram.edges[:-1] + sum(_PARTS[group]) / 2 * width
-        for x, height, count in zip(middle, shares(counts), counts, strict=True):
-            if count:
-                axes.annotate(
-                    str(count), (x, height), (0, 1.5), textcoords="offset points",
-                    ha="center", va="bottom", fontsize=6,
-                )  # fmt: skip
+        heights = 100.0 * counts / max(int(counts.sum()), 1)  # 0 where the group is empty
+        top = max(top, heights.max(initial=0))
+        axes.bar(
+            edges[:-1] + start * width, heights, (end - start) * width, align="edge",
+            linewidth=0.5, label=f"{_NAMES[group]} ({counts.sum()})", **_LOOKS[group],
+        )  # fmt: skip
+        if numbers and group != "tested" and len(counts) <= _WRITTEN:
+            for x, height, count in zip(
+                edges[:-1] + (start + end) / 2 * width, heights, counts, strict=True
+            ):
+                if count:
+                    axes.annotate(
+                        str(count), (x, height), (0, 1.5), textcoords="offset points",
+                        ha="center", va="bottom", fontsize=6,
+                    )  # fmt: skip
+    if len(edges) > 1:
+        axes.set_xlim(edges[0], edges[-1])
+    axes.set_ylim(0, 1.1 * top)
+    axes.set_ylabel("% of each group")

@@ -1,43 +1,33 @@
-"""How the figures look: names of the quantities, colours with their markers, page sizes.
+"""How every figure looks: colours with their markers, pages, legends, names; pages as files.
 
 The colours are those of Okabe and Ito, which colour-blind readers can tell apart. No distinction
 rests on colour alone: each goes with a marker or a line style of its own, so that a grey print
 says the same.
-
-Pages as files, all of them or none.
 """
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer, known_name
-
-WIDTH = 180.0
-"""Width of a page in mm, over both columns of a journal."""
-
-ABOVE = 29.0
-"""Room in points between axes and title for :func:`legend_above`."""
+from pymoo_psi._validation import integer
 
 GREY = "0.68"
-
-
-class Quantity(NamedTuple):
-    """A symbol, as mathematical text, and what it means."""
-
-    symbol: str
-    meaning: str
 
 
 class Marker(NamedTuple):
@@ -52,6 +42,7 @@ class Marker(NamedTuple):
     level: float
 
 
+# By rank of efficiency, the rarer ranks on top; ranks 1 and 2 do not occur.
 MARKERS = {
     0: Marker(".", GREY, 2.0, level=2.0),
     3: Marker("^", "#56B4E9", 5.0, level=4.0),
@@ -59,41 +50,19 @@ MARKERS = {
     5: Marker("D", "#E69F00", 5.0, level=5.0),
     6: Marker("*", "#D55E00", 11.0, level=6.0),
 }
-"""By rank of efficiency, the rarer ranks on top; ranks 1 and 2 do not occur."""
 
+# The first, second and third curve on the same axes.
 CURVES: tuple[dict[str, Any], ...] = (
     {"color": "#0072B2", "linestyle": "-", "marker": "o"},
     {"color": "#D55E00", "linestyle": "--", "marker": "s"},
     {"color": "#000000", "linestyle": "-.", "marker": "^"},
 )
-"""Colour, line style and marker of the first, second and third curve on the same axes."""
 
-_QUANTITIES = {
-    "u1": Quantity("$u_1$", r"slope $\tan\,\alpha$"),
-    "u2": Quantity("$u_2$", "plane speed $v_P$"),
-    "f1": Quantity("$f_1$", "time"),
-    "f2": Quantity("$f_2$", "energy balance"),
-    "f3": Quantity("$f_3$", "height"),
-    "f4": Quantity("$f_4$", "plane speed"),
-    "mu1": Quantity(r"$\mu_1$", "distance to $U$"),
-    "mu2": Quantity(r"$\mu_2$", "distance to line $UN$"),
-    "mu3": Quantity(r"$\mu_3$", "distance along $UN$"),
-    "eta": Quantity(r"$\eta$", "share of the way"),
-    "c": Quantity("$c$", "initial speed of the centre"),
-    "f1S": Quantity("$f_1^S$", "time"),
-    "f2S": Quantity("$f_2^S$", "energy balance"),
-    "f3S": Quantity("$f_3^S$", r"height $\tan\,\alpha$"),
-    "f4S": Quantity("$f_4^S$", "plane speed $v_P$"),
-    "vCfS": Quantity("$v_{Cf}^S$", "exit speed"),
-}
-
-_MODELS = {
-    "full": "full model (slip, then roll)",
-    "rolling": "rolling model (rolls from the start)",
-}
+_WIDTH = 180.0  # of a page in mm, over both columns of a journal
 
 _PAGE: Any = {
     "figure.facecolor": "white",
+    "figure.titlesize": 9.0,
     "axes.facecolor": "white",
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -116,66 +85,96 @@ _PAGE: Any = {
 }
 
 
-def page_style() -> Any:
-    """Return a context in which axes are made in the style of the pages."""
-    return rc_context(_PAGE)
+@contextmanager
+def new_page(
+    height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
+) -> Iterator[Figure]:
+    """Give a page to draw on, its size in mm; matplotlib's settings are the pages' meanwhile.
 
-
-def quantity(name: str) -> Quantity:
-    """Return the symbol and the meaning of a quantity, such as ``"f1"``."""
-    return _QUANTITIES[known_name("quantity", name, tuple(_QUANTITIES))]
-
-
-def axis_label(name: str, *, unit: bool = True) -> str:
-    """Return the text on an axis: symbol, meaning and, unless ``unit`` is false, the unit."""
-    symbol, meaning = quantity(name)
-    return f"{symbol}, {meaning} (dimensionless)" if unit else f"{symbol}, {meaning}"
-
-
-def model_name(model: str) -> str:
-    """Return what a title calls a model."""
-    return _MODELS[known_name("model", model, tuple(_MODELS))]
-
-
-def subject(model: str, mu: float) -> str:
-    """Return what a title says of the case: the model and the friction coefficient."""
-    return rf"{model_name(model)}, $\mu$ = {mu:g}"
-
-
-def inches(width: float, height: float) -> tuple[float, float]:
-    """Return a size given in mm as matplotlib wants it."""
-    return width / 25.4, height / 25.4
+    The figure is known to no window system.
+    """
+    with rc_context(_PAGE):
+        yield Figure(figsize=(width / 25.4, height / 25.4), layout=layout)
 
 
 @contextmanager
-def on_axes(ax: Axes | None, *, three_d: bool = False) -> Iterator[Any]:
-    """Give the axes to draw on: those given, in whatever style, or new ones in the pages' style.
-
-    A new figure is known to no window system.
-    """
+def on_axes(ax: Axes | None) -> Iterator[Axes]:
+    """Give the axes to draw on: those given, in whatever style, or new ones in the pages' style."""
     if ax is not None:
         yield ax
         return
-    with page_style():
-        figure = Figure(figsize=inches(120.0, 90.0), layout="constrained")
-        yield figure.add_subplot(projection="3d") if three_d else figure.add_subplot()
+    with new_page(90.0, width=120.0) as figure:
+        yield figure.add_subplot()
 
 
-def enlarged_markers(legend: Legend) -> None:
+def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> None:
+    """Set how many intervals an axis has at the most."""
+    for axis, count in ((axes.xaxis, x), (axes.yaxis, y)):
+        if count is not None:
+            axis.set_major_locator(MaxNLocator(count))
+
+
+def enlarge_markers(legend: Legend) -> None:
     """Let the small dots of a legend be seen."""
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)
 
 
-def legend_above(axes: Axes, *, ncols: int) -> None:
-    """Put a legend of two rows between the axes and their title, which is set with ``ABOVE``."""
+def legend_below(axes: Axes, *, ncols: int) -> None:
+    """Put a legend under the axes and the text of their horizontal axis."""
     legend = axes.legend(
-        loc="lower left", bbox_to_anchor=(0, 0.98), ncols=ncols, borderpad=0, borderaxespad=0.3,
-        columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.2, frameon=False,
-        fontsize=8,
+        loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=4.5, ncols=ncols,
+        frameon=False, columnspacing=1.2, handletextpad=0.5,
     )  # fmt: skip
-    legend.set_in_layout(False)  # the title keeps room for it
+    enlarge_markers(legend)
+
+
+def named_legend(
+    owner: Axes | Figure,
+    entries: Mapping[str, Artist | Container] | Sequence[tuple[str, Artist]],
+    *,
+    loc: Any,
+    ncols: int = 1,
+    title: str = "",
+    handlelength: float = 2.0,
+) -> Legend:
+    """Put a legend in axes or on a page, in which every name stands as it is given."""
+    pairs = entries.items() if isinstance(entries, Mapping) else entries
+    names, handles = zip(*pairs, strict=True)
+    legend: Legend = owner.legend(
+        list(handles), [" "] * len(names), loc=loc, ncols=ncols, title=title or None, fontsize=7,
+        title_fontsize=7, alignment="left", handlelength=handlelength,
+    )  # fmt: skip
+    # Given above, a name that begins with an underscore would be left out.
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_text(name)
+    return legend
+
+
+def literal(name: object, most: int = 40) -> str:
+    """Return a name on one line, as it is written: a ``$`` in it begins no formula.
+
+    Args:
+        name: A name or a value.
+        most: Characters; of a longer name the beginning is kept.
+    """
+    text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
+    text = text if len(text) <= most else f"{text[: most - 1]}…"
+    return text.replace("$", r"\$")
+
+
+def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
+    """Return the ends of an axis that shows the values, and numbers where they are finite."""
+    known = np.array([*values, *further])
+    known = known[np.isfinite(known)]
+    if len(known) == 0:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    pad = 0.05 * (high - low)
+    if not high - low > 1e-9 * max(abs(low), abs(high)):  # one value but for rounding
+        pad = 0.05 * abs(low) or 0.5
+    return low - pad, high + pad
 
 
 def save_pages(
