@@ -29,7 +29,6 @@ from pymoo_psi.plots import (
     attainment_page,
     draw_indicator,
     fronts_page,
-    indicator_curves,
     time_page,
 )
 
@@ -151,8 +150,7 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
     for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
-        curves = indicator_curves(comparison, "hypervolume")
-        draw_indicator(curves, legend=axes is panels[0], ax=axes)
+        draw_indicator(comparison, "hypervolume", legend=axes is panels[0], ax=axes)
         axes.set_title(f"{name}, {PROBLEMS[name]().n_var} variables", fontsize=9)
         axes.tick_params(labelsize=7)
     figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)

@@ -17,9 +17,9 @@ def rolling():
 
 
 def test_everything_the_paper_says_holds_under_rolling(rolling):
-    findings = rolling.findings()
-    assert len(findings) == 5
-    assert all(findings.values()), findings
+    agreement = rolling.agreement()
+    assert len(agreement) == 5
+    assert all(agreement.values()), agreement
 
 
 def test_printed_tables_are_the_papers():
@@ -52,11 +52,11 @@ def test_columns_and_rows():
 def test_a_deviation_is_found(rolling):
     """The comparison can fail: other designs, other values, a filled M5."""
     wrong = [dataclasses.replace(case, F=case.F + 1e-3) for case in rolling.cases]
-    findings = Reproduction(4096, tuple(wrong)).findings()
-    assert findings["the same seven designs"]
-    assert not findings["f2, f3, f4 equal at four decimals"]
-    assert not findings["f1 within 6e-4 of print"]
-    few = Reproduction(512, tuple(solve_case(mu, "rolling", 512) for mu in PAPER_MU)).findings()
+    agreement = Reproduction(4096, tuple(wrong)).agreement()
+    assert agreement["the same seven designs"]
+    assert not agreement["f2, f3, f4 equal at four decimals"]
+    assert not agreement["f1 within 6e-4 of print"]
+    few = Reproduction(512, tuple(solve_case(mu, "rolling", 512) for mu in PAPER_MU)).agreement()
     assert not few["the same seven designs"]
 
 

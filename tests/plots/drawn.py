@@ -1,23 +1,33 @@
-"""What the drawings of a test table are of, and what is read off them."""
+"""What is read off a picture."""
 
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-LIMITS = {"f1": 2.2, "f4": 1.0}
-METALS = ("steel", "brass", "tin")
-
-
-def sphere(x):
-    return np.column_stack([(x**2).sum(axis=1), ((x - 1) ** 2).sum(axis=1)])
-
-
-def render(figure):
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return canvas.get_renderer()
-
 
 def texts(owner):
+    """The names in the legends of a page, or of axes."""
     legends = owner.legends if isinstance(owner, Figure) else [owner.get_legend()]
     return [text.get_text() for legend in legends for text in legend.get_texts()]
+
+
+def shown(figure):
+    return [ax for ax in figure.axes if ax.axison]
+
+
+def assert_whole(figure):
+    """Nothing leaves the page, and its legends lie on no axes."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    boxes = {ax: ax.get_tightbbox(renderer) for ax in shown(figure)}
+    legends = {legend: legend.get_window_extent(renderer) for legend in figure.legends}
+    others = [text.get_window_extent(renderer) for text in figure.texts]
+    others += [text.get_window_extent(renderer) for ax in figure.axes for text in ax.texts]
+    width, height = canvas.get_width_height()
+    for box in (*boxes.values(), *legends.values(), *others):
+        assert box.x0 >= -1
+        assert box.y0 >= -1
+        assert box.x1 <= width + 1
+        assert box.y1 <= height + 1
+    for legend, place in legends.items():
+        assert not [ax for ax, box in boxes.items() if place.overlaps(box)], legend

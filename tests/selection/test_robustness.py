@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Real
 from scipy import stats
 
 from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, rank_of_efficiency, robustness
 from pymoo_psi.pareto._scenarios import rank_scenario, tally
-from pymoo_psi.plots import draw_regret, draw_shares, robust_designs, robustness_page
 from pymoo_psi.selection._robustness import scenarios
 
 
@@ -281,59 +279,6 @@ def test_no_design_is_feasible():
     result = robustness(Beam, X, uncertainty=weak, n_scenarios=4)
     assert result.infeasible_share.tolist() == [1.0] * len(X)
     assert result.optimum_share.sum() == 0
-    FigureCanvasAgg(robustness_page(result, top=3)).draw()
-
-
-# The figure
-
-
-@pytest.fixture(scope="module")
-def result():
-    return robustness(Beam, X, uncertainty=LOAD, n_scenarios=32)
-
-
-def test_data_of_the_figure(result):
-    designs = robust_designs(result, top=5, labels=[f"no. {i}" for i in range(len(X))])
-    best = result.order[:5]
-    assert designs.labels == tuple(f"no. {i}" for i in best)
-    np.testing.assert_array_equal(designs.optimum_share, result.optimum_share[best])
-    np.testing.assert_array_equal(designs.worst_regret, result.worst_regret[best])
-    assert len(robust_designs(result, top=1000).indices) == len(X)
-    with pytest.raises(PsiError, match="labels must be 40 names, got 1"):
-        robust_designs(result, labels=["a"])
-    with pytest.raises(PsiError, match="top must be an integer >= 1"):
-        robust_designs(result, top=0)
-    with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
-        robust_designs(result.to_frame())
-
-
-def test_shares_on_axes(result):
-    designs = robust_designs(result, top=4)
-    ax = draw_shares(designs)
-    assert [text.get_text() for text in ax.get_yticklabels()] == list(designs.labels)
-    assert ax.get_ylim()[0] > ax.get_ylim()[1]  # the best design on top
-    assert "32 scenarios (%)" in ax.get_xlabel()
-    widths = {bars.get_label(): [bar.get_width() for bar in bars] for bars in ax.containers}
-    np.testing.assert_allclose(widths["Salukvadze optimum"], 100 * designs.optimum_share)
-    np.testing.assert_allclose(widths["rank 5 or 6"], 100 * designs.efficient_share)
-    np.testing.assert_allclose(widths["infeasible"], 100 * designs.infeasible_share)
-
-
-def test_regret_on_axes(result):
-    designs = robust_designs(result, top=4)
-    ax = draw_regret(designs)
-    drawn = {line.get_label(): line.get_xdata() for line in ax.lines}
-    np.testing.assert_array_equal(drawn["mean"], designs.mean_regret)
-    np.testing.assert_array_equal(drawn["worst scenario"], designs.worst_regret)
-
-
-def test_the_page_names_what_is_uncertain(result):
-    figure = robustness_page(result, title="Forty beams")
-    FigureCanvasAgg(figure).draw()
-    title = figure.get_suptitle()
-    assert title.startswith("Forty beams\nuncertain: load from ")
-    assert "strength from" in title
-    assert len(figure.axes) == 2
 
 
 def test_the_chute_at_full_size():

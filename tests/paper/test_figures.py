@@ -1,0 +1,104 @@
+"""What the paper's figures show, as numbers."""
+
+import numpy as np
+import pytest
+
+from pymoo_psi import VectorizedSphereChute, lp_tau, rank_of_efficiency
+from pymoo_psi.chute import ChuteParameters, criteria, motion, trajectory
+from pymoo_psi.paper import solve_case
+from pymoo_psi.paper._figures import (
+    RankedPoints,
+    criterion_surfaces,
+    optimal_motion,
+    ranked_points,
+    salukvadze_functions,
+)
+
+
+@pytest.fixture(scope="module")
+def case():
+    return solve_case(0.4, "rolling", 512)
+
+
+@pytest.mark.parametrize("model", ["full", "rolling"])
+def test_surfaces_are_the_criteria_on_the_box(model):
+    surfaces = criterion_surfaces(0.6, model, n=4)
+    X = np.column_stack([surfaces.u1.ravel(), surfaces.u2.ravel()])
+    F = VectorizedSphereChute(0.6, model=model).evaluate(X)[0]
+    np.testing.assert_array_equal(surfaces.f.reshape(2, -1).T, F[:, :2])
+    np.testing.assert_allclose(surfaces.u1[[0, -1], 0], [0, 2.1])
+    np.testing.assert_allclose(surfaces.u2[0, [0, -1]], [0.1, 6])
+
+
+def test_points_are_the_case_in_any_space(case):
+    np.testing.assert_array_equal(
+        ranked_points(case, ("mu1", "mu2", "mu3")).values, case.ranking.criteria
+    )
+    np.testing.assert_array_equal(ranked_points(case, ("u1", "u2")).values, case.X)
+    points = ranked_points(case, ("f1", "f2", "f4"))
+    np.testing.assert_array_equal(points.values, case.F[:, [0, 1, 3]])
+    assert np.flatnonzero(points.optimum).tolist() == case.ranking.salukvadze.tolist()
+
+
+def test_every_point_is_in_one_group(case):
+    points = ranked_points(case, ("u1", "u2"))
+    groups = points.groups()
+    together = np.concatenate(list(groups.values()))
+    assert sorted(together) == list(range(len(case.X)))
+    for name, members in groups.items():
+        rank = 0 if name == "unranked" else 6 if "optimum" in name else int(name[-1])
+        assert (points.rank[members] == rank).all()
+    assert list(groups)[-1] == "Salukvadze optimum (rank 6)"
+
+
+def test_of_several_optima_none_is_said_to_have_rank_6():
+    optimum = np.array([True, True, False])
+    points = RankedPoints(("u1",), np.zeros((3, 1)), np.array([3, 5, 0]), optimum)
+    assert {name: rows.tolist() for name, rows in points.groups().items()} == {
+        "unranked": [2], "Salukvadze optimum": [0, 1],
+    }  # fmt: skip
+
+
+def test_nearby_keeps_all_ranked_points_and_what_is_between_them(case):
+    points = ranked_points(case, ("u1", "u2"))
+    near = points.nearby(0.0)
+    ranked = points.values[points.rank > 0]
+    assert (near.values.min(axis=0) == ranked.min(axis=0)).all()
+    assert (near.values.max(axis=0) == ranked.max(axis=0)).all()
+    assert np.sum(near.rank > 0) == len(ranked)
+    assert len(near.values) < len(points.nearby(0.5).values) < len(points.values)
+
+
+def test_the_motion_is_that_of_the_optimum_with_slip(case):
+    best, way = optimal_motion(case)
+    assert best in case.ranking.salukvadze
+    expected = trajectory(*case.X[best], ChuteParameters(mu=0.4))
+    np.testing.assert_array_equal(way.friction, expected.friction)
+
+
+@pytest.mark.parametrize(
+    ("model", "n", "speeds"), [("rolling", 300, (0.05, 0.32, 1.0)), ("full", 20, (0.3,))]
+)
+def test_salukvadze_functions_are_those_of_the_ranking(model, n, speeds):
+    functions = salukvadze_functions(0.4, model, n, speeds)
+    X = [0, 0.1] + np.array([1.4, 5.9]) * lp_tau(n, 2)
+    for k, c in enumerate(speeds):
+        moved = motion(*X.T, ChuteParameters(mu=0.4, c=c), model=model)
+        best = rank_of_efficiency(criteria(moved), normalize=False).salukvadze
+        assert functions.test_point[k] - 1 in best
+        np.testing.assert_allclose(functions.F[k], criteria(moved)[best[0]], rtol=1e-12)
+        np.testing.assert_allclose(functions.exit_speed[k], moved.exit_speed[best[0]], rtol=1e-12)
+
+
+def test_salukvadze_functions_pass_through_the_case(case):
+    functions = salukvadze_functions(0.4, "rolling", 512, [0.3193])
+    best = case.ranking.salukvadze
+    assert functions.test_point.tolist() == case.test_point[best].tolist()
+    np.testing.assert_allclose(functions.F, case.F[best], rtol=1e-14)
+
+
+def test_one_point_is_enough_at_any_speed():
+    """The first test point is the level chute, which the sphere always leaves."""
+    functions = salukvadze_functions(0.4, "full", 1, [1e-6, 1.0])
+    assert functions.test_point.tolist() == [1, 1]
+    assert np.isfinite(functions.F).all()

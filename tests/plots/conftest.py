@@ -1,0 +1,54 @@
+"""Test tables that the pictures are of; a table never changes."""
+
+import numpy as np
+import pytest
+from pymoo.problems import get_problem
+from scipy.stats import uniform
+
+from pymoo_psi import TestTable, VectorizedSphereChute, investigate, lp_tau, robustness
+from pymoo_psi.comparison import compare
+from pymoo_psi.table import Layout
+
+
+@pytest.fixture(scope="session")
+def chute():
+    table = investigate(VectorizedSphereChute(0.4, model="rolling"), 512)
+    return table.with_prototype([0.6, 0.9], [1.9, 0.1, 0.6, 0.9], name="old chute")
+
+
+@pytest.fixture(scope="session")
+def osy():
+    return investigate(get_problem("osy"), 1024)
+
+
+@pytest.fixture(scope="session")
+def mixed():
+    k = np.arange(60)
+    metals = ("steel", "brass", "tin")
+    X = [[1 + i / 60, int(3 + i % 5), bool(i % 2), metals[i % 3]] for i in k]
+    F = np.column_stack([k % 7 + k / 60, (k * 5) % 11 - k / 60])
+    layout = Layout.of(
+        ["length", "count", "hollow", "metal"], 2, 1,
+        lower=[1, 3, np.nan, np.nan], upper=[2, 7, np.nan, np.nan],
+    )  # fmt: skip
+    table = TestTable.of(1 + k, X, F, G=(k % 4 - 2.0)[:, None], layout=layout)
+    return table.with_prototype([1.5, 5, True, "gold"], [3.0, 3.0])
+
+
+@pytest.fixture(scope="session")
+def bnh():
+    return compare(
+        get_problem("bnh"), n_evaluations=(32, 64), seeds=4,
+        algorithms=["psi", "psi-scrambled", "nsga3"], polish=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def result():
+    """Forty designs under uncertainty."""
+    return robustness(
+        lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
+        np.array([1.05, 5.9]) * lp_tau(40, 2) + [0, 0.1],
+        uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.25, 0.14)},
+        n_scenarios=32,
+    )

@@ -1,0 +1,165 @@
+"""The paper's figures: what their axes say and hold."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from pymoo_psi import PsiError
+from pymoo_psi.chute import ChuteParameters, trajectory
+from pymoo_psi.paper import Reproduction, solve_case
+from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
+from pymoo_psi.plots import paper_figures, save_figures
+from pymoo_psi.plots._paper import (
+    QUANTITIES,
+    draw_functions,
+    draw_motion,
+    draw_points,
+    draw_surface,
+)
+from pymoo_psi.plots._style import MARKERS
+from tests.plots.drawn import assert_whole, texts
+
+
+@pytest.fixture(scope="module")
+def case():
+    return solve_case(0.4, "rolling", 512)
+
+
+@pytest.fixture(scope="module")
+def figures(case):
+    return dict(paper_figures(Reproduction(512, (case,)), model="rolling"))
+
+
+def fallen(*, slip_end=0.25, n=5):
+    """A stand-in for a trajectory: any motion that slips up to slip_end, and then rolls."""
+    end = 1.0 if np.isnan(slip_end) else slip_end
+    eta = np.concatenate([np.linspace(0, end, n), np.linspace(end, 1, n)])
+    slipping = np.arange(2 * n) < n if 0 < slip_end < 1 else np.full(2 * n, np.isnan(slip_end))
+    return SimpleNamespace(
+        eta=eta,
+        time=2 * eta,
+        speed=0.3 + eta,
+        spin=np.column_stack([eta, 3 * eta, 0 * eta]),
+        slip_velocity=np.where(slipping, end - eta, 0.0)[:, None] * [1.0, -0.5],
+        friction=np.where(slipping[:, None], [-0.3, 0.1], [-0.1, 0.0]),
+        normal=np.column_stack([1 + 0 * eta, np.where(slipping, 0.1, 0.0)]),
+        slipping=slipping,
+        slip_end=slip_end,
+        slip_time=2 * slip_end,
+    )
+
+
+@pytest.mark.parametrize("number", range(2, 9))
+def test_a_page_is_whole_and_names_the_model(figures, number):
+    figure = figures[number]
+    assert round(figure.get_figwidth() * 25.4) == 180
+    assert "rolling model" in figure.get_suptitle()
+    assert_whole(figure)
+
+
+def test_a_surface_leaves_a_hole_where_the_sphere_stalls():
+    surfaces = criterion_surfaces(0.2, "rolling", n=6)
+    f = surfaces.f[1].copy()
+    f[0, :2] = np.nan
+    ax = Figure().add_subplot(projection="3d")
+    draw_surface(ax, surfaces.u1, surfaces.u2, f)
+    assert np.isfinite(ax.get_zlim()).all()
+    np.testing.assert_allclose(ax.get_zlim()[0], np.nanmin(f), atol=0.05 * np.nanmax(f))
+
+
+def test_each_surface_has_its_axes_named(figures):
+    axes = figures[2].axes
+    assert len(axes) == 4
+    for ax, name in zip(axes, ["f1", "f2"] * 2, strict=True):
+        labels = [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()]
+        assert labels == [", ".join(QUANTITIES[q]) for q in ("u1", "u2", name)]
+        assert len(ax.collections) == 1
+    assert [ax.get_title().split(":")[0] for ax in axes[::2]] == [
+        r"(a) $\mu$ = 0.2", r"(b) $\mu$ = 0.6",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("names", [("mu1", "mu2", "mu3"), ("u1", "u2")])
+def test_points_are_drawn_group_by_group_the_optimum_on_top(case, names):
+    points = ranked_points(case, names)
+    ax = Figure().add_subplot(projection="3d" if len(names) == 3 else None)
+    draw_points(ax, points)
+    groups = points.groups()
+    labels = [f"{name} ({len(members)})" for name, members in groups.items()]
+    assert [line.get_label() for line in ax.lines] == labels
+    assert len({line.get_marker() for line in ax.lines}) == len(groups)
+    assert len({line.get_markerfacecolor() for line in ax.lines}) == len(groups)
+    star = ax.lines[-1]
+    assert star.get_marker() == MARKERS[6].shape == "*"
+    assert star.get_zorder() == max(line.get_zorder() for line in ax.lines)
+    drawn = np.column_stack(star.get_data_3d() if len(names) == 3 else star.get_data())
+    np.testing.assert_array_equal(drawn, points.values[points.optimum])
+    for letter, name in zip("xyz", names, strict=False):
+        assert getattr(ax, f"get_{letter}label")().startswith(", ".join(QUANTITIES[name]))
+
+
+def test_a_curve_of_the_motion_is_interrupted_at_the_transition():
+    way = fallen()
+    axes = Figure().subplots(1, 5)
+    draw_motion(axes, way)
+    columns = ([way.speed, way.time], way.spin.T, way.slip_velocity.T, way.friction.T, way.normal.T)
+    for ax, values in zip(axes, columns, strict=True):
+        *curves, transition = ax.lines
+        assert len(curves) == 2 * len(values)
+        for slip, roll, expected in zip(curves[::2], curves[1::2], values, strict=True):
+            assert slip.get_xdata()[-1] == roll.get_xdata()[0] == 0.25
+            assert slip.get_color() == roll.get_color()
+            drawn = np.concatenate([slip.get_ydata(), roll.get_ydata()])
+            np.testing.assert_array_equal(drawn, expected)
+        assert len({line.get_linestyle() for line in curves[::2]}) == len(values)
+        assert transition.get_xdata() == [0.25, 0.25]
+        assert texts(ax)[-1] == r"$\eta_1$ = 0.250, $t_1$ = 0.500"
+        assert len(texts(ax)) == len(values) + 1
+
+
+@pytest.mark.parametrize(("slip_end", "shaded"), [(np.nan, 1), (0.0, 0)])
+def test_a_motion_without_transition_has_none_marked(slip_end, shaded):
+    axes = Figure().subplots(1, 5)
+    draw_motion(axes, fallen(slip_end=slip_end))
+    assert len(axes[3].lines) == 2
+    assert len(axes[3].patches) == shaded
+    assert len(texts(axes[3])) == 2
+
+
+def test_the_page_of_the_motion_tells_the_design(case, figures):
+    best = case.ranking.salukvadze[0]
+    way = trajectory(*case.X[best], ChuteParameters(mu=0.4))
+    assert "motion under the full model" in figures[7].get_suptitle()
+    facts = figures[7].axes[-1].texts[0].get_text()
+    assert f"test point {case.test_point[best]}" in facts
+    assert f"{way.slip_end:.1%} of the way" in facts
+
+
+def test_functions_are_drawn_by_name():
+    ax = Figure().add_subplot()
+    c = np.array([0.2, 0.4])
+    draw_functions(ax, c, {("$a$", "time"): 2 * c, ("$b$", "speed"): 3 * c})
+    assert texts(ax) == ["$a$, time", "$b$, speed", "$c$ = 0.3193"]
+    np.testing.assert_array_equal(ax.lines[1].get_xydata(), np.column_stack([c, 3 * c]))
+    assert ax.get_ylabel() == "$a$, $b$ (dimensionless)"
+
+
+def test_files_are_written_for_one_model(case, tmp_path):
+    paths = save_figures(Reproduction(64, (case,)), tmp_path, model="rolling", dpi=30)
+    assert [path.name for path in paths] == [f"figure_{number}.png" for number in range(2, 9)]
+    assert sorted(paths) == sorted(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "reproduction must be one with the case full 0.4, got the cases rolling 0.4"),
+        ({"model": "rollin"}, "model must be .*did you mean 'rolling'"),
+        ({"model": "rolling", "numbers": [9]}, "numbers must be of figures, 2 to 8, got 9"),
+    ],
+)
+def test_what_is_not_there_is_named(case, options, message):
+    with pytest.raises(PsiError, match=message):
+        list(paper_figures(Reproduction(64, (case,)), **options))
