@@ -4,7 +4,6 @@ from importlib.metadata import version
 
 from hypothesis import settings
 
-
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
