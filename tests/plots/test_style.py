@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from pymoo_psi import PsiError, plots
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.plots._style import literal, save_pages, view
+from pymoo_psi.table import section_points
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def test_the_view_holds_the_values(values, ends):
 def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh, result):
     case = solve_case(0.4, "rolling", 16)
     before = dict(matplotlib.rcParams)
-    X = chute.section_points(1, "x1", 3)
+    X = section_points(chute, 1, "x1", 3)
     pictures = [
         plots.table_page(chute), plots.criteria_page(chute),
         plots.section_page(chute, 1, "x1", X, np.ones((3, 4)), np.zeros((3, 1))),

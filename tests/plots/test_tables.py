@@ -20,7 +20,7 @@ from pymoo_psi.plots._designs import (
     variable_plane,
 )
 from pymoo_psi.plots._section import section_of
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, histogram, section_points
 from tests.plots.drawn import assert_whole, shown, texts
 
 LIMITS = {"f1": 2.2, "f4": 1.0}
@@ -68,16 +68,16 @@ def test_groups_differ_in_shape_and_neighbours_in_lightness():
 
 
 def test_bars_are_shares_of_each_group(osy):
-    histogram = osy.histogram("x1", bins=8)
+    counted = histogram(osy, "x1", bins=8)
     ax = draw_histogram(osy, "x1", bins=8)
     tested, feasible, pareto = (
         np.array([bar.get_height() for bar in bars]) for bars in ax.containers
     )
-    np.testing.assert_allclose(tested, histogram.tested / 1024 * 100)
-    np.testing.assert_allclose(feasible, histogram.feasible / osy.feasible().sum() * 100)
-    np.testing.assert_allclose(pareto, histogram.pareto / osy.pareto().sum() * 100)
+    np.testing.assert_allclose(tested, counted.tested / 1024 * 100)
+    np.testing.assert_allclose(feasible, counted.feasible / osy.feasible().sum() * 100)
+    np.testing.assert_allclose(pareto, counted.pareto / osy.pareto().sum() * 100)
     for bars in ax.containers:  # inside their bins
-        for bar, low, high in zip(bars, histogram.edges[:-1], histogram.edges[1:], strict=True):
+        for bar, low, high in zip(bars, counted.edges[:-1], counted.edges[1:], strict=True):
             assert low - 1e-9 <= bar.get_x() <= bar.get_x() + bar.get_width() <= high + 1e-9
     assert texts(ax) == [
         "tested (1024)",
@@ -243,7 +243,7 @@ def cut():
     """The arguments of a section in which the design with x1 = 0 failed."""
     tested = np.array([[0.0, 0.5], [0.25, 0.75]])
     table = TestTable.of([1, 2], tested, sphere(tested))
-    X = table.section_points(2, "x1", 5, lower=0, upper=1)[[3, 0, 4, 1, 2]]
+    X = section_points(table, 2, "x1", 5, lower=0, upper=1)[[3, 0, 4, 1, 2]]
     F = sphere(X)
     F[1] = np.nan
     return table, 2, "x1", X, F
@@ -277,13 +277,13 @@ def test_a_section_shows_the_feasible_part_the_design_and_the_limit(cut):
 
 def test_a_section_through_a_design_of_ones_own():
     table = TestTable.of([1], [[0.0, 0.5]], [[1.0]])
-    X = table.section_points([0.3, 0.1], "x2", 3, 0, 1)
+    X = section_points(table, [0.3, 0.1], "x2", 3, 0, 1)
     figure = section_page(table, [0.3, 0.1], "x2", X, X.sum(axis=1, keepdims=True))
     assert "the design: x2 = 0.1" in texts(figure)
 
 
 def test_a_section_of_the_count(mixed):
-    X = mixed.section_points(7, "count", 5)
+    X = section_points(mixed, 7, "count", 5)
     curves = section_of(mixed, 7, "count", X, np.ones((5, 2)), np.zeros((5, 1)), None, None)
     assert curves.x.tolist() == [3, 4, 5, 6, 7]
     assert curves.feasible.all()
@@ -294,12 +294,12 @@ def test_a_section_of_the_count(mixed):
     [
         (7, "length", 2, "X must be the design's in every variable but 'length', got another 'count' in row 0"),
         (70, "count", 2, "design must be a tested point's number, or a design, got 70"),
-        (7, "metal", 2, "variable must be a real number or an integer, got one that is text"),
+        (7, "metal", 2, "variable must be a real number or an integer, got one that is a"),
         (7, "count", 1, "F must be of shape"),
     ],
 )  # fmt: skip
 def test_what_is_no_section_is_refused(mixed, design, variable, n_criteria, message):
-    X = mixed.section_points(7, "count", 5)
+    X = section_points(mixed, 7, "count", 5)
     with pytest.raises(PsiError, match=message):
         section_page(mixed, design, variable, X, np.ones((5, n_criteria)), np.zeros((5, 1)))
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import instance
 from pymoo_psi.plots._style import GREY, MARKERS, Marker, literal, view
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds, values_in_order
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
@@ -167,16 +167,16 @@ def variable_plane(
         *([] if at is None else at.x[[variable]].tolist()),
     ]
     objects = np.array(column, dtype=object)
-    kind = column_kinds(objects[:, None])[0] if column else "real"
+    kind = column_kinds(objects[:, None])[0] if column else Kind.REAL
     options: tuple[Any, ...] = ()
-    if kind not in ("real", "integer"):
+    if kind not in (Kind.REAL, Kind.INTEGER):
         options = tuple(values_in_order(objects))
         seat = {(type(value), value): k for k, value in enumerate(options)}  # True is not 1
         column = [seat[type(value), value] for value in column]
     n = len(table)
     return _plane(
         table, criterion, limits, group, name=layout.variables[variable],
-        abscissa="option" if options else "integer" if kind == "integer" else "real",
+        abscissa="option" if options else "integer" if kind is Kind.INTEGER else "real",
         x=np.array(column[:n], dtype=np.float64), x_at=column[n:], options=options,
         box=(float(layout.lower[variable]), float(layout.upper[variable])),
     )  # fmt: skip

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from pymoo_psi._validation import boolean
 from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, checked_table, name_places
 from pymoo_psi.plots._style import legend_below, literal, on_axes, tick_counts
-from pymoo_psi.table import Histogram
+from pymoo_psi.table import Histogram, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
 _WRITTEN = 12  # bins over which there is room for the numbers
@@ -25,7 +25,7 @@ _PARTS = {"tested": (0.0, 1.0), "feasible": (0.08, 0.5), "pareto": (0.5, 0.92)} 
 
 
 def draw_histogram(
-    table: object,
+    table: TestTable,
     variable: Key,
     limits: Limits | None = None,
     *,
@@ -68,7 +68,7 @@ def draw_histogram(
         ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
     """
     legend, numbers = boolean("legend", legend), boolean("numbers", numbers)
-    counted = checked_table(table).histogram(variable, bins=bins, limits=limits)
+    counted = histogram(checked_table(table), variable, bins=bins, limits=limits)
     with on_axes(ax) as axes:
         draw_bars(axes, counted, numbers=numbers)
         axes.set_xlabel(literal(counted.variable))
@@ -83,13 +83,13 @@ def draw_histogram(
     return axes
 
 
-def draw_bars(axes: Axes, histogram: Histogram, *, numbers: bool) -> None:
+def draw_bars(axes: Axes, counted: Histogram, *, numbers: bool) -> None:
     """Draw the bars of each group, and over them how many designs they are."""
-    edges = histogram.edges
+    edges = counted.edges
     width = np.diff(edges)
     top = 1.0
     for group, (start, end) in _PARTS.items():
-        counts = getattr(histogram, group)
+        counts = getattr(counted, group)
         heights = 100.0 * counts / max(int(counts.sum()), 1)  # 0 where the group is empty
         top = max(top, heights.max(initial=0))
         axes.bar(

@@ -13,11 +13,11 @@ from pymoo_psi._validation import Received, invalid
 from pymoo_psi.plots._designs import checked_table, draw_limit
 from pymoo_psi.plots._style import CURVES, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._box import design_of
+from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds
 from pymoo_psi.table._layout import Key, Limits
 from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table.analysis import design_of
 
 Array = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ def section_page(
 ) -> Figure:
     """Return the criteria along one variable, the others staying those of one design.
 
-    The designs are those of :meth:`TestTable.section_points`, evaluated by their problem. Each
-    criterion has axes of its own, its feasible parts in bold, its limit shaded; its curve is
+    The designs are those of :func:`~pymoo_psi.table.section_points`, evaluated by their problem.
+    Each criterion has axes of its own, its feasible parts in bold, its limit shaded; its curve is
     interrupted where a design failed.
 
     Args:
@@ -58,8 +58,9 @@ def section_page(
 
     Example:
         >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi.table import section_points
         >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0, 5.0]])
-        >>> X = table.section_points(1, "x1", 3, lower=0, upper=2)
+        >>> X = section_points(table, 1, "x1", 3, lower=0, upper=2)
         >>> F = [[x1 + x2, x1 * x2] for x1, x2 in X]
         >>> [ax.get_ylabel() for ax in section_page(table, 1, "x1", X, F).axes]
         ['f1', 'f2']
@@ -119,8 +120,9 @@ def section_of(
     row = design_of(table, design)
     tests = TestTable.of(np.arange(1, np.shape(F)[0] + 1), X, F, G, H, layout=layout)
     kind = column_kinds(np.vstack([tests.X, row]))[j]
-    if kind not in ("real", "integer"):
-        raise invalid("variable", "a real number or an integer", Received(f"one that is {kind}"))
+    if kind not in (Kind.REAL, Kind.INTEGER):
+        received = Received(f"one that is a {kind.value}")
+        raise invalid("variable", "a real number or an integer", received)
     others = row != tests.X
     others[:, j] = False
     if others.any():

@@ -30,7 +30,7 @@ from pymoo_psi.plots._designs import (
 )
 from pymoo_psi.plots._histogram import draw_bars
 from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
 _MATRIX = 6  # variables, and criteria, beside which the text on the axes is still readable
@@ -88,7 +88,7 @@ def table_page(
     with grid_page(high, wide) as (figure, grid):
         tops = grid.ravel()[: len(columns)]
         for ax, j in zip(tops, columns, strict=True):
-            counted = table.histogram(j, limits=limits)
+            counted = histogram(table, j, limits=limits)
             draw_bars(ax, counted, numbers=False)
             label_axes(ax, wide, (counted.variable, ax.get_ylabel()), counted.values)
         for ax in tops:
