@@ -9,10 +9,9 @@ Motion: :class:`Motion`, :func:`motion` (solved), :func:`integrate` (by SciPy, a
 Criteria f1 to f4: :func:`criteria`.
 """
 
-from pymoo_psi.chute._motion import MODELS, criteria, motion
+from pymoo_psi.chute._motion import MODELS, Motion, criteria, motion
 from pymoo_psi.chute._parameters import ChuteParameters
 from pymoo_psi.chute._reference import integrate
-from pymoo_psi.chute._state import Motion
 from pymoo_psi.chute._trajectory import Trajectory, trajectory
 
 __all__ = [

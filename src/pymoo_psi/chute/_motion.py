@@ -2,26 +2,79 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import known_name
-from pymoo_psi.chute._exact import slip_then_roll
-from pymoo_psi.chute._one_design import solve_one
+from pymoo_psi._validation import Received, finite_array, invalid, known_name
 from pymoo_psi.chute._parameters import ChuteParameters
 from pymoo_psi.chute._rolling import roll
-from pymoo_psi.chute._state import Motion, broadcast
+from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, follow_slip
+from pymoo_psi.errors import ArgumentTypeError
 
 Array = NDArray[np.float64]
 
-_SOLVERS: dict[str, Callable[..., dict[str, Any]]] = {"full": slip_then_roll, "rolling": roll}
+_CHUNK = 8192  # designs that are solved together: their state stays in the cache
 
-MODELS = tuple(_SOLVERS)
-"""``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion:
+    """What the sphere has done when it leaves the chute, one entry per design.
+
+    A sphere under strong backspin may come to a stop before the exit: it stalls. Its ``reached``
+    is then below 1, its ``time`` infinite and its ``exit_speed`` 0; spins, work and dissipation
+    are those at the stall.
+
+    Attributes:
+        u1: Design variable tan α.
+        v_p: Design variable v_P, the speed of the moving plane.
+        time: Time t(1) from entrance to exit.
+        exit_speed: Speed v_C of the centre at the exit.
+        slip_end: η1 at which slip ends and rolling begins; 0 if the sphere rolls from the start,
+            NaN if it slips all the way.
+        slip_time: Time t1 at which slip ends; 0 and NaN likewise.
+        exit_spin: Spins (ω_X, ω_Y, ω_Z) at the exit, along the last axis.
+        plane_work: Work W that the moving plane does on the sphere.
+        dissipation: Energy D that friction takes, so that ΔE = u1 + W − D with
+            E = ½(v_C² + 0.4 r² ω²).
+        reached: η reached, 1 at the exit.
+
+    Example:
+        The first sphere slips, then rolls; on the steep chute the second slips all the way.
+
+        >>> from pymoo_psi.chute import motion
+        >>> moved = motion([0.2, 0.7], 0.1)
+        >>> moved.slip_end.round(2), moved.reached
+        (array([...,  nan]), array([1., 1.]))
+
+        What the sphere gains in energy is what slope and plane give, less what friction takes.
+
+        >>> spin = (moved.exit_spin**2).sum(axis=-1)
+        >>> start, end = 0.5 * 0.3193**2, 0.5 * (moved.exit_speed**2 + 0.4 * 0.1**2 * spin)
+        >>> np.allclose(end - start, moved.u1 + moved.plane_work - moved.dissipation)
+        True
+    """
+
+    u1: Array
+    v_p: Array
+    time: Array
+    exit_speed: Array
+    slip_end: Array
+    slip_time: Array
+    exit_spin: Array
+    plane_work: Array
+    dissipation: Array
+    reached: Array
+
+    def __repr__(self) -> str:
+        """Return how many designs there are and how they end."""
+        stall, slip = self.reached < 1, np.isnan(self.slip_end)
+        roll, slide = np.sum(~stall & ~slip), np.sum(~stall & slip)
+        ends = f"{roll} roll at the exit, {slide} slip, {np.sum(stall)} stall"
+        return f"Motion({self.u1.size} designs: {ends})"
 
 
 def motion(
@@ -32,6 +85,8 @@ def motion(
     model: str = "full",
 ) -> Motion:
     """Move the sphere from the entrance to the exit.
+
+    A design has the same motion, to the last bit, in whatever batch.
 
     Args:
         u1: tan α >= 0, any shape that broadcasts with the others.
@@ -53,8 +108,8 @@ def motion(
         (2.0459, 0.6917)
     """
     solve = _SOLVERS[known_name("model", model, MODELS)]
-    u1, v_p, *columns = broadcast(u1, v_p, parameters)
-    return Motion(u1=u1, v_p=v_p, **solve(u1, v_p, *columns))
+    columns = broadcast(u1, v_p, parameters)
+    return Motion(columns[0], columns[1], *solve(*columns))
 
 
 def criteria(motion: Motion) -> Array:
@@ -79,16 +134,129 @@ def criteria(motion: Motion) -> Array:
     return np.stack([motion.time, f2, motion.u1, motion.v_p], axis=-1)
 
 
-def criteria_of_one(
-    u1: float, v_p: float, parameters: ChuteParameters, model: str
-) -> tuple[tuple[float, float, float, float], float]:
-    """Return the four criteria of one design and the η it reaches, sparing the arrays.
+def broadcast(
+    u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None
+) -> tuple[Array, ...]:
+    """Return (u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0), checked and broadcast to one shape."""
+    parameters = ChuteParameters() if parameters is None else parameters
+    if not isinstance(parameters, ChuteParameters):
+        raise ArgumentTypeError(f"parameters must be ChuteParameters, got {parameters!r:.80}")
+    slope, speed = finite_array("u1", u1), finite_array("v_p", v_p)
+    if (slope < 0).any():
+        raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
+    columns = (slope, speed, *parameters.columns)
+    try:
+        return tuple(np.broadcast_arrays(*columns))
+    except ValueError as error:
+        shapes = ", ".join(str(np.shape(column)) for column in columns)
+        raise invalid(
+            "u1, v_p and the parameters", "of shapes that broadcast together", Received(shapes)
+        ) from error
 
-    The values are those of :func:`criteria` to rounding; u1, v_P and the parameters are numbers.
+
+def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
+    """Return the fields of `Motion` after v_p under the full model, Eqs. (2.16) to (2.21).
+
+    Args:
+        *columns: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0 as checked arrays of one shape.
     """
-    if model != "full" or not (u1 >= 0 and math.isfinite(u1) and math.isfinite(v_p)):
-        solved = motion(u1, v_p, parameters, model=model)
-        f1, f2, f3, f4 = criteria(solved).tolist()
-        return (f1, f2, f3, f4), float(solved.reached)
-    time, *_, work, lost, reached = solve_one(u1, v_p, *parameters.columns)
-    return (time, abs(work - lost) if reached == 1 else math.inf, u1, v_p), reached
+    shape, n = columns[0].shape, columns[0].size
+    flat = [column.reshape(-1) for column in columns]
+    fields = [np.empty((n, 3) if k == 4 else n) for k in range(8)]  # number 4 is exit_spin
+    # One design is a number: NumPy computes with numbers several times as fast as with arrays of 1
+    parts: Any = [0] if n == 1 else [slice(i, i + _CHUNK) for i in range(0, n, _CHUNK)]
+    with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
+        for part in parts:
+            solved = _solve(*(column[part] for column in flat))
+            for field, value in zip(fields, solved, strict=True):
+                field[part] = value
+    return tuple(field.reshape(shape + field.shape[1:]) for field in fields)
+
+
+def _solve(
+    u1: Any, v_p: Any, mu: Any, c: Any, r: Any, wx0: Any, wy0: Any, wz0: Any
+) -> tuple[Any, ...]:
+    """`_slip_then_roll` for (n,) arrays or for numbers."""
+    length = np.sqrt(1.0 + u1 * u1)
+    a, b = u1 / length, mu / length
+    wy0 = r * wy0
+    vy0 = r * wx0 - v_p
+    end = move(a, b, u1 / mu, c, wy0, vy0, length)
+    time = np.where(end.stalls, np.inf, end.time)
+    # never 1, though the stall may be within rounding of the exit
+    stalled_at = np.minimum(1.0 - end.left / length, 1.0 - 1e-16)
+    reached = np.where(end.stalls, np.maximum(stalled_at, 0.0), 1.0)
+
+    # Energy: D = a x + W - dE with E = (v_C^2 + 0.4 (r omega)^2)/2
+    turned = end.vy - vy0
+    spun = end.speed - end.vx  # r omega_Y
+    lost = a * length * reached - 0.5 * (end.speed - c) * (end.speed + c)
+    lost -= 0.2 * ((spun - wy0) * (spun + wy0) + turned * (end.vy + vy0))
+    spin = np.stack([(end.vy + v_p) / r, spun / r, wz0], axis=-1)
+    work = 0.4 * v_p * turned
+    return time, end.speed, end.grip_way / length, end.grip_time, spin, work, lost, reached
+
+
+class State(NamedTuple):
+    """Where spheres are after a given way; every entry is an (n,) array or a number.
+
+    Attributes:
+        time: t.
+        speed: v_C.
+        vx: v_AX.
+        vy: v_AY.
+        left: what is left of the way, 0 unless the sphere stalled.
+        stalls: whether the sphere stalled.
+        grip_time: time when rolling began, NaN if it has not.
+        grip_way: way when rolling began, NaN if it has not.
+    """
+
+    time: Any
+    speed: Any
+    vx: Any
+    vy: Any
+    left: Any
+    stalls: Any
+    grip_time: Any
+    grip_way: Any
+
+
+def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:
+    """Follow spheres over a way: slip, then constant acceleration.
+
+    Args:
+        a: (n,) array or number, sin α; so are all others.
+        b: μ cos α.
+        tau: a/b.
+        c: initial speed.
+        wy0: initial r ω_Y.
+        vy0: initial v_AY.
+        way: how far.
+    """
+    invariant = c + 0.4 * wy0
+    time, vx, y, left, how = follow_slip(b, tau, invariant, way, c - wy0, np.abs(vy0), c)
+    # After slip: rolling, Eq. (2.20), or, for tau > 3.5, sliding straight down from rho = 0.
+    free, steep = how == ROLLS, tau > 3.5
+    rolls = free & ~steep
+    rest = np.maximum(left, 0.0) * free
+    speed = np.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)
+    push = np.where(steep, a - b, a / 1.4)
+    final = np.sqrt(speed * speed + 2.0 * push * rest)
+    dt = 2.0 * rest / (speed + final + TINY)
+    stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))  # u1 = 0, no speed left
+    return State(
+        time=time + dt,
+        speed=final * ~stalls,
+        vx=vx + (free & steep) * (a - 3.5 * b) * dt,
+        vy=np.copysign(y, vy0),
+        left=left * stalls,
+        stalls=stalls,
+        grip_time=np.where(rolls, time, np.nan),
+        grip_way=np.where(rolls, way - left, np.nan),
+    )
+
+
+_SOLVERS: dict[str, Callable[..., tuple[Any, ...]]] = {"full": _slip_then_roll, "rolling": roll}
+
+MODELS = tuple(_SOLVERS)
+"""``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""

@@ -8,8 +8,6 @@ follow from it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +16,8 @@ Array = NDArray[np.float64]
 
 def roll(
     u1: Array, v_p: Array, mu: Array, c: Array, r: Array, wx0: Array, wy0: Array, wz0: Array
-) -> dict[str, Any]:
-    """Return the fields of :class:`pymoo_psi.chute.Motion` for pure rolling.
+) -> tuple[Array, ...]:
+    """Return the fields of :class:`pymoo_psi.chute.Motion` after v_p for pure rolling.
 
     The arguments broadcast to one shape. μ and v_P do not enter: condition (2.12), u1 <= 3.5 μ,
     is the caller's.
@@ -30,13 +28,8 @@ def roll(
     u1, _, _, c, r, wx0, wy0, wz0 = np.broadcast_arrays(u1, v_p, mu, c, r, wx0, wy0, wz0)
     speed = np.sqrt(c**2 + 10 / 7 * u1)  # (2.20): dw/dη = 2 (1 + u1²)^½ sin α / 1.4
     gained = 10 / 7 * u1 / (speed + c)  # v1 − c without cancellation
-    return {
-        "time": 2 * np.sqrt(1 + u1**2) / (speed + c),  # uniform acceleration along sec α
-        "exit_speed": speed,
-        "slip_end": np.zeros_like(u1),
-        "slip_time": np.zeros_like(u1),
-        "exit_spin": np.stack([wx0, wy0 + gained / r, wz0], axis=-1),
-        "plane_work": np.zeros_like(u1),
-        "dissipation": 0.4 * (c - r * wy0) * gained,
-        "reached": np.ones_like(u1),
-    }
+    time = 2 * np.sqrt(1 + u1**2) / (speed + c)  # uniform acceleration along sec α
+    slip_end, slip_time, work = (np.zeros_like(u1) for _ in range(3))
+    spin = np.stack([wx0, wy0 + gained / r, wz0], axis=-1)
+    lacks = 0.4 * (c - r * wy0) * gained
+    return time, speed, slip_end, slip_time, spin, work, lacks, np.ones_like(u1)

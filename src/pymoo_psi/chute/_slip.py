@@ -1,150 +1,316 @@
-"""Slip in log time: the closed form of the slip velocity and the two quadratures that remain.
+"""Slip: the path in closed form, and how far along it the sphere slips.
 
-While the sphere slips, the velocity of its contact point (v_x, v_y) = rho (cos theta, sin theta)
-obeys dv_x/dt = a - 3.5 b cos theta, dv_y/dt = -2.5 b sin theta (Eqs. 2.17-2.18 in time), with
-a = sin alpha, b = mu cos alpha, tau = a/b. The field depends on the direction alone. With
-q = tan^2(theta/2) and the log time dlambda = (1 + cos theta)(b/rho) dt, the direction is logistic,
+While the sphere slips, the velocity of its contact point (v_x, v_y) = ρ (cos θ, sin θ) obeys
+dv_x/dt = a − 3.5 b cos θ, dv_y/dt = −2.5 b sin θ (Eqs. 2.17–2.18 in time), with a = sin α,
+b = μ cos α, τ = a/b. The right-hand sides depend on the direction alone. With q = tan²(θ/2) and the
+log time dλ = (1 + cos θ)(b/ρ) dt the direction is logistic,
 
-    dq/dlambda = -q ((tau - 1) + (tau + 1) q),
+    dq/dλ = −q ((τ − 1) + (τ + 1) q),                                                           (1)
 
-and with E = (1 - exp(-(tau-1) lambda))/(tau - 1), z = q0 (1 + tau) E everything is closed:
+and with E = (1 − exp(−(τ−1) λ))/(τ − 1), z = q0 (1 + τ) E all of it is closed:
 
-    q   = q0 exp(-(tau-1) lambda)/(1 + z)
-    rho = rho0 (1 + q)/(1 + q0) G,  G = exp(((tau-1)/2 - 1.25) lambda) (1 + z)^(1/2 - 1.25/(1+tau))
-    v_y = v_y0 exp(-2.5 s),         s = lambda/2 + log(1 + z)/(2 (1 + tau))
-    dt  = rho (1 + q)/(2 b) dlambda
+    q   = q0 exp(−(τ−1) λ)/(1 + z)                                                              (2)
+    ρ   = ρ0 (1 + q)/(1 + q0) G,  G = exp(((τ−1)/2 − 1.25) λ) (1 + z)^(1/2 − 1.25/(1+τ))        (3)
+    v_y = v_y0 exp(−2.5 s),       s = λ/2 + log(1 + z)/(2 (1 + τ)),  ds = (b/ρ) dt              (4)
+    dt  = ρ (1 + q)/(2 b) dλ                                                                    (5)
 
-All terms of z are positive, so nothing cancels; tau = 1 is a regular point of E. Only t and the
-integral of v_x are left to quadrature: the centre follows from the invariant
-1.4 v_C = A + a t + 0.4 v_x, A = c + 0.4 r omega_Y0.
+Every term of z is positive, so nothing cancels; τ = 1 is a regular point of E. Only t and ∫ v_x dt
+are left to quadrature: the centre follows from 1.4 v_C = A + a t + 0.4 v_x, where
+A = c + 0.4 r ω_Y0 does not change (`invariant` below).
+
+How far the sphere slips is found by aiming with constant accelerations, stepping along the path,
+and aiming again: two steps as a rule. While the sphere slips v_C is monotone, because cos θ − τ
+keeps its sign; so the exit, the end of slip and a stall are simple roots, and a step that went too
+far shows and is taken again, half as long.
+
+Every operation is elementwise, on (n,) arrays or on NumPy numbers alike. One design, as numbers,
+then costs a third of what it costs as arrays of length 1, and has the same bits in any company.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
+from pymoo_psi.errors import PsiError
+
 Array = NDArray[np.float64]
 
+ROLLS, SLIPS, STALLS = 0, 1, 2  # how slip ends; ROLLS is ρ = 0, whatever follows
 TINY = 1e-200  # added where 0/0 has a limit, as in log1p(w)/w
-BLOCK = 16384  # doubles per temporary array of nodes x designs: stays in the cache
+STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
+NONE = 1e-15  # slip that is none: rounding of v_P − r ω_X
+EXACT = 1e-18  # an aim is the last whose `_error` is below: a hundredth of rounding, see there
+REACH = 12.0  # longest step times `_rate`; measured: 5e-14 of ρ/b and ρ²/b over τ < 4.5, all θ
+BLOCK = 1024  # designs in one quadrature: its arrays of 24 nodes stay in the cache
 
 
-class Rule(NamedTuple):
-    """Gauss-Lobatto quadrature of a step of log time.
-
-    Attributes:
-        nodes: (m, 1) fractions of the step after 0, which costs nothing; the last one is 1.
-        weights: (m,) their weights.
-        first: the weight of 0.
-        reach: longest step, in units of `distance`, that is exact to about 1e-14.
-    """
-
-    nodes: Array
-    weights: Array
-    first: float
-    reach: float
-
-
-def _rule(m: int, power: int, reach: float) -> Rule:
-    """Gauss-Lobatto in zeta, lambda = length zeta**power; power 2 crowds the step's beginning."""
-    p = Legendre.basis(m)
-    roots = p.deriv().roots().real  # all are real; NumPy 2.5 gives them a complex type
-    x = np.array([-1.0, *roots, 1.0])
-    zeta, weight = 0.5 * (x + 1.0), 1.0 / (m * (m + 1) * p(x) ** 2)
-    weight *= power * zeta ** (power - 1)
-    return Rule(zeta[1:, None] ** power, weight[1:], float(weight[0]), reach)
-
-
-# An m-point rule errs like B**(-2m), B the sum of the half-axes of the ellipse around the step that
-# passes through the nearest singularity. The reaches are measured: time and distance err by less
-# than 2e-13 of their scales rho/b and rho**2/b over tau in [0, 4.5], theta in [0, 1.8].
-RULES = (
-    _rule(4, 1, 0.06),
-    _rule(7, 1, 0.38),
-    _rule(10, 1, 0.95),
-    _rule(16, 1, 2.7),
-    _rule(32, 2, 60.0),
-)
-LONGEST = 14.0  # no step beyond this many times 1/|tau - 1|
-
-
-def distance(tau: Array, q: Array) -> Array:
-    """Log time over which the motion changes its shape: the unit of a rule's reach.
-
-    Backwards the direction reaches theta = pi, a singularity, after log(1 + z)/|tau-1| or more,
-    z = |tau-1|/((1+tau) q); complex singularities lie pi/|tau-1| off the axis (0.83 instead of pi,
-    so that one reach serves both); and rho decays over a log time of order 1.
-    """
-    slope = np.abs(tau - 1.0) + TINY
-    room = np.log1p(slope / ((1.0 + tau) * q))
-    np.minimum(room, 0.83, out=room)
-    room /= slope
-    return np.minimum(room, 2.0, out=room)
-
-
-def advance(
-    vx: Array, y: Array, rho: Array, q: Array, b: Array, tau: Array, length: Array, rule: Rule
-) -> tuple[Array, Array, Array, Array]:
-    """Follow the slip over a step of log time.
-
-    Args:
-        vx: (n,) v_x at the step's beginning.
-        y: (n,) |v_y| there.
-        rho: (n,) speed of the contact point there.
-        q: (n,) tan^2(theta/2) there.
-        b: (n,) mu cos alpha.
-        tau: (n,) u1/mu.
-        length: (n,) the step, may be negative.
-        rule: the quadrature.
+def _quadrature(m: int) -> tuple[Array, Array]:
+    """Gauss–Lobatto in the root of λ/step, which crowds the nodes where the step begins.
 
     Returns:
-        (n,) arrays: time taken, integral of v_x dt, v_x and |v_y| at the step's end.
+        (m,) shares of the step, the last one 1, and their weights. Share 0 has weight 0.
     """
-    n, width = vx.size, BLOCK // len(rule.weights)
-    if n > width:
-        cuts = [slice(i, i + width) for i in range(0, n, width)]
-        parts = [advance(vx[k], y[k], rho[k], q[k], b[k], tau[k], length[k], rule) for k in cuts]
-        dt, slid, vx_end, y_end = (np.concatenate(g) for g in zip(*parts, strict=True))
-        return dt, slid, vx_end, y_end
+    p = Legendre.basis(m)
+    roots = p.deriv().roots().real  # all are real; NumPy 2.5 gives them a complex type
+    x = np.array([*roots, 1.0])
+    root = 0.5 * (x + 1.0)
+    return root**2, 2.0 * root / (m * (m + 1) * p(x) ** 2)
+
+
+NODES, WEIGHTS = _quadrature(24)
+
+
+class State(NamedTuple):
+    """A slipping sphere; every entry is an (n,) array or a number.
+
+    Attributes:
+        t: time so far.
+        vx: v_x, of the contact point.
+        y: |v_y|.
+        left: distance to go; negative a little past the exit.
+        v: speed v_C of the centre.
+        b: μ cos α.
+        tau: u1/μ.
+        invariant: c + 0.4 r ω_Y0.
+        longest: no step beyond it: half the last one if that went too far, else infinite.
+    """
+
+    t: Any
+    vx: Any
+    y: Any
+    left: Any
+    v: Any
+    b: Any
+    tau: Any
+    invariant: Any
+    longest: Any
+
+
+class Aim(NamedTuple):
+    """Where the slip leads in constant acceleration; every entry is an (n,) array or a number.
+
+    Attributes:
+        rho: speed of the contact point now.
+        dt: time to the exit, to rest or to the end of slip, whichever comes first.
+        ds: log time s to there.
+        w: relative change of ρ until the exit or rest; <= -1 where slip ends before that.
+        turn: change of cos θ on the way there.
+        stops: whether the sphere comes to rest before the exit.
+    """
+
+    rho: Any
+    dt: Any
+    ds: Any
+    w: Any
+    turn: Any
+    stops: Any
+
+
+def follow_slip(
+    b: Any, tau: Any, invariant: Any, way: Any, vx: Any, y: Any, c: Any
+) -> tuple[Any, Any, Any, Any, Any]:
+    """Follow the slip to the exit, to its end or to rest.
+
+    Args:
+        b: (n,) array or number, μ cos α; so are all others.
+        tau: u1/μ.
+        invariant: c + 0.4 r ω_Y0.
+        way: distance to the exit.
+        vx: v_x at the start.
+        y: |v_y| at the start.
+        c: v_C at the start.
+
+    Returns:
+        t, v_x, |v_y|, distance to go, and how slip ended: ROLLS, SLIPS (on, past the exit) or
+        STALLS.
+    """
+    state = State(0.0 * b, vx, y, way, c, b, tau, invariant, np.inf + b)
+    if np.ndim(b) == 0:
+        for _ in range(STEPS):
+            aim = _aim(state)
+            if _error(aim) < EXACT:
+                return _finish(state, aim)
+            state = _next(state, aim)
+        raise _endless(state)
+    end, ids = np.empty((5, b.size)), np.arange(b.size)
+    for _ in range(STEPS):
+        aim = _aim(state)
+        exact = _error(aim) < EXACT
+        if exact.any():
+            j = np.flatnonzero(exact)
+            end[:, ids[j]] = _finish(_of(state, j), _of(aim, j))
+            j = np.flatnonzero(~exact)
+            if not j.size:
+                return end[0], end[1], end[2], end[3], end[4]
+            ids, state, aim = ids[j], _of(state, j), _of(aim, j)
+        state = _next(state, aim)
+    raise _endless(state)
+
+
+def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
+    """Return the State or Aim of the chosen designs."""
+    return type(entries)(*(entry[chosen] for entry in entries))
+
+
+def _endless(state: State) -> PsiError:
+    """Rather an error than wrong numbers."""
+    return PsiError(
+        f"the slip of {np.size(state.t)} designs is not followed to its end in {STEPS} steps, one "
+        f"with tau = {np.ravel(state.tau)[0]!r} and b = {np.ravel(state.b)[0]!r}; please report it"
+    )
+
+
+def _choose(condition: Any, yes: Any, no: Any) -> Any:
+    """`np.where` that leaves numbers numbers."""
+    if condition.ndim == 0:
+        return yes if condition else no
+    return np.where(condition, yes, no)
+
+
+def _aim(state: State) -> Aim:
+    """Aim with the direction at its mean over the way ahead, exact to third order in ds.
+
+    Constant direction means constant acceleration of the centre and constant decay of ρ. It
+    turns by d cos θ/ds = sin²θ (τ − cos θ), over the way ahead a third of it counts for the
+    position and half of it for the velocities.
+    """
+    _, vx, y, left, v, b, tau, _, _ = state
+    rho = np.sqrt(vx * vx + y * y) + TINY
+    rate, c, sine = b / rho, vx / rho, y / rho
+
+    def reach(c_x: Any, c_v: Any) -> tuple[Any, Any, Any]:
+        """Time to the exit or to rest, relative change w of ρ until then, and whether to rest."""
+        push = b * (tau - c_x)  # dv_C/dt
+        root = v * v + 2.0 * push * left
+        stops = root < 0.0
+        dt = _choose(stops, -v / push, 2.0 * left / (v + np.sqrt(np.abs(root)) + TINY))
+        return dt, ((tau - c_v) * c_v - 2.5) * rate * dt + TINY, stops
+
+    dt, w, _ = reach(c, c)
+    turn = sine * sine * (tau - c) * rate * dt / (1.0 + 0.5 * np.maximum(w, -1.0))
+    limit = np.abs(np.minimum(tau, 1.0) - c)  # to the direction in which the slip ends
+    turn = np.maximum(np.minimum(turn, limit), -limit)
+    dt, w, stops = reach(c + turn / 3.0, c + turn / 2.0)
+    held = np.maximum(w, -1.0 + 1e-16)  # ρ = 0 is at w = -1, ds infinite: let it be 37
+    dt = dt * (held / w) * ((w > -1.0) | (rho > NONE))
+    return Aim(rho, dt, np.log1p(held) / held * rate * dt, w, turn, stops)
+
+
+def _error(aim: Aim) -> Any:
+    """Bound of the error of an aim, as a speed: third order in ds, and as small as the slip left.
+
+    The square of sin θ is in ``turn``. Next to θ = π the direction turns only when ρ has fallen
+    like sin θ to the power (3.5 + τ)/(1 + τ), 1.45 at τ = 4.5, which an aim does not see.
+    """
+    ahead = np.minimum(np.abs(aim.ds), 1.0)
+    return np.abs(aim.turn) * ahead * ahead * aim.rho * np.maximum(1.0 + aim.w, 1.0)
+
+
+def _finish(state: State, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
+    """Take the last, tiny or straight, piece of slip as it was aimed; see `follow_slip`."""
+    t, vx, y, left, v, b, tau, _, _ = state
+    c, slips = vx / aim.rho, aim.w > -1.0
+    return (
+        t + aim.dt,
+        slips * (vx + aim.dt * b * (tau - 3.5 * (c + aim.turn / 2.0))),
+        slips * (y * np.exp(-2.5 * aim.ds)),
+        left - aim.dt * (v + 0.5 * aim.dt * b * (tau - c - aim.turn / 3.0)),
+        slips * (SLIPS + (STALLS - SLIPS) * aim.stops),  # ROLLS is 0
+    )
+
+
+def _rate(tau: Any, q: Any) -> Any:
+    """Rate per log time λ at which the motion changes its shape: what limits a quadrature.
+
+    Backwards the direction reaches θ = π, a singularity, after λ = 1/((1+τ) q) or more; complex
+    ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1.
+    """
+    return (1.0 + tau) * q + 1.2 * np.abs(tau - 1.0) + 0.5
+
+
+def _next(state: State, aim: Aim) -> State:
+    """Step along the path as far as aimed, or keep the state where that led too far."""
+    t, vx, y, left, v, b, tau, invariant, longest = state
+    q = (aim.rho - vx) / y
+    q = q * q
+    # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
+    bend = 2.0 * (tau - vx / aim.rho) * aim.ds + TINY
+    step = np.minimum(2.0 * aim.ds / (1.0 + q * bend / np.expm1(bend)), longest)
+    step = np.minimum(step, REACH / _rate(tau, q))
+    dt, slid, vx1, y1 = _along(vx, y, aim.rho, q, b, tau, step)
+    a = b * tau
+    v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
+    left1 = left - ((invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid) / 1.4
+    # Five per cent past the exit or past rest is harmless, the next step goes back; not so on the
+    # way to the end of slip: from ρ = 0 there is no way back.
+    fits = (left1 >= -0.05 * np.abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
+    moved = (t + dt, vx1, y1, left1, v1, np.inf + t)
+    t, vx, y, left, v, longest = _choose(fits, moved, (t, vx, y, left, v, 0.5 * step))
+    return State(t, vx, y, left, v, b, tau, invariant, longest)
+
+
+def _along(
+    vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Follow the slip over a step of log time λ, Eqs. (2) to (5).
+
+    Args:
+        vx: (n,) array or number, v_x at the step's beginning; so are all others.
+        y: |v_y| there.
+        rho: speed of the contact point there.
+        q: tan²(θ/2) there.
+        b: μ cos α.
+        tau: u1/μ.
+        step: the step, may be negative.
+
+    Returns:
+        Time taken, integral of v_x dt, v_x and |v_y| at the step's end.
+    """
+    nodes, weights = NODES, WEIGHTS
+    if step.ndim:
+        nodes, weights = nodes[:, None], weights[:, None]
+        if step.size > BLOCK:
+            columns = np.array([vx, y, rho, q, b, tau, step])
+            blocks = [columns[:, i : i + BLOCK] for i in range(0, step.size, BLOCK)]
+            dt, slid, vx, y = np.concatenate([_along(*block) for block in blocks], axis=1)
+            return dt, slid, vx, y
     slope, tau1 = tau - 1.0 + TINY, tau + 1.0
-    u = np.expm1(rule.nodes * (-slope * length))
+    u = np.expm1(nodes * (-slope * step))
     u *= -q * tau1 / slope
     u += 1.0  # 1 + z
     log = np.log(u)
-    s = 0.5 * (length + log[-1] / tau1)
-    # shape = G/(1 + z)^2, so that rho ~ (1+z)(1+q) shape (1+z) needs no division
+    s = 0.5 * (step + log[-1] / tau1)
+    # shape = G/(1 + z)², so that ρ ~ (1+z)(1+q) shape (1+z) needs no division
     log *= -1.5 - 1.25 / tau1
-    log += rule.nodes * (length * (0.5 * slope - 1.25))
+    log += nodes * (step * (0.5 * slope - 1.25))
     shape = np.exp(log, out=log)
     shift = 0.5 * (q * tau1 + slope)
-    plus = u + shift  # (1 + z)(1 + q) (1 + tau)/2
+    plus = u + shift  # (1 + z)(1 + q) (1 + τ)/2
     vx1 = u * tau
-    vx1 -= shift  # (1 + z)(1 - q) (1 + tau)/2
+    vx1 -= shift  # (1 + z)(1 − q) (1 + τ)/2
     vx1 *= shape
-    vx1 *= u  # v_x, apart from rho0/(1 + q0)
+    vx1 *= u  # v_x, apart from ρ0/(1 + q0)
     plus *= plus
-    plus *= shape  # dt/dlambda, apart from rho0/(1 + q0)/(2 b)
-    plus *= rule.weights[:, None]
+    plus *= shape  # dt/dλ, apart from ρ0/(1 + q0)/(2 b)
+    plus *= weights
     scale = rho / (1.0 + shift)
-    unit = scale * length / (tau1 * b)
-    first = rule.first * (1.0 + shift) ** 2
-    dt = (_sum(plus) + first) * unit
+    unit = scale * step / (tau1 * b)
+    dt = _sum(plus) * unit
     plus *= vx1
-    slid = (_sum(plus) + first * (tau - shift)) * (unit * scale)
+    slid = _sum(plus) * (unit * scale)
     return dt, slid, vx1[-1] * scale, y * np.exp(-2.5 * s)
 
 
-def _sum(rows: Array) -> Array:
-    """Return the (n,) sums of the columns of (m, n) values, added up row after row.
+def _sum(rows: Array) -> Any:
+    """Return the sums of (m, n) values over m, or of (m,) values, added up one after the other.
 
-    So the sum of a column does not depend on the columns beside it, as it does in a matrix
-    product: a design has the same motion, to the last bit, in whatever batch. A column alone
-    would be added up in pairs, therefore it gets company.
+    A matrix product, or NumPy's sum of one column, would add in another order, and a design's last
+    bits would depend on its company.
     """
-    alone = rows.shape[1] == 1
-    sums: Array = np.add.reduce(np.repeat(rows, 2, axis=1) if alone else rows, axis=0)
-    return sums[:1] if alone else sums
+    if rows.size == len(rows):
+        return np.add.accumulate(rows, axis=0)[-1]
+    return np.add.reduce(rows, axis=0)

@@ -8,11 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import finite_array, integer, invalid
-from pymoo_psi.chute._exact import move
-from pymoo_psi.chute._follow import ROLLS
-from pymoo_psi.chute._motion import motion
+from pymoo_psi.chute._motion import broadcast, motion, move
 from pymoo_psi.chute._parameters import ChuteParameters
-from pymoo_psi.chute._state import broadcast
 
 Array = NDArray[np.float64]
 
@@ -141,7 +138,7 @@ def _follow(
             eta * length,
         )
     time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
-    slipping = at.phase != ROLLS
+    slipping = np.isnan(at.grip_time)
     if not np.isnan(slip_end):
         slipping = eta < slip_end
     if doubled:

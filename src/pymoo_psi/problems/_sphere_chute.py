@@ -10,7 +10,6 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi._validation import Received, finite_array, invalid, known_name, positive_number
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
-from pymoo_psi.chute._motion import criteria_of_one
 from pymoo_psi.problems._pymoo import require_known_keywords
 
 _OURS = (
@@ -72,6 +71,12 @@ class _ChuteProblem(Problem):
         names = ("mu", "c", "r", "omega_X0", "omega_Y0", "omega_Z0")
         return {"model": self.model, **dict(zip(names, self.parameters.columns, strict=True))}
 
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        # (n, 2) designs of VectorizedSphereChute or one (2,) of SphereChute
+        solved = motion(x[..., 0], x[..., 1], self.parameters, model=self.model)
+        out["F"] = criteria(solved)
+        out["G"] = 1.0 - solved.reached[..., None]
+
 
 class SphereChute(_ChuteProblem, ElementwiseProblem):
     """The sphere in the chute-conveyor: two variables, four objectives, one constraint.
@@ -106,11 +111,6 @@ class SphereChute(_ChuteProblem, ElementwiseProblem):
         array([2.0459, 0.0476, 0.2635, 0.1072])
     """
 
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        u1, v_p = x.tolist()
-        out["F"], reached = criteria_of_one(u1, v_p, self.parameters, self.model)
-        out["G"] = [1.0 - reached]
-
 
 class VectorizedSphereChute(_ChuteProblem):
     """:class:`SphereChute` for many designs at once: the same arguments and the same values.
@@ -122,11 +122,6 @@ class VectorizedSphereChute(_ChuteProblem):
         >>> F.shape, float(G.max())
         ((2, 4), 0.0)
     """
-
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        solved = motion(x[:, 0], x[:, 1], self.parameters, model=self.model)
-        out["F"] = criteria(solved)
-        out["G"] = 1.0 - solved.reached[:, None]
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Any:
