@@ -1,6 +1,5 @@
 """The command line: results on success, one clear line and exit code 2 on a mistake."""
 
-import os
 import subprocess
 import sys
 
@@ -10,7 +9,7 @@ import pytest
 
 import pymoo_psi
 from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency
-from pymoo_psi.cli import main
+from pymoo_psi.cli import _reproduce, main
 from tests.table.exact_csv import EXACT
 
 
@@ -20,12 +19,17 @@ def run(capsys, *arguments):
     return code, captured.out, captured.err
 
 
-def test_reproduce_writes_and_prints_the_tables(capsys, tmp_path):
-    out = tmp_path / "new" / "folder"
+def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
+    out, drawn = tmp_path / "new" / "folder", []
+    # Their drawing is tested with the plots, and would take most of this test's time.
+    monkeypatch.setattr(
+        _reproduce, "save_figures", lambda result, folder, model: drawn.append((folder, model))
+    )
     code, printed, err = run(capsys, "reproduce", "--out", out, "--points", 64)
     assert code == 0
     assert err.splitlines()[0] == "done: mu = 0.2, rolling model"
     assert len(err.splitlines()) == 8  # six cases and two sets of figures, when there is no bar
+    assert drawn == [(out, "full"), (out / "rolling", "rolling")]
     assert "published tables follow from the rolling model" in printed
     assert "Not compared: the paper tests 4096 points" in printed
     table = pd.read_csv(out / "table_6_1.csv")
@@ -221,18 +225,6 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["front.csv"]
 
 
-def test_the_installed_command_answers():
-    done = subprocess.run(
-        [sys.executable, "-c", "from pymoo_psi.cli import run; run()", "--help"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0
-    assert "reproduce" in done.stdout
-    assert "solve" in done.stdout
-
-
 def test_python_m_and_version():
     done = subprocess.run(
         [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True
@@ -246,39 +238,3 @@ def test_help(capsys, words):
     assert (code, err) == (0, "")
     assert "Usage: pymoo-psi [OPTIONS] COMMAND" in printed
     assert run(capsys, "rank", "-h")[1] == run(capsys, "rank", "--help")[1]
-
-
-def test_help_loads_no_heavy_library():
-    code = (
-        "import sys; from pymoo_psi.cli import main; main(['solve', '--help']); "
-        "heavy = ('numpy', 'pandas', 'scipy', 'pymoo', 'matplotlib', 'joblib', 'bokeh'); "
-        "print('loaded:', [name for name in heavy if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "loaded: []"
-
-
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ({"_PYMOO_PSI_COMPLETE": "source_bash"}, "complete -o default -F _pymoo_psi_completion"),
-        (
-            {
-                "_PYMOO_PSI_COMPLETE": "complete_bash",
-                "COMP_WORDS": "pymoo-psi re",
-                "COMP_CWORD": "1",
-            },
-            "reproduce",
-        ),
-    ],
-)
-def test_the_shell_completes(words, expected):
-    code = "from pymoo_psi.cli import run; run()"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, **words},
-    )
-    assert expected in done.stdout
