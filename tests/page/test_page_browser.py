@@ -1,5 +1,6 @@
 """The decision page in a headless browser, offline: what a reader does and sees."""
 
+import csv
 import io
 import shutil
 import time
@@ -13,6 +14,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE
 from pymoo_psi.page._page import MOST_ROWS
 from tests.beams import CRITERIA, SETTINGS, beams
+from tests.formulas import CELLS, INERT
 from tests.table.exact_csv import EXACT
 
 pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
@@ -300,7 +302,7 @@ def test_the_table_sorts(fresh, data):
 def test_axes_are_chosen(fresh, data):
     fresh.page.select_option("select[data-plot='criteria'][data-axis='y']", label="strength (max)")
     fresh.settle()
-    assert fresh.model("criteria", "m.left[0].axis_label") == "strength (max)"
+    assert fresh.model("criteria", "m.left[0].axis_label.text") == "strength (max)"
     strength = data.columns[2].values[data.group != DOMINATED]
     start, end = fresh.model("criteria", "[m.y_range.start, m.y_range.end]")
     assert start < strength.min() < strength.max() < end
@@ -407,6 +409,91 @@ def test_a_page_opens_with_limits(browser, tmp_path, data):
     )
     reader.page.click("#reset")
     assert len(reader.left) == (data.group != DOMINATED).sum()
+    assert reader.trouble == []
+    reader.context.close()
+
+
+HOSTILE = [
+    r"$$\href{javascript:document.title='run'}{a}$$",
+    r"\(\require{html}\style{background:url(https://example.org/b)}{b}\)",
+    """c"><img src="https://example.org/c" onerror="document.title='run'">""",
+    "$$d$$ </script><script>document.title='run'</script>",
+]
+
+
+@pytest.fixture(scope="module")
+def attacked(browser, tmp_path_factory):
+    """A page all of whose names, labels and texts are hostile."""
+    rng = np.random.default_rng(1)
+    frame = pd.DataFrame(rng.random((30, 3)), columns=HOSTILE[:3])
+    frame[HOSTILE[3]] = [HOSTILE[i % 4] for i in range(30)]
+    frame["number"] = [f"{HOSTILE[i % 4]} {i}" for i in range(30)]
+    page = decision_page(
+        frame.rename(columns={"number": HOSTILE[0] + " label"}),
+        HOSTILE[:2],
+        variables=HOSTILE[2:],
+        units=dict.fromkeys(HOSTILE, HOSTILE[0]),
+        label=HOSTILE[0] + " label",
+        title=HOSTILE[2],
+    )
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    page.save(path)
+    reader = Reader(browser, path)
+    yield reader
+    reader.context.close()
+
+
+def test_names_are_text(attacked):
+    for select in attacked.page.locator("select[data-plot]").all():
+        for option in select.locator("option").all():
+            select.select_option(option.get_attribute("value"))
+            attacked.settle()
+    attacked.page.mouse.move(600, 200)
+    attacked.page.wait_for_timeout(300)
+    assert attacked.page.title() == HOSTILE[2]
+    assert attacked.trouble == []
+    assert attacked.page.locator("img, a[href], mjx-container, [onerror]").count() == 0
+    labels = [f"{name} [{HOSTILE[0]}]" for name in HOSTILE]
+    shown = attacked.page.inner_text("aside")
+    assert labels[0] in shown
+    assert labels[1] in shown
+    named = "m.below[0].axis_label.type + m.left[0].axis_label.type"
+    assert attacked.model("criteria", named) == 2 * "PlainText"
+    assert set(attacked.cells(0)) <= {f"{name} {i}" for name in HOSTILE for i in range(30)}
+
+
+def test_what_got_in_nevertheless_loads_and_runs_nothing(attacked):
+    """The page's policy stops it, not only the want of a network."""
+    before = attacked.page.title()
+    for attack in (
+        "document.body.append(Object.assign(document.createElement('script'), {text: 'document.title = 1'}))",
+        "document.body.append(Object.assign(document.createElement('script'), {src: 'https://example.org/'}))",
+        "document.body.append(Object.assign(document.createElement('img'), {src: 'https://example.org/'}))",
+        "document.body.append(Object.assign(document.createElement('iframe'), {src: 'https://example.org/'}))",
+        "document.body.insertAdjacentHTML('beforeend', '<b style=\"background: url(https://example.org/)\">x</b>')",
+        "document.body.insertAdjacentHTML('beforeend', '<img src=\"data:,\" onerror=\"document.title = 1\">')",
+        "fetch('https://example.org/').catch(() => 0)",
+        "navigator.sendBeacon('https://example.org/')",
+    ):
+        attacked.page.evaluate(
+            f"""new Promise((done) => {{
+                const options = {{once: true}}
+                document.addEventListener('securitypolicyviolation', () => done(true), options)
+                {attack} }})"""
+        )
+        assert attacked.page.title() == before
+
+
+def test_exported_texts_are_no_formulas(browser, tmp_path):
+    half = len(CELLS) // 2
+    a = np.linspace(-1.5, 2.0, half)
+    frame = pd.DataFrame({"-a": a, "b": a[::-1], "note": CELLS[:half], "id": CELLS[half:]})
+    decision_page(frame, ["-a", "b"], variables=["note"], label="id").save(tmp_path / "p.html")
+    reader = Reader(browser, tmp_path / "p.html")
+    exported = list(csv.DictReader(io.StringIO(reader.export(), newline="")))
+    assert {float(row["'-a"]) for row in exported} == set(a)
+    assert {row["note"] for row in exported} == {INERT[cell] for cell in CELLS[:half]}
+    assert {row["id"] for row in exported} == {INERT[cell] for cell in CELLS[half:]}
     assert reader.trouble == []
     reader.context.close()
 

@@ -1,6 +1,10 @@
 """Bokeh's parts of the page: the source of the designs, plots, sliders, the table.
 
 The parts only look right here; what they do together is in ``page.js``.
+
+Names are text. Bokeh renders what stands between ``$$`` in a string as TeX, which can load an
+address or run a script: so names go to it as ``PlainText``, as escaped HTML where HTML is wanted
+(the table's headings), as data, and to no property that takes a string only (a slider's title).
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from bokeh.models import (
     LassoSelectTool,
     MultiLine,
     PanTool,
+    PlainText,
     PrintfTickFormatter,
     Range1d,
     ResetTool,
@@ -47,7 +52,6 @@ _MOST_AXES = 12  # of the parallel coordinates; more have no room for their name
 _MOST_LINES_IN_HINT = 18  # more would not fit beside the pointer on a laptop
 _FONT = """
 :host, .slick-grid { font-family: inherit; }
-.bk-slider-title { font-family: inherit; font-size: 12px; white-space: normal; }
 """
 _TABLE_STYLE = (
     _FONT
@@ -102,8 +106,8 @@ def scatter_plot(
         sizing_mode="stretch_both",
         x_range=Range1d(start=0, end=1),
         y_range=Range1d(start=0, end=1),
-        x_axis_label=x.label,
-        y_axis_label=y.label,
+        x_axis_label=PlainText(text=x.label),
+        y_axis_label=PlainText(text=y.label),
         tools=[brush, LassoSelectTool(), TapTool(), PanTool(), BoxZoomTool(), WheelZoomTool(),
                ResetTool(), hint],
         active_drag=brush,
@@ -168,7 +172,8 @@ def parallel_plot(data: PageData, source: ColumnDataSource, ends: ColumnDataSour
     plot.xgrid.grid_line_color = "#888888"
     plot.xgrid.level = "glyph"
     plot.xaxis.ticker = FixedTicker(ticks=list(range(len(axes))))
-    plot.xaxis.major_label_overrides = dict(enumerate(_axis_names(axes)))
+    names = enumerate(_axis_names(axes))
+    plot.xaxis.major_label_overrides = {j: PlainText(text=name) for j, name in names}
     plot.xaxis.axis_line_color = None
     plot.xaxis.major_tick_line_color = None
     plot.outline_line_color = None
@@ -232,7 +237,7 @@ def limit_slider(
         bounds = (max(low, limit), high) if column.maximize else (low, min(high, limit))
     return RangeSlider(
         name=f"limit_{column.field}",
-        title=column.label,
+        show_value=False,
         start=low,
         end=high,
         value=bounds,
@@ -240,7 +245,7 @@ def limit_slider(
         format=PrintfTickFormatter(format=column.printf),
         sizing_mode="stretch_width",
         bar_color="#0072B2",
-        margin=(2, 14, 4, 8),
+        margin=(0, 14, 4, 8),
         stylesheets=[_FONT],
     )
 

@@ -4,7 +4,8 @@
 //   limits    [{field, slider}] of the criteria;
 //   plots     [{name, plot, renderer}], the scatter plots;
 //   lines     one row per line of the parallel coordinates; ends: the values at its axes' ends;
-//   columns   [{field, name, label, maximize, notation}]; parallel: fields with an axis;
+//   columns   [{field, name, maximize, notation}]; parallel: fields with an axis;
+//   texts     the label of each field as a text that is never TeX;
 //   table, names {label, file}.
 const PROTOTYPE = 7
 const data = source.data
@@ -47,6 +48,10 @@ function update() {
   const selected = source.selected.indices.filter((i) => left.has(i))
   if (selected.length !== source.selected.indices.length) source.selected.indices = selected
   draw_lines(rows)
+  for (const {field, slider} of limits) {
+    const ends = slider.value.map((value) => written(column[field], value))
+    document.querySelector(`[data-limit="${field}"]`).textContent = ends.join(" … ")
+  }
   report()
 }
 
@@ -152,13 +157,12 @@ function of_ranks() {
 function set_axis(select, rows) {
   const {plot, renderer} = plots.find(({name}) => name === select.dataset.plot)
   const {dataset: {axis}, value: field} = select
-  const {label} = column[field]
   const [low, high] = extent(field, rows)
   const margin = high > low ? 0.05 * (high - low) : 0.05 * Math.abs(high) || 1
   const range = axis === "x" ? plot.x_range : plot.y_range
   const [start, end] = [low - margin, high + margin]
   range.setv({start, end, reset_start: start, reset_end: end})
-  plot[axis === "x" ? "below" : "left"][0].axis_label = label
+  plot[axis === "x" ? "below" : "left"][0].axis_label = texts[field]
   for (const glyph of [renderer.glyph, renderer.nonselection_glyph]) glyph[axis] = {field}
 }
 
@@ -173,13 +177,18 @@ function rows_to_export() {
   return chosen.size > 0 ? order.filter((i) => chosen.has(i)) : [...order]
 }
 
+// A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone,
+// also those written with a comma, a percent sign or an exponent. The command writes CSV likewise.
+const inert = (text) =>
+  /^[=+\-@\t\r]/.test(text) && !/^[+-]?[\d.,]*(e[+-]?\d+)?%?$/i.test(text) ? `'${text}` : text
+
 function csv(rows) {
   const quoted = (cell) => (/[",\r\n]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell)
-  const text = (value) => (Number.isNaN(value) ? "" : quoted(String(value)))
+  const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
   const fields = [["label", names.label], ...columns.map(({field, name}) => [field, name]),
     ["rank", "rank"], ["mark", "mark"]]
   const cell = (field, i) => (field === "rank" && data.rank[i] < 0 ? "" : text(data[field][i]))
-  const head = fields.map(([, name]) => quoted(name))
+  const head = fields.map(([, name]) => quoted(inert(name)))
   const body = rows.map((i) => fields.map(([field]) => cell(field, i)))
   return [head, ...body].map((row) => row.join(",") + "\n").join("")
 }
