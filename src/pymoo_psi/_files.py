@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from os import PathLike
@@ -14,15 +15,26 @@ from pathlib import Path
 def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     """Give the path of a file to write, which then takes the place of ``path`` at once.
 
-    If the body raises, ``path`` is as it was and what was written is removed. A link is followed.
+    If the body raises, ``path`` is as it was and what was written is removed. A link is followed,
+    and the mode of a file that is replaced is kept. What is no file, such as ``/dev/null`` or a
+    pipe, is not replaced but written to.
 
     Raises:
         OSError: The file cannot be written there.
     """
     target = Path(os.path.realpath(path))
-    written = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        mode = os.stat(path).st_mode
+    except OSError:  # there is none yet; any other reason shows when the new one is written
+        mode = None
+    if mode is not None and not stat.S_ISREG(mode):
+        yield Path(path)
+        return
+    written = target.with_name(f".{secrets.token_hex(8)}.tmp")
     try:
         yield written
+        if mode is not None:
+            os.chmod(written, stat.S_IMODE(mode))
         os.replace(written, target)
     except BaseException:
         with suppress(FileNotFoundError):

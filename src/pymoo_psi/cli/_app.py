@@ -10,9 +10,11 @@ says what), 130 interrupted.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from enum import Enum
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -30,6 +32,16 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _expanded(path: Path | None) -> Path | None:
+    """Replace ``~``, which shells leave as it is in ``--out=~/front.csv``."""
+    return path and Path(os.path.expanduser(path))
+
+
+def _path(metavar: str, help: str) -> Any:
+    """Return an option that takes a path."""
+    return typer.Option(metavar=metavar, help=help, callback=_expanded)
 
 
 class AlgorithmName(str, Enum):
@@ -67,7 +79,10 @@ Jobs: TypeAlias = Annotated[
     int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
 ]
 Designs: TypeAlias = Annotated[
-    Path, typer.Argument(help="A CSV of designs, a test table, a study, or a ranking.")
+    Path,
+    typer.Argument(
+        help="A CSV of designs, a test table, a study, or a ranking.", callback=_expanded
+    ),
 ]
 Objectives: TypeAlias = Annotated[
     list[str] | None,
@@ -112,9 +127,9 @@ def _print_version() -> None:
 
 @app.command()
 def reproduce(
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for tables (CSV) and figures (PNG).")
-    ] = Path("reproduction"),
+    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures (PNG).")] = Path(
+        "reproduction"
+    ),
     points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
     jobs: Jobs = 1,
 ) -> int:
@@ -138,7 +153,7 @@ def solve(
     ] = None,
     study: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.db", help="Store every tested design here (psi); continues."),
+        _path("FILE.db", "Store every tested design here (psi); continues."),
     ] = None,
     study_key: Annotated[
         str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
@@ -148,7 +163,8 @@ def solve(
         typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Write the Pareto set here.")
+        Path | None,
+        _path("FILE.csv", "Write the Pareto set here."),
     ] = None,
     mu: Friction = None,
     c: Speed = None,
@@ -183,12 +199,12 @@ def compare(
     ] = AssessedName.evaluated,
     reference: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.npz", help="Measure against the reference of another study."),
+        _path("FILE.npz", "Measure against the reference of another study."),
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write tables, figures and runs here; continues."),
+        _path("DIR", "Write tables, figures and runs here; continues."),
     ] = None,
     mu: Friction = None,
     c: Speed = None,
@@ -207,8 +223,13 @@ def compare(
 
 @app.command()
 def export(
-    study: Annotated[Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.")],
-    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Write here, .csv or .parquet.")],
+    study: Annotated[
+        Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.", callback=_expanded)
+    ],
+    out: Annotated[
+        Path,
+        _path("FILE.csv", "Write here, .csv or .parquet."),
+    ],
 ) -> int:
     """Write all tests of a study as a table for other programs."""
     from pymoo_psi.cli._solve import run_export
@@ -223,7 +244,8 @@ def rank(
     maximize: Maximize = None,
     no_normalize: PlainDistances = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write all designs, .csv or .json.")
+        Path | None,
+        _path("FILE", "Write all designs, .csv or .json."),
     ] = None,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
 ) -> int:
@@ -238,9 +260,7 @@ def rank(
 @app.command()
 def page(
     file: Designs,
-    out: Annotated[Path, typer.Option(metavar="FILE.html", help="Write the page here.")] = Path(
-        "page.html"
-    ),
+    out: Annotated[Path, _path("FILE.html", "Write the page here.")] = Path("page.html"),
     objectives: Objectives = None,
     variables: Variables = None,
     maximize: Maximize = None,
@@ -248,7 +268,8 @@ def page(
         list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
     ] = None,
     prototype: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Existing designs to compare with.")
+        Path | None,
+        _path("FILE.csv", "Existing designs to compare with."),
     ] = None,
     no_normalize: PlainDistances = False,
     limits: Limits = None,
@@ -279,6 +300,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: The words after ``pymoo-psi``; those of the process by default.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # what a terminal cannot show becomes "?"
+            stream.reconfigure(errors="replace")
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
         code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
@@ -287,6 +311,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except _ClickException as error:
         message = error.format_message()
     except OSError as error:
+        if isinstance(error, BrokenPipeError) and _nobody_reads():  # the help, that is
+            return 0
         message = f"{error.filename or 'file'}: {error.strerror or error}"
     except MemoryError:
         message = "there is not enough memory for that many designs; ask for fewer"
@@ -305,6 +331,18 @@ def _interrupted() -> int:
     return _INTERRUPTED
 
 
+def _nobody_reads() -> bool:
+    """Say whether the output is a pipe that is closed at its other end."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return True
+    return False
+
+
 def run() -> None:
     """Entry point of the console script."""
-    sys.exit(main())
+    code = main()
+    if _nobody_reads():  # or Python would complain, and change the code, when it ends
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)

@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import integer, job_count
 from pymoo_psi.cli._options import numbers_in
-from pymoo_psi.cli._output import print_frame, progress_bar, say, write_csv
+from pymoo_psi.cli._output import print_frame, progress_bar, require_folder, say, write_csv
 from pymoo_psi.comparison import (
     INDICATORS,
     Comparison,
@@ -39,6 +39,10 @@ def run_compare(
     budgets = numbers_in("--evaluations", evaluations, rule)
     integer("--seeds", seeds, minimum=1)
     job_count("--jobs", jobs)
+    folder = None
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        folder = require_folder(out, str(out))
     known = None if reference is None else Reference.load(reference)
     with progress_bar() as bar:
         task = bar.add_task(f"runs on {problem.name()}", total=None)
@@ -53,13 +57,13 @@ def run_compare(
             algorithms=[word.strip() for word in algorithms.split(",")],
             assess=assess,
             reference=known,
-            folder=None if out is None else out / "runs",
+            folder=None if folder is None else folder / "runs",
             n_jobs=jobs,
             on_run=advance,
         )
     summary = result.summary()
-    if out is not None:  # before anything is printed, which may fail
-        _write(result, summary, out)
+    if folder is not None:  # before anything is printed, which may fail
+        _write(result, summary, folder)
     print_frame(_for_print(summary), f"{problem.name()}: medians over the runs")
     for sentence in conclusions(result):
         say(sentence)
@@ -87,12 +91,12 @@ def _for_print(summary: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _write(result: Comparison, summary: pd.DataFrame, out: Path) -> None:
-    write_csv(result.to_frame(), out / "runs.csv")
-    write_csv(summary, out / "summary.csv")
+def _write(result: Comparison, summary: pd.DataFrame, folder: Path) -> None:
+    write_csv(result.to_frame(), folder / "runs.csv")
+    write_csv(summary, folder / "summary.csv")
     tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
-    write_csv(pd.concat(tests, ignore_index=True), out / "tests.csv")
-    with whole_file(out / "report.md") as written:
+    write_csv(pd.concat(tests, ignore_index=True), folder / "tests.csv")
+    with whole_file(folder / "report.md") as written:
         written.write_text(report(result), encoding="utf-8")
-    result.reference.save(out / "reference.npz")
-    save_comparison(result, out)
+    result.reference.save(folder / "reference.npz")
+    save_comparison(result, folder)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import pandas as pd
@@ -31,9 +33,13 @@ from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
 
 
-def say(line: str) -> None:
-    """Print one line of text, whatever the width of the terminal."""
-    print(line, flush=True)
+def say(text: str) -> None:
+    """Print lines of text, whatever the width of the terminal.
+
+    Whoever reads them may have seen enough (``| head -1``), which is no error.
+    """
+    with suppress(BrokenPipeError):
+        print(text, flush=True)
 
 
 def counted(n: int, thing: str) -> str:
@@ -58,7 +64,9 @@ def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -
     if left_out:
         table = _table(frame.drop(columns=list(spare)))
     say(title)
-    console.print(table)
+    with console.capture() as printed:
+        console.print(table)
+    say(printed.get().rstrip("\n"))
     if left_out:
         say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
 
@@ -134,31 +142,65 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:.0f}/s" if task.speed >= 10 else f"{task.speed:.2g}/s")
 
 
-def require_output(path: Path | None, suffixes: Sequence[str] = (), *inputs: Path | None) -> None:
+def require_output(path: Path, suffixes: Sequence[str], *inputs: Path | None) -> Path:
     """Refuse a file that cannot be written, or must not be, before the work is done.
 
     Args:
-        path: The file to write; nothing is asked of none.
+        path: The file to write.
         suffixes: Those of the formats that can be written; any will do if there are none.
         inputs: Files that are read and must stay as they are.
 
+    Returns:
+        The absolute path, which stays right if a model changes the working directory.
+
     Raises:
         ArgumentValueError: The file has another suffix, or is one of the inputs.
-        FileNotFoundError: Its folder is not there.
+        OSError: Its folder is not there, or nothing can be written to it.
     """
-    if path is None:
-        return
     if suffixes and path.suffix.lower() not in suffixes:
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if any(given is not None and path.resolve() == given.resolve() for given in inputs):
         raise invalid("--out", "another file than the one that is read", str(path))
-    if not path.absolute().parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if path.exists() and not path.is_file():
+        return path.absolute()  # /dev/null, a pipe: written to, not replaced
+    return require_folder(path.absolute().parent, str(path)) / path.name
+
+
+def require_folder(folder: Path, shown: str) -> Path:
+    """Return the absolute path of an existing folder; refuse one that cannot be written to.
+
+    Raises:
+        OSError: It cannot; the error is about the file or folder ``shown``.
+    """
+    try:
+        with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
+            pass
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, shown) from None
+    return folder.absolute()
+
+
+_FORMULA = re.compile(r"[=+\-@\t\r]")
+_NUMBER = re.compile(r"[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)", re.IGNORECASE)
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a frame whole or not at all: an interrupted run leaves the old file as it was."""
+    """Write a frame whole or not at all: an interrupted run leaves the old file as it was.
+
+    A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left
+    alone, also those with a comma, a percent sign or an exponent. The page exports likewise.
+    """
+    frame = frame.rename(columns=_inert)
+    for name, dtype in frame.dtypes.items():
+        if not pd.api.types.is_numeric_dtype(dtype):
+            frame[name] = frame[name].map(_inert)
     with whole_file(path) as written:
         frame.to_csv(written, index=False)
+
+
+def _inert(cell: object) -> object:
+    if isinstance(cell, str) and _FORMULA.match(cell) and not _NUMBER.fullmatch(cell):
+        return f"'{cell}"
+    return cell

@@ -70,9 +70,11 @@ def _from_module(name: str) -> Problem:
         for part in attribute.split("."):
             value = getattr(value, part)
         problem = value if isinstance(value, Problem) else value()
+        if isinstance(problem, Problem):
+            problem.name()  # a problem's own, which may raise as well
     except PsiError:
         raise
-    except Exception as error:  # whatever the user's module does
+    except (Exception, SystemExit) as error:  # whatever the user's module does
         reason = f"{type(error).__name__}: {error}"
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
     if not isinstance(problem, Problem):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,8 @@ def run_rank(
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
-    require_output(out, (".csv", ".json"), path)
+    if out is not None:
+        require_output(out, (".csv", ".json"), path)
     file, roles, remarks = designs_of(path, columns)
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
@@ -95,7 +97,7 @@ def _write_json(
 ) -> None:
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
-        "file": file.path.name,
+        "file": os.fsencode(file.path.name).decode("utf-8", "replace"),
         "objectives": list(roles.objectives),
         "maximized": list(roles.maximize),
         "normalized": ranking.frame.normalize,

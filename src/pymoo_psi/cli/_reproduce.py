@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import integer, job_count
-from pymoo_psi.cli._output import print_frame, progress_bar, say, write_csv
+from pymoo_psi.cli._output import print_frame, progress_bar, require_folder, say, write_csv
 from pymoo_psi.paper import PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.plots import save_figures
 
@@ -19,6 +19,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     job_count("--jobs", jobs)
     rolling = out / "rolling"
     rolling.mkdir(parents=True, exist_ok=True)
+    require_folder(rolling, str(rolling))
     with progress_bar() as bar:
         task = bar.add_task("Cases (friction coefficient, model)", total=8)
 

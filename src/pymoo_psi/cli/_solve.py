@@ -61,6 +61,7 @@ class Search:
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
+        integer("--seed", self.seed, minimum=0)
         self.points_to_retry()
 
     def points_to_retry(self) -> str | tuple[int, ...]:
@@ -104,7 +105,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     Returns:
         0, or 1 if no design is feasible.
     """
-    require_output(out, (".csv",), search.study)
+    target = None if out is None else require_output(out, (".csv",), search.study)
     criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
     limits = limits_in(search.limits, criteria)
     if search.algorithm == "nsga3":
@@ -122,8 +123,8 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
             say(f"{out} is not written.")
         return 1
     frame = found.ranked()
-    if out is not None:  # before anything is printed, which may fail
-        write_csv(frame, out)
+    if target is not None:  # before anything is printed, which may fail
+        write_csv(frame, target)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
     variables = [name for name in found.designs.columns if name != "test_point"]

@@ -100,7 +100,8 @@ class DecisionPage(PageData):
         """
         html = self.html()
         with whole_file(path) as written:
-            written.write_text(html, encoding="utf-8")
+            # A title may be the name of a file that is no Unicode.
+            written.write_text(html, encoding="utf-8", errors="replace")
 
 
 def decision_page(
