@@ -208,23 +208,6 @@ def test_mistakes(capsys, arguments, message):
     assert "Traceback" not in printed + err
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path):
-    from pymoo_psi.cli._output import write_csv
-
-    file = tmp_path / "front.csv"
-    write_csv(pd.DataFrame({"a": [1]}), file)
-    old = file.read_text()
-
-    class Unwritable(pd.DataFrame):
-        def to_csv(self, *args, **kwargs):
-            raise OSError("disk full")
-
-    with pytest.raises(OSError, match="disk full"):
-        write_csv(Unwritable({"a": [2]}), file)
-    assert file.read_text() == old
-    assert [path.name for path in tmp_path.iterdir()] == ["front.csv"]
-
-
 def test_python_m_and_version():
     done = subprocess.run(
         [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True

@@ -310,9 +310,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = str(error)
     except _ClickException as error:
         message = error.format_message()
+    except SystemExit as end:
+        if not isinstance(end.__context__, BrokenPipeError):
+            raise
+        return 0  # nobody reads the help to its end
     except OSError as error:
-        if isinstance(error, BrokenPipeError) and _nobody_reads():  # the help, that is
-            return 0
         message = f"{error.filename or 'file'}: {error.strerror or error}"
     except MemoryError:
         message = "there is not enough memory for that many designs; ask for fewer"
@@ -331,18 +333,11 @@ def _interrupted() -> int:
     return _INTERRUPTED
 
 
-def _nobody_reads() -> bool:
-    """Say whether the output is a pipe that is closed at its other end."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        return True
-    return False
-
-
 def run() -> None:
     """Entry point of the console script."""
     code = main()
-    if _nobody_reads():  # or Python would complain, and change the code, when it ends
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # or Python would complain, and change the code, when it ends
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

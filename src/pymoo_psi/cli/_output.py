@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Any, Literal
 
 import pandas as pd
 from rich.console import Console
@@ -193,11 +193,13 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     alone, also those with a comma, a percent sign or an exponent. The page exports likewise.
     """
     frame = frame.rename(columns=_inert)
-    for name, dtype in frame.dtypes.items():
-        if not pd.api.types.is_numeric_dtype(dtype):
-            frame[name] = frame[name].map(_inert)
+    texts = frame.select_dtypes(exclude=["number", "bool"]).map(_inert)
+    frame[texts.columns] = texts
+    # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
+    returns = any("\r" in str(cell) for cell in (*frame, *texts.to_numpy().ravel()))
+    quoting: Literal[0, 2] = 2 if returns else 0  # csv.QUOTE_NONNUMERIC, csv.QUOTE_MINIMAL
     with whole_file(path) as written:
-        frame.to_csv(written, index=False)
+        frame.to_csv(written, index=False, quoting=quoting)
 
 
 def _inert(cell: object) -> object:

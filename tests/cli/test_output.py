@@ -1,0 +1,157 @@
+"""What the command writes and prints on any terminal: nothing is lost, and no traceback comes."""
+
+import csv
+import os
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+from pymoo_psi.cli import _output, main
+from tests.formulas import CELLS, INERT
+from tests.processes import posix
+
+DESIGNS = "name,µ,×\nα,1,2\nβ,2,1\n"
+
+
+def run(*words, folder, **environment):
+    """The command in a process of its own, as a shell starts it."""
+    return subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", *words],
+        cwd=folder, capture_output=True, env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+def test_exported_texts_are_no_formulas(tmp_path):
+    """But for that every cell is as it was, numbers too."""
+    frame = pd.DataFrame({"-a": [-1.5] * len(CELLS), "=b": CELLS, "c": [None, *CELLS[1:]]})
+    _output.write_csv(frame, tmp_path / "out.csv")
+    with open(tmp_path / "out.csv", newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["'-a", "'=b", "c"]
+    assert rows[0] == ["-1.5", INERT[CELLS[0]], ""]
+    assert rows[1:] == [["-1.5", INERT[cell], INERT[cell]] for cell in CELLS[1:]]
+    assert list(frame) == ["-a", "=b", "c"]  # the frame itself is as it was
+
+
+def test_a_ranked_file_runs_nothing(tmp_path):
+    (tmp_path / "set.csv").write_text('note,a,b\n"=cmd|""/C calc""!A0",-1,2\n-2+3,2,-1\n-,3,-2\n')
+    assert main(["rank", str(tmp_path / "set.csv"), "--out", str(tmp_path / "out.csv")]) == 0
+    written = pd.read_csv(tmp_path / "out.csv", dtype=str).set_index("row").sort_index()
+    assert written["note"].tolist() == ['\'=cmd|"/C calc"!A0', "'-2+3", "-"]
+    assert written["a"].tolist() == ["-1", "2", "3"]
+    assert written["b"].tolist() == ["2", "-1", "-2"]
+
+
+def test_a_terminal_without_greek_loses_nothing(tmp_path):
+    (tmp_path / "µ.csv").write_text(DESIGNS, encoding="utf-8")
+    done = run(
+        "rank", "µ.csv", "--out", "×.csv", folder=tmp_path,
+        PYTHONIOENCODING="ascii", LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0",
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"2 designs, 2 Pareto optimal" in done.stdout
+    assert b"minimise ?: best 1, worst 2" in done.stdout
+    assert (tmp_path / "×.csv").read_text("utf-8").count("\n") == 3
+
+
+@posix
+def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path):
+    name = os.fsdecode(b"\xff\xe9")
+    (tmp_path / f"{name}.csv").write_text(DESIGNS, encoding="utf-8")
+    for out in (f"{name}.json", f"{name}-ranked.csv"):
+        done = run("rank", f"{name}.csv", "--out", out, folder=tmp_path)
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert (tmp_path / out).exists()
+    pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
+    done = run("page", f"{name}.csv", "--out", f"{name}.html", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (tmp_path / f"{name}.html").exists()
+
+
+@posix
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["--help"], 0),
+        (["rank", "set.csv", "--out", "out.csv"], 0),
+        (["solve", "chute", "--points", "64", "--limits", "f1=-1"], 1),
+        (["rank", "absent.csv"], 2),
+    ],
+)
+def test_a_reader_who_has_seen_enough_is_no_error(tmp_path, words, code):
+    """The pipe is closed before anything is printed; the code is that of the result."""
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", *words],
+        cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    os.close(writing)
+    assert done.returncode == code
+    assert done.stderr.count(b"\n") == (code == 2)
+    assert b"Traceback" not in done.stderr
+    assert ("--out" in words) == (tmp_path / "out.csv").exists()
+
+
+MODEL = """
+import os, pathlib
+from pymoo.core.problem import ElementwiseProblem
+
+class Moves(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=2, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        pathlib.Path("was").touch()
+        os.chdir("/")
+        out["F"] = [x[0], 1 - x[0]]
+"""
+
+
+@posix
+def test_a_model_that_changes_the_folder_moves_no_output(tmp_path):
+    (tmp_path / "moving_model.py").write_text(MODEL)
+    done = run("solve", "moving_model:Moves", "--points", "4", "--out", "o.csv", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (tmp_path / "o.csv").exists()
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="a folder in which nobody may write")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["solve", "moving_model:Moves", "--out", "/proc/o.csv"],
+        ["solve", "moving_model:Moves", "--algorithm", "nsga3", "--out", "/proc/o.csv"],
+        ["compare", "moving_model:Moves", "--evaluations", "4", "--out", "/proc/o"],
+        ["compare", "moving_model:Moves", "--evaluations", "4", "--out", "/proc"],
+        ["reproduce", "--out", "/proc/o"],
+        ["rank", "set.csv", "--out", "/proc/o.csv"],
+        ["page", "set.csv", "--out", "/proc/o.html"],
+        ["export", "set.csv", "--out", "/proc/o.csv"],
+    ],
+)
+def test_a_folder_that_cannot_be_written_is_found_before_the_run(
+    capsys, monkeypatch, tmp_path, words
+):
+    (tmp_path / "moving_model.py").write_text(MODEL)
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main(words) == 2
+    printed, error = capsys.readouterr()
+    assert (printed, error.count("\n")) == ("", 1)
+    assert "/proc" in error
+    assert sorted(os.listdir(tmp_path)) == ["__pycache__", "moving_model.py", "set.csv"] or (
+        not (tmp_path / "was").exists()
+    )
+    sys.modules.pop("moving_model", None)
+
+
+def test_the_home_folder_is_found_behind_an_equals_sign(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    assert main(["rank", "~/set.csv", "--out=~/out.csv"]) == 0
+    assert (tmp_path / "out.csv").exists()
