@@ -8,6 +8,7 @@ missing, of another shape, masked, complex, NaN, or infinite though the design i
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Values, one_line
+from pymoo_psi.parallel._outcome import Values, one_line, same_folder
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
@@ -52,9 +53,10 @@ def evaluate_designs(
     model = _Model(problem, args, kwargs, stop)
     # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
     # ZeroToOne does; its model must not be reached around it.
-    if problem.elementwise and type(problem).do is Problem.do:
-        return model.columns(problem.elementwise_runner(model, X))
-    return _together(model, X)
+    with same_folder():
+        if problem.elementwise and type(problem).do is Problem.do:
+            return model.columns(problem.elementwise_runner(model, X))
+        return _together(model, X)
 
 
 class _Model:
@@ -68,7 +70,9 @@ class _Model:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design."""
         try:
-            return self.checked(self.function(copy.copy(x)))
+            with _OneProcess():
+                raw = self.function(copy.copy(x))
+            return self.checked(raw)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
@@ -98,11 +102,12 @@ class _Model:
             if isinstance(x, Mapping):  # designs by name: the copy holds the same dictionaries
                 designs[i] = copy.copy(x)
         out: dict[str, Any] = dict.fromkeys(self.sizes)
-        if type(self.problem).do is Problem.do:
-            # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills in what is missing
-            self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
-        else:
-            out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
+        with _OneProcess():
+            if type(self.problem).do is Problem.do:
+                # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
+                self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
+            else:
+                out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
         return out
 
     def checked(self, raw: Values) -> Values:
@@ -135,6 +140,17 @@ class _Model:
             if name not in out:
                 out[name] = _column([row.get(name) for row in rows])
         return out
+
+
+class _OneProcess:
+    """End a process that the model forked and that comes back: it would go on with the run."""
+
+    def __enter__(self) -> None:
+        self.process = os.getpid()
+
+    def __exit__(self, *error: object) -> None:
+        if os.getpid() != self.process:
+            os._exit(0)
 
 
 class _BadValues(Exception):  # noqa: N818 - only ever a reason, and never leaves this module

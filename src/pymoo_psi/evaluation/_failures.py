@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import known_name
 from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_problem
+
+Mask = NDArray[np.bool_]
 
 FAILED = 1e10  # the violation of a failed design: above any other, and finite for sums and ratios
 
@@ -37,21 +41,28 @@ class FailureTolerant(Problem):
     """Any pymoo problem, with designs that fail made infeasible and the run going on.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see
-    :class:`~pymoo_psi.JoblibRunner`), returns NaN or values of the wrong shape, or an infinite
-    objective although it is feasible. pymoo's algorithms would stop, or, at NaN, quietly go
-    astray. Here such a design gets infinite objectives and violates one more inequality
-    constraint, the last column of ``G``, which is 0 for every other design.
+    :class:`~pymoo_psi.JoblibRunner`), or gives values that are missing, masked, complex, NaN or of
+    the wrong shape, or an infinite objective although it is feasible. pymoo's algorithms would
+    stop, or, at NaN, quietly go astray. Here such a design gets infinite objectives and violates
+    one more inequality constraint, the last column of ``G``, which is 0 for every other design.
+    A failed design is never in the ``res.F`` of an algorithm.
+
+    MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
+    gives failed designs finite objectives instead, worse than all that were seen before, the same
+    design the same ones; the number of constraints is the wrapped problem's.
 
     The reason is kept with the individual, ``pop.get("failure")``, empty for a design that did not
     fail, and with the design in ``problem.failures``, which also knows designs that an algorithm
     has long dropped.
 
     A vectorised problem that raises for many designs is evaluated again one by one, so that only
-    the culprits fail. Bounds, variables, name, Pareto front, callback and runner are the wrapped
-    problem's, and so is every attribute not found here.
+    the culprits fail. The model gets copies of the designs, which it may change. Bounds,
+    variables, name, Pareto front, callback and runner are the wrapped problem's, and so is every
+    attribute not found here.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables.
+        failed_as: ``"constraint"`` or ``"penalty"``.
         on_failure: ``"record"``, or ``"raise"`` to stop at the first failure with the design in
             the message.
 
@@ -61,7 +72,7 @@ class FailureTolerant(Problem):
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem.
-        ArgumentValueError: ``on_failure`` is unknown.
+        ArgumentValueError: ``failed_as`` or ``on_failure`` is unknown.
         EvaluationError: In use: a design failed and ``on_failure="raise"``.
 
     Example:
@@ -79,15 +90,20 @@ class FailureTolerant(Problem):
         [array([-0.25])]
     """
 
-    def __init__(self, problem: Any, *, on_failure: str = "record") -> None:
+    def __init__(
+        self, problem: Any, *, failed_as: str = "constraint", on_failure: str = "record"
+    ) -> None:
         require_problem(problem)
         problem = without_tolerance(problem)
+        self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
         self.wrapped = problem
         self.failures: list[Failure] = []
+        self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
+        self._penalties: dict[Any, tuple[float, ...]] = {}
         super().__init__(
             n_obj=problem.n_obj,
-            n_ieq_constr=problem.n_ieq_constr + 1,
+            n_ieq_constr=problem.n_ieq_constr + (self.failed_as == "constraint"),
             n_eq_constr=problem.n_eq_constr,
             vtype=problem.vtype,
             elementwise=problem.elementwise,
@@ -132,6 +148,13 @@ class FailureTolerant(Problem):
     def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_set(*args, **kwargs)
 
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
+        algorithm = kwargs.get("algorithm")
+        if algorithm is not None and not isinstance(algorithm._set_optimum, _Optimum):
+            algorithm._set_optimum = _Optimum(algorithm)
+        return super().evaluate(X, *args, **kwargs)
+
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
         stop = self.on_failure == "raise"
@@ -139,17 +162,70 @@ class FailureTolerant(Problem):
         failed = out["failure"] != ""
         for i in np.flatnonzero(failed):
             self.failures.append(Failure(copy.copy(X[i]), out["failure"][i]))
-        out["G"] = np.column_stack([out["G"], np.where(failed, FAILED, 0.0)])
-        if "dG" in out:
-            gradients = np.reshape(out["dG"], (len(X), -1, self.n_var))
-            out["dG"] = np.concatenate([gradients, np.zeros((len(X), 1, self.n_var))], axis=1)
+        if self.failed_as == "constraint":
+            self._add_constraint(out, failed)
+        else:
+            self._penalise(X, out, failed)
         out.update(dict.fromkeys(set(return_values_of) - set(out)))
         formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
         return formatted
 
+    def _add_constraint(self, out: dict[str, Any], failed: Mask) -> None:
+        out["G"] = np.column_stack([out["G"], np.where(failed, FAILED, 0.0)])
+        if "dG" in out:
+            gradients = np.reshape(out["dG"], (len(failed), -1, self.n_var))
+            nothing = np.zeros((len(failed), 1, self.n_var))
+            out["dG"] = np.concatenate([gradients, nothing], axis=1)
+
+    def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
+        F = out["F"]
+        seen = np.where(np.isfinite(F), F, -np.inf)
+        self._worst = np.maximum(self._worst, seen.max(axis=0, initial=-np.inf))
+        for i in np.flatnonzero(failed):
+            F[i] = self._penalty(X[i])
+        # pymoo takes a violation from here even where a problem has no constraints, and then
+        # leaves failed designs out of its optimum
+        violation = constraint_violation(out["G"], out["H"])
+        out["CV"] = np.where(failed, FAILED, violation)[:, None]
+
+    def _penalty(self, x: Any) -> tuple[float, ...]:
+        """Return objectives of a failed design, worse than any that did not fail so far."""
+        key = x.tobytes() if isinstance(x, np.ndarray) and x.dtype != object else repr(x)
+        # The same design has the same objectives again: dynamic algorithms evaluate designs twice
+        # and take another value for a change of the problem.
+        penalty = self._penalties.get(key)
+        if penalty is None or not (penalty > self._worst).all():
+            known = np.where(np.isfinite(self._worst), self._worst, FAILED)
+            # Worse by once to twice their own size, since algorithms scale by the range of a
+            # population, and no two alike, which some cannot bear: multiples of the golden ratio.
+            margin = 1 + len(self._penalties) * 0.6180339887498949 % 1
+            with np.errstate(over="ignore"):
+                worse = known + margin * (np.abs(known) + 1)
+            penalty = tuple(np.minimum(worse, np.finfo(np.float64).max).tolist())
+            self._penalties[key] = penalty
+        return penalty
+
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         """Evaluate as pymoo's wrappers of problems do."""
         out.update(self.do(x, ["F", "G", "H"], *args, **kwargs))
+
+
+class _Optimum:
+    """In the place of an algorithm's ``_set_optimum``: leaves failed designs out of the optimum.
+
+    pymoo's RVEA takes its whole population for optimal as soon as one design of it is feasible.
+    """
+
+    def __init__(self, algorithm: Any) -> None:
+        self.algorithm = algorithm
+
+    def __call__(self, **kwargs: Any) -> None:
+        algorithm = self.algorithm
+        type(algorithm)._set_optimum(algorithm, **kwargs)
+        if algorithm.opt is not None:
+            failed = np.array([bool(individual.get("failure")) for individual in algorithm.opt])
+            if not failed.all():  # of failed designs alone pymoo itself makes no result
+                algorithm.opt = algorithm.opt[~failed]
 
 
 def without_tolerance(problem: Any) -> Any:
