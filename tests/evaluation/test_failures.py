@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
-from pymoo.algorithms.moo.rnsga3 import RNSGA3
-from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.ga import GA
@@ -98,8 +96,7 @@ GOOD = [0, 8, 9, 10, 11]
 
 
 @pytest.mark.parametrize("kind", [OneByOne, Together])
-@pytest.mark.parametrize("n_ieq", [0, 1])
-@pytest.mark.parametrize("n_eq", [0, 1])
+@pytest.mark.parametrize(("n_ieq", "n_eq"), [(0, 0), (1, 1)])
 class TestRecorded:
     def test_failed_designs_are_infeasible_and_the_others_as_before(self, kind, n_ieq, n_eq):
         problem = FailureTolerant(kind(n_ieq, n_eq))
@@ -146,41 +143,6 @@ def test_designs_that_do_not_fail_are_evaluated_together_and_once():
     assert problem.calls == 1
     FailureTolerant(problem).evaluate(X)
     assert problem.calls == 1 + 1 + 12
-
-
-def test_nan_in_an_array_fails_its_rows_only():
-    class Root(Problem):
-        def _evaluate(self, X, out, *args, **kwargs):
-            with np.errstate(invalid="ignore"):
-                out["F"] = np.sqrt(X)
-
-    problem = FailureTolerant(Root(n_var=1, n_obj=1, xl=-1, xu=1))
-    F, G = problem.evaluate(np.array([[0.25], [-0.25], [1.0]]))
-    assert F[:, 0].tolist() == [0.5, np.inf, 1.0]
-    assert G[:, 0].tolist() == [0.0, FAILED, 0.0]
-    assert problem.failures[0].reason == "F is [nan]"
-
-
-def test_nan_in_a_constraint_fails_too():
-    class Constrained(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"], out["G"] = 1.0, np.nan if x[0] < 0 else -1.0
-
-    problem = FailureTolerant(Constrained(n_var=1, n_obj=1, n_ieq_constr=1, xl=-1, xu=1))
-    problem.evaluate(np.array([[-1.0], [1.0]]))
-    assert [failure.reason for failure in problem.failures] == ["G is [nan]"]
-
-
-def test_an_infinite_objective_of_an_infeasible_design_is_no_failure():
-    class Stalling(ElementwiseProblem):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"], out["G"] = (np.inf, 1 - x[0]) if x[0] < 1 else (x[0], 0.0)
-
-    problem = FailureTolerant(Stalling(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=2))
-    F, G = problem.evaluate(np.array([[0.5], [1.5]]))
-    assert F[:, 0].tolist() == [np.inf, 1.5]
-    assert G.tolist() == [[0.5, 0.0], [0.0, 0.0]]
-    assert problem.failures == []
 
 
 def test_further_values_stay_with_their_designs():
@@ -262,8 +224,6 @@ def test_nsga3_collapses_on_nan_and_finds_the_full_front_here():
 MANY = {
     "NSGA2": lambda: NSGA2(pop_size=21),
     "NSGA3": lambda: NSGA3(DIRECTIONS),
-    "RNSGA3": lambda: RNSGA3(np.array([[0.3, 0.7]]), pop_per_ref_point=20),
-    "SMSEMOA": lambda: SMSEMOA(pop_size=20),
     "PSI": lambda: PSI(300),
 }
 ONE = {
@@ -380,6 +340,24 @@ def test_arguments():
         ArgumentValueError, match="on_failure must be one of 'raise', 'record', got 'ignore'"
     ):
         FailureTolerant(Together(), on_failure="ignore")
+    with pytest.raises(
+        ArgumentValueError, match="failed_as must be one of 'constraint', 'penalty', got 'nan'"
+    ):
+        FailureTolerant(Together(), failed_as="nan")
+
+
+def test_a_problem_is_made_tolerant_once():
+    problem = Together()
+    twice = FailureTolerant(FailureTolerant(problem))
+    assert twice.wrapped is problem
+    assert twice.n_ieq_constr == problem.n_ieq_constr + 1
+
+
+def test_the_runner_is_the_problems_also_where_it_is_changed_later():
+    problem = FailureTolerant(OneByOne())
+    problem.elementwise_runner = lambda f, X: [f.lost(x, "no worker") for x in X]
+    problem.evaluate(X)
+    assert {failure.reason for failure in problem.failures} == {"no worker"}
 
 
 @pytest.mark.parametrize("options", [{}, {"in_process": False}, {"timeout": 100.0}], ids=str)

@@ -292,3 +292,32 @@ def test_the_chute_at_full_size():
     assert result.scenarios.shape == (256, 2)
     assert result.optimum_share.sum() == pytest.approx(1)
     assert result.infeasible_share.max() == 0
+
+
+@pytest.mark.parametrize("elementwise", [True, False])
+def test_a_model_that_changes_its_designs_changes_no_other_scenario(elementwise):
+    class Wheels(Problem):
+        def __init__(self, mu):
+            super().__init__(n_var=1, n_obj=1, xl=0, xu=9, elementwise=elementwise)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x.copy()
+            x += 1
+
+    mu = {"mu": stats.uniform(1, 1)}
+    result = robustness(Wheels, [[1.0], [2.0]], uncertainty=mu, n_scenarios=4)
+    assert result.X.tolist() == [[1.0], [2.0]]
+    assert result.to_frame()["f1_worst"].sort_index().tolist() == [1.0, 2.0]
+
+
+def test_named_designs_are_each_scenarios_own():
+    class Wheels(ElementwiseProblem):
+        def __init__(self, mu):
+            super().__init__(vars={"a": Real(bounds=(0, 9))}, n_obj=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x.pop("a")
+
+    mu = {"mu": stats.uniform(1, 1)}
+    result = robustness(Wheels, [{"a": 1.0}], uncertainty=mu, n_scenarios=4)
+    assert result.X == ({"a": 1.0},)

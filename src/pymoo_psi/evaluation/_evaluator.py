@@ -88,7 +88,7 @@ class _Model:
         if isinstance(error, EvaluationError):
             reason, cause = error.reason, error.original
         elif isinstance(error, _BadValues):
-            reason, cause = str(error), None
+            reason, cause = one_line(error).removeprefix(f"{type(error).__name__}: "), None
         else:
             reason = one_line(error)
         if self.stop:
@@ -254,7 +254,7 @@ def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> A
         return np.zeros(0)
     cells = value if isinstance(value, (list, tuple)) else [value]
     if any(isinstance(cell, np.ma.MaskedArray) and np.ma.is_masked(cell) for cell in cells):
-        raise _BadValues(f"{name} has masked values: {value}")
+        raise _BadValues(f"{name} has masked values")
     try:
         array = np.asarray(value)
         if array.dtype.kind in "mM":  # NumPy would count nanoseconds

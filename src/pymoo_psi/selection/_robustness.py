@@ -189,7 +189,10 @@ def _rank_in(
     if designs.ndim == 2 and designs.shape[1] != problem.n_var:
         shown = Received(f"an array of shape {designs.shape}")
         raise invalid("X", f"of {problem.n_var} variables, as the problem", shown)
-    out = problem.evaluate(designs, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+    own = designs.copy()  # a model that changes its designs must not change the next scenario's
+    if own.ndim == 1:
+        own[:] = [dict(design) for design in designs]
+    out = problem.evaluate(own, return_values_of=["F", "G", "H"], return_as_dictionary=True)
     feasible = meets_constraints(out["G"], out["H"])
     if keep_bounds and designs.ndim == 2:
         for bound, sign in ((problem.xl, 1), (problem.xu, -1)):

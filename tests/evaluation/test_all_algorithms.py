@@ -1,0 +1,162 @@
+"""Every multi-objective algorithm of pymoo, on designs that fail and on worker processes."""
+
+import copy
+import inspect
+import pkgutil
+from importlib import import_module
+
+import cloudpickle
+import numpy as np
+import pymoo.algorithms.moo
+import pytest
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+from pymoo.util.ref_dirs import get_reference_directions
+
+from pymoo_psi import FailureTolerant, JoblibRunner
+
+DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=9)
+ARGUMENTS = {
+    "pop_size": 10,
+    "ref_dirs": DIRECTIONS,
+    "ref_points": np.array([[0.3, 0.7]]),
+    "pop_per_ref_point": 10,
+    "n_neighbors": 5,
+}
+UNCONSTRAINED = {"MOEAD", "ParallelMOEAD", "KGB", "DNSGA2"}  # refuse problems with constraints
+
+
+def algorithms():
+    """Algorithms by name; those whose libraries are not installed are left out."""
+    found = {}
+    for info in pkgutil.iter_modules(pymoo.algorithms.moo.__path__):
+        try:
+            module = import_module(f"pymoo.algorithms.moo.{info.name}")
+        except Exception:  # age needs numba, kgb scikit-learn
+            continue
+        for name, value in vars(module).items():
+            own = inspect.isclass(value) and value.__module__ == module.__name__
+            if own and issubclass(value, Algorithm):
+                found[name] = value
+    return found
+
+
+ALGORITHMS = algorithms()
+
+
+def made(kind):
+    known = inspect.signature(kind).parameters
+    required = {
+        name for name, p in known.items() if p.default is p.empty and p.kind != p.VAR_KEYWORD
+    }
+    names = (required | {"ref_dirs", "n_neighbors"}) & set(known) & set(ARGUMENTS)
+    return kind(**{name: ARGUMENTS[name] for name in names or {"pop_size"}})
+
+
+class Half(ElementwiseProblem):
+    """A front from (0, 1) to (1, 0) whose designs raise in a part of the box."""
+
+    def __init__(self, hole, scale=1.0, **kwargs):
+        super().__init__(n_var=3, n_obj=2, xl=0, xu=1, **kwargs)
+        self.hole, self.scale = hole, scale
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[1] < self.hole:
+            raise ArithmeticError("no convergence")
+        distance = ((x[1:] - 0.4) ** 2).sum()
+        out["F"] = [self.scale * (x[0] + distance), 1 - x[0] + distance]
+
+
+# pymoo's SPEA2 divides by a span of 0 where a single design is left
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning:pymoo")
+@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
+@pytest.mark.parametrize("name", ALGORITHMS)
+@pytest.mark.parametrize(("hole", "scale"), [(0.5, -1e6), (0.95, 1e12)])
+def test_no_failed_design_is_in_a_result(name, failed_as, hole, scale):
+    problem = FailureTolerant(Half(hole, scale), failed_as=failed_as)
+    if failed_as == "constraint" and name in UNCONSTRAINED:
+        with pytest.raises(AssertionError, match="constrain"):
+            minimize(problem, made(ALGORITHMS[name]), ("n_gen", 5), seed=1)
+        return
+    result = minimize(problem, made(ALGORITHMS[name]), ("n_gen", 5), seed=1)
+    assert problem.failures
+    assert hole == 0.95 or result.F is not None
+    if result.F is not None:
+        assert (result.opt.get("failure") == "").all()
+        np.testing.assert_array_equal(result.F, Half(hole, scale).evaluate(result.X))
+
+
+@pytest.mark.parametrize("name", ["NSGA2", "MOEAD", "RVEA"])
+def test_nothing_is_the_result_where_all_designs_fail(name):
+    problem = FailureTolerant(Half(2.0), failed_as="penalty")
+    assert minimize(problem, made(ALGORITHMS[name]), ("n_gen", 3), seed=1).F is None
+
+
+@pytest.fixture(scope="module")
+def runner():
+    return JoblibRunner(2, in_process=False)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_workers_change_no_result(name, runner):
+    problems = Half(0.0), Half(0.0, elementwise_runner=runner)
+    results = [minimize(p, made(ALGORITHMS[name]), ("n_gen", 3), seed=1) for p in problems]
+    np.testing.assert_array_equal(results[0].X, results[1].X)
+    np.testing.assert_array_equal(results[0].F, results[1].F)
+
+
+def test_penalties_are_worse_than_all_before_and_a_design_keeps_its_own():
+    problem = FailureTolerant(Half(0.5, -1e6), failed_as="penalty")
+    assert not problem.has_constraints()
+    X = np.random.default_rng(1).random((200, 3))
+    F = problem.evaluate(X)
+    failed = X[:, 1] < 0.5
+    assert np.isfinite(F).all()
+    assert (F[failed] > F[~failed].max(axis=0)).all()
+    assert len(np.unique(F[failed], axis=0)) == failed.sum()
+    np.testing.assert_array_equal(problem.evaluate(X[::-1])[::-1], F)
+    worse = FailureTolerant(Half(0.5), failed_as="penalty")
+    before = worse.evaluate(np.array([0.0, 0.0, 0.0]))
+    assert (before > worse.evaluate(np.ones((1, 3)))).all()
+
+
+@pytest.mark.parametrize("most", [1e308, np.finfo(float).max, -1e308, 5e-324])
+def test_penalties_are_finite(most):
+    class Steep(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = most if x[0] else np.nan
+
+    problem = FailureTolerant(Steep(n_var=1, n_obj=1, xl=0, xu=1), failed_as="penalty")
+    F = problem.evaluate(np.array([[0.0], [1.0]]))
+    assert np.isfinite(F).all()
+    assert F[0] >= F[1]
+
+
+def test_real_constraints_are_kept_with_penalties():
+    class Bounded(Half):
+        def __init__(self):
+            super().__init__(0.5)
+            self.n_ieq_constr = 1
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            out["G"] = x[0] - 0.5
+
+    problem = FailureTolerant(Bounded(), failed_as="penalty")
+    result = minimize(problem, made(ALGORITHMS["NSGA2"]), ("n_gen", 5), seed=1)
+    assert result.G.shape[1] == 1
+    assert (result.X[:, 0] <= 0.5).all()
+    assert (result.X[:, 1] >= 0.5).all()
+
+
+def test_an_algorithm_with_failures_is_copied_and_pickled():
+    algorithm = made(ALGORITHMS["RVEA"])
+    algorithm.setup(FailureTolerant(Half(0.5)), termination=("n_gen", 6), seed=1)
+    for _ in range(3):
+        algorithm.next()
+    copies = copy.deepcopy(algorithm), cloudpickle.loads(cloudpickle.dumps(algorithm))
+    fronts = [one.run().F for one in (algorithm, *copies)]
+    np.testing.assert_array_equal(fronts[0], fronts[1])
+    np.testing.assert_array_equal(fronts[0], fronts[2])
+    assert (copies[0].opt.get("failure") == "").all()
