@@ -1,39 +1,65 @@
-"""Tests to store, and what is compared of them and of folders."""
+"""Studies to test: their head, blocks of tests, and what is compared of them and of folders."""
 
 from pathlib import Path
 
 import numpy as np
 
-from pymoo_psi import TestTable
 from pymoo_psi.storage import Study
-from pymoo_psi.table import Layout
 
-LAYOUT = Layout.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 2.0])
-PROBLEM = {"problem": "chute", "kinds": ["real", "real"], "objectives": 2, "key": None}
+HEAD = {
+    "variables": ["x", "n", "hollow", "metal"],
+    "kinds": ["real", "integer", "binary", "choice"],
+    "objectives": ["f1", "f2"],
+    "inequalities": ["g1"],
+    "equalities": ["h1"],
+    "lower": [0.0, -5.0, np.nan, np.nan],
+    "upper": [1.0, 5.0, np.nan, np.nan],
+    "eq_tolerance": 1e-4,
+    "problem": {"problem": "chute", "parameters": {"mu": 0.2}, "key": None},
+}
+METALS = np.array(["steel", "Müßig'\"", "1.5", ""], dtype=object)
 
 
 def block(first, count, seed=0, failed=()):
-    rng = np.random.default_rng([seed, first])
-    X, F, G = rng.random((count, 2)), rng.normal(size=(count, 2)), rng.normal(size=(count, 1))
-    X = np.random.default_rng(first).random((count, 2))
+    """The tests ``first``, ``first + 1``, … as columns; the same ones however they are cut."""
     numbers = np.arange(first, first + count)
-    reasons = {number: f"reason {seed} of {number}" for number in failed}
-    F[np.isin(numbers, list(failed))] = np.nan
-    return TestTable.of(numbers, X, F, G, reasons=reasons, layout=LAYOUT)
+    made = [np.random.default_rng(number) for number in numbers]
+    values = np.array([rng.normal(size=5) for rng in made]).reshape(count, 5)
+    values[:, 1:] += seed
+    fails = np.isin(numbers, list(failed))
+    values[fails, 1:] = np.nan
+    return {
+        "test_point": numbers,
+        "x": values[:, 0],
+        "n": numbers % 7 - 3,
+        "hollow": numbers % 2 == 0,
+        "metal": METALS[numbers % 4],
+        "f1": values[:, 1],
+        "f2": values[:, 2],
+        "g1": values[:, 3],
+        "h1": values[:, 4],
+        "status": np.where(fails, "failed", "ok").astype(object),
+        "reason": np.where(fails, f"seed {seed}: no convergence", "").astype(object),
+    }
 
 
-def bits(table):
-    """Everything a table holds, every number with all its bits."""
-    cells = [table.numbers.tolist(), table.status.tolist(), dict(table.reasons)]
-    cells += [[(type(x), repr(x)) for x in row] for row in table.X.tolist()]
-    return [*cells, table.X.dtype, *(getattr(table, name).tobytes() for name in "FGH")]
+def rows(columns, selection):
+    return {name: column[selection] for name, column in columns.items()}
+
+
+def bits(columns):
+    """Everything that columns hold, every number with all its bits."""
+    return {
+        name: (column.dtype, column.tolist() if column.dtype == object else column.tobytes())
+        for name, column in columns.items()
+    }
 
 
 def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
-def new_study(folder):
-    study = Study(folder / "a study #1?.db", wait=0)
-    study.begin(LAYOUT, PROBLEM)
+def begun(path, head=HEAD, **options):
+    study = Study(path, **options)
+    study.begin(head)
     return study

@@ -36,6 +36,7 @@ _KEPT = ("all", "feasible", "pareto")
 # What is evaluated between two commits of a study should take about so many seconds: as much is
 # lost by an interruption, and beside it a commit of some milliseconds does not count.
 _SECONDS = 2.0
+_LEAST = 64  # designs of a vectorised model in the first piece of a block
 
 
 def investigate(
@@ -68,8 +69,7 @@ def investigate(
         seed: Seed of a randomised sampling.
         limits: Limits on criteria that a feasible design must keep, for ``keep``.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
-        block_size: Points tested at a time; by default 65 536 of a vectorised problem without a
-            study, else 64.
+        block_size: Points tested at a time; by default 65 536 of a vectorised problem, else 64.
         progress: Show a progress bar, if the output is a terminal.
         study: Name of a study file, as for :class:`PSI`.
         study_key: As for :class:`PSI`.
@@ -97,7 +97,7 @@ def investigate(
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
     if block_size is None:
-        block_size = 65_536 if study is None and not problem.elementwise else 64
+        block_size = 64 if problem.elementwise else 65_536
     block_size = integer("block_size", block_size, minimum=1)
     keep = known_name("keep", keep, _KEPT)
     sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
@@ -108,7 +108,7 @@ def investigate(
     tests = Investigation(problem, space, Memory.of(study, retry), failure_action(on_failure))
     if tests.memory.study is not None:
         identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
-        tests.memory.study.begin(tests.layout, identity)
+        tests.memory.begin(tests.layout, identity)
     limit_vector(limits, tests.layout)  # a wrong limit is told before the first evaluation
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     kept: list[TestTable] = []
@@ -192,8 +192,7 @@ class Investigation:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
         numbers, X = np.arange(first, first + len(points)), self.space.matrix(points)
-        with self.memory.writing():
-            stored = self.memory.recall(self.layout, first, len(points))
+        with self.memory.turn(self.layout, first, len(points)) as stored:
             new = np.flatnonzero(~np.isin(numbers, stored.numbers))
             blocks = []
             for piece in self._pieces(new):
@@ -224,12 +223,15 @@ class Investigation:
         The pieces grow until one takes a few seconds; however slow the model, a piece has a design
         for every worker. A run that stops at a failure goes one by one where the model does.
         """
-        runner = self.problem.elementwise_runner
-        one_by_one = isinstance(runner, LoopedElementwiseEvaluation)
-        if not self.problem.elementwise or (self.memory.study is None and not self.stop):
+        runner, elementwise = self.problem.elementwise_runner, self.problem.elementwise
+        one_by_one = elementwise and isinstance(runner, LoopedElementwiseEvaluation)
+        if self.memory.study is None and not (elementwise and self.stop):
             yield from [rows] if len(rows) else []
             return
-        least = 1 if one_by_one else active_workers(getattr(runner, "n_jobs", -1)).count
+        if elementwise:
+            least = 1 if one_by_one else active_workers(getattr(runner, "n_jobs", -1)).count
+        else:
+            least = _LEAST
         start, size = 0, least
         while start < len(rows):
             began = time.monotonic()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
@@ -16,34 +16,59 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems import DesignSpace
 from pymoo_psi.storage import Study
 from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table._exchange import columns_of, head_of, table_of
 
 
-@dataclass(frozen=True)
+@dataclass
 class Memory:
     """The tests of earlier runs, if there is a study, and the keeping of new ones.
 
     Attributes:
         study: The study file; ``None`` remembers nothing.
         retry: Numbers of failed test points to evaluate once more; ``None`` stands for all.
+        origin: Where the designs come from, for the readers of the study.
     """
 
     study: Study | None
     retry: frozenset[int] | None
+    origin: str = ""
 
     @classmethod
     def of(cls, path: str | PathLike[str] | None, retry: str | Collection[int]) -> Memory:
         """Return the memory in a study file, or none."""
         return cls(None if path is None else Study(path), points_to_retry("retry", retry))
 
-    def writing(self) -> AbstractContextManager[None]:
-        """Keep other processes from evaluating the same points meanwhile."""
-        return nullcontext() if self.study is None else self.study.writing()
+    def begin(self, layout: Layout, identity: Mapping[str, Any]) -> None:
+        """Create the study, or make sure that it belongs to the same problem.
+
+        Args:
+            layout: The columns of its tests.
+            identity: The :func:`fingerprint`.
+        """
+        if self.study is not None:
+            self.origin = identity["sampling"].partition(" from ")[0]
+            self.study.begin({**head_of(TestTable.empty(layout)), "problem": identity})
+
+    @contextmanager
+    def turn(self, layout: Layout, first: int, count: int) -> Iterator[TestTable]:
+        """Give what is stored of test points; nobody else tests them while the body runs.
+
+        Where all are stored there is nothing to test, and the study is not even locked.
+        """
+        stored = self.recall(layout, first, count)
+        if self.study is None or len(stored) == count:
+            yield stored
+        else:
+            with self.study.writing():
+                yield self.recall(layout, first, count)
 
     def recall(self, layout: Layout, first: int, count: int) -> TestTable:
         """Return what is stored of the test points from ``first`` on and not to be retried."""
-        if self.study is None:
-            return TestTable.empty(layout)
-        stored = self.study.rows(first, count)
+        nothing = TestTable.empty(layout)
+        if self.study is None or count == 0:
+            return nothing
+        columns = self.study.columns(first, count)
+        stored = table_of(head_of(nothing), columns, self.study.path, TestTable)
         again = stored.status == "failed"
         if self.retry is not None:
             again &= np.isin(stored.numbers, list(self.retry))
@@ -51,8 +76,8 @@ class Memory:
 
     def keep(self, block: TestTable) -> None:
         """Store tests; those that are stored already are left alone."""
-        if self.study is not None:
-            self.study.append(block)
+        if self.study is not None and len(block):
+            self.study.append(columns_of(block), origin=self.origin)
 
 
 def points_to_retry(name: str, value: object) -> frozenset[int] | None:

@@ -162,7 +162,7 @@ class PSI(Algorithm):
             identity = fingerprint(
                 problem, space, self.sampling, self.n_points, self.seed, self.study_key
             )
-            self.memory.study.begin(self.table.layout, identity)
+            self.memory.begin(self.table.layout, identity)
         self._points = self.sampling.unit_points(
             self.n_points,
             len(space.variables),
@@ -176,20 +176,21 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        with self.memory.writing():
-            if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
+        if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
+            first, points = self._next_points()
+            with self.memory.turn(self.table.layout, first, len(points)):
                 super().next()  # these take pymoo's populations
-                return
-            if not self.is_initialized:
-                self._initialize()
-            tests, n_evaluated = self._investigation.tested(*self._next_points())
-            self.evaluator.n_eval += n_evaluated
-            self._add(tests)
-            self.is_initialized = True
-            # the rest of pymoo's `advance`, which would ask for the optimum of every block
-            self._post_advance()
-            if self.termination.has_terminated():
-                self.finalize()
+            return
+        if not self.is_initialized:
+            self._initialize()
+        tests, n_evaluated = self._investigation.tested(*self._next_points())
+        self.evaluator.n_eval += n_evaluated
+        self._add(tests)
+        self.is_initialized = True
+        # the rest of pymoo's `advance`, which would ask for the optimum of every block
+        self._post_advance()
+        if self.termination.has_terminated():
+            self.finalize()
 
     def _next_points(self) -> tuple[int, NDArray[np.float64]]:
         """Return the number of the next point to test, and the points of the next block."""

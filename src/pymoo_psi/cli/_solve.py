@@ -20,7 +20,6 @@ from pymoo_psi.cli._options import limits_in, numbers_in
 from pymoo_psi.cli._output import counted, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.storage import Study
 from pymoo_psi.table import TestTable
 
 _SHOWN = 12  # designs printed; all are in the file
@@ -191,7 +190,7 @@ def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> So
             result = minimize(problem, algorithm, callback=show.psi)
     except KeyboardInterrupt:
         if search.study is not None:
-            stored = len(Study(search.study).numbers()) if search.study.exists() else 0
+            stored = len(TestTable.read_study(search.study)) if search.study.exists() else 0
             told = f"{stored} of {search.points} designs are in {search.study}"
             say(f"{told}; the same command continues.")
         raise

@@ -1,93 +1,171 @@
-"""The study file as a database: its tables and statements, and how its connections behave.
+"""The study file: an SQLite database of two tables that any program can read.
 
-The file is in WAL mode with full synchronisation. Every transaction is followed by a checkpoint
-that empties the log, so that what was committed lies in the file itself: a log that is lost or
-cut afterwards loses nothing. One row of the table ``study`` holds the number of tests and the
-digest of them all, under a seal; it changes in the transaction that changes the tests.
+``tests`` has one row a test: ``number``, ``status``, ``reason`` (why it failed), ``origin`` (where
+its design comes from), ``seconds`` (what its evaluation took); then variables, criteria and
+constraints under their names, with ``_`` behind a name that is taken; then two for us,
+``negative_zeros`` and ``checksum``. ``facts`` has a name and a value, as JSON, for what holds of
+the whole study.
 
-No connection outlives a call. Readers never write: they take a file at rest as it is, and another
-through SQLite's locks, which do not wait for a writer.
+Values come back bit for bit. SQLite keeps every float64 but NaN, which is NULL here, and the sign
+of -0.0: ``negative_zeros`` lists the columns where it stood. No value of a test is ever missing,
+so that NULL means NaN and nothing else; further bits of a NaN are lost. Binary variables are 0
+and 1, choices are texts.
+
+The checksum of a row is of all its cells. The facts hold the number of tests, the exclusive or of
+their checksums, and a seal of the facts; they change in the transaction that changes the tests.
+
+The file is in SQLite's WAL mode, so that readers and the writer do not wait for each other. Every
+transaction is followed by a checkpoint: at rest the file itself holds everything, and readers
+take it as it is, without locks, since SQLite's leave files beside it.
 """
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing, contextmanager
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from hashlib import blake2b
+from itertools import compress
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
-from pymoo_psi.errors import StudyError, StudyVersionError
-from pymoo_psi.storage import _files as files
-from pymoo_psi.storage._errors import corrupt, foreign, translated
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, invalid
+from pymoo_psi.errors import (
+    StudyAccessError,
+    StudyCorruptError,
+    StudyError,
+    StudyLockedError,
+    StudyVersionError,
+)
 
 T = TypeVar("T")
+Head: TypeAlias = Mapping[str, Any]
+Columns: TypeAlias = dict[str, NDArray[Any]]
 
 APPLICATION = 0x50534931  # "PSI1", in the header of the file
-VERSION = 1  # of the tables below; also in the header
-_TABLES = {
-    "study": "CREATE TABLE study (layout TEXT NOT NULL, fingerprint TEXT NOT NULL, "
-    "tests INTEGER NOT NULL, digest BLOB NOT NULL, seal BLOB NOT NULL)",
-    "tests": "CREATE TABLE tests (number INTEGER PRIMARY KEY, x BLOB NOT NULL, y BLOB NOT NULL, "
-    "status TEXT NOT NULL, reason TEXT, digest BLOB NOT NULL)",
+VERSION = 2  # of the tables, also in the header
+LAST = 2**63 - 1  # the largest number of a test point
+
+_TYPES = {
+    Kind.REAL: "REAL",
+    Kind.INTEGER: "INTEGER",
+    Kind.BINARY: "BOOLEAN",
+    Kind.CHOICE: "TEXT",
 }
+_DTYPES = {Kind.REAL: np.float64, Kind.INTEGER: np.int64, Kind.BINARY: np.bool_}
+_FRONT = {
+    "number": "INTEGER PRIMARY KEY",
+    "status": "TEXT",
+    "reason": "TEXT",
+    "origin": "TEXT",
+    "seconds": "REAL",
+}
+_BACK = {"negative_zeros": "TEXT", "checksum": "INTEGER"}
+_MOST_COLUMNS = 2000 - len(_FRONT) - len(_BACK)  # SQLite's limit
+_AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 30.0  # seconds for the moments in which another connection opens or closes the file
 _CHECKPOINT_PATIENCE = 500  # milliseconds, for readers in the middle of a query
+_TICK = 0.02  # seconds; the clocks of file systems tick every 1 to 10 ms
+# How the files begin that SQLite keeps beside a database; with zeros, or less, while they grow.
+_BESIDE = {
+    "-wal": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
+    "-shm": (b"\x18\xe2\x2d\x00", b"\x00\x2d\xe2\x18", bytes(4)),
+    "-journal": (b"\xd9\xd5\x05\xf9", bytes(4)),
+}
+
+_ROOM = "make room, then run again: what was committed before is still there"
+_RIGHTS = "check that its folder exists and that you may write the folder and the file"
+# SQLite's own texts, since Python 3.10 does not show its error codes.
+_ACCESS = {
+    "database or disk is full": f"the disk is full; {_ROOM}",
+    "disk I/O error": f"the disk or its quota is full, or the device failed; {_ROOM}",
+    "readonly database": f"it is read-only; {_RIGHTS}",
+    "unable to open database file": f"it cannot be opened; {_RIGHTS}",
+}
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-class Head(NamedTuple):
-    """The one row of the table ``study``, but for its seal."""
-
-    layout: str
-    fingerprint: str
-    tests: int
-    digest: bytes
-
-    @property
-    def seal(self) -> bytes:
-        """Digest of the row and of the version of the tables."""
-        sizes = f"{VERSION} {len(self.layout)} {len(self.fingerprint)} {self.tests:d};"
-        texts = (sizes + self.layout + self.fingerprint).encode()
-        return blake2b(texts + self.digest, digest_size=16).digest()
+def corrupt(path: str, what: str) -> StudyCorruptError:
+    """Compose the error for a damaged study; the caller raises it."""
+    return StudyCorruptError(
+        f"study {path} is damaged: {what}; it was left as it is: restore it from a copy, "
+        "or begin a study in another file"
+    )
 
 
-# Connections
+def _foreign(path: str, what: str) -> StudyCorruptError:
+    return StudyCorruptError(
+        f"{path} must be a study file of pymoo-psi, but it is {what}; it was left as it is: "
+        "give the name of another file"
+    )
 
 
-def connected(path: str, options: str, patience: float) -> sqlite3.Connection:
-    """Open a database; ``options`` are those of SQLite's URIs."""
-    uri = f"{Path(path).as_uri()}?{options}"
-    return sqlite3.connect(uri, uri=True, timeout=patience, isolation_level=None)
-
-
-def create(path: str, head: Head) -> None:
-    """Make a new study file, whole or not at all; the caller has made sure that there is none.
+@contextmanager
+def told(path: str) -> Iterator[None]:
+    """Turn errors of SQLite and the system in the body into ours, which name the file.
 
     Raises:
-        StudyAccessError: It cannot be written there.
-        StudyCorruptError: The log of a study is there, but not its file.
+        StudyLockedError: Another program keeps the file busy.
+        StudyAccessError: It cannot be opened, read or written.
+        StudyCorruptError: It is damaged, or not a database.
     """
-    new = f"{path}-new"
-    with translated(path):
-        if files.has_log(path):
-            raise corrupt(path, f"its log {path}-wal is there, but the file itself is missing")
-        files.remove(new)  # what a process that was killed here left
-        try:
-            with closing(connected(new, "mode=rwc", _PATIENCE)) as db:
-                db.execute("BEGIN")
-                db.execute(f"PRAGMA application_id = {APPLICATION}")
-                db.execute(f"PRAGMA user_version = {VERSION}")
-                for statement in _TABLES.values():
-                    db.execute(statement)
-                db.execute("INSERT INTO study VALUES (?, ?, ?, ?, ?)", (*head, head.seal))
-                db.execute("COMMIT")
-                db.execute("PRAGMA journal_mode = WAL")
-            os.replace(new, path)
-        finally:
-            files.remove(new)
-        files.sync_name(path)
+    try:
+        yield
+    except (StudyError, sqlite3.ProgrammingError, sqlite3.InterfaceError):
+        raise  # told already, or a mistake of ours
+    except sqlite3.Error as error:
+        text = str(error)
+        if "is locked" in text:
+            raise StudyLockedError(
+                f"study {path} is kept busy by another program; close that program, then run again"
+            ) from error
+        if "not a database" in text:
+            raise _foreign(path, "none, or its first bytes are damaged") from error
+        for known, meaning in _ACCESS.items():
+            if known in text:
+                raise StudyAccessError(f"study {path} cannot be used: {meaning}") from error
+        raise corrupt(path, f"{text:.80}") from error
+    except UnicodeDecodeError as error:  # SQLite quotes damaged text in its message
+        raise corrupt(path, "its text cannot be decoded") from error
+    except OSError as error:
+        rest = _ROOM if error.errno in _FULL else _RIGHTS
+        raise StudyAccessError(f"study {path} cannot be used: {error.strerror}; {rest}") from error
+
+
+# The file
+
+
+def create(path: str, facts: Mapping[str, Any]) -> None:
+    """Make a study file without tests, whole or not at all; there must be none of that name.
+
+    Raises:
+        StudyAccessError: It cannot be written there, or a name beside it is taken.
+        ArgumentValueError: It has too many columns.
+    """
+    columns = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in _sql_columns(facts).items())
+    texts = {name: json.dumps(value, ensure_ascii=False) for name, value in facts.items()}
+    texts |= {"tests": "0", "checksum": "0"}
+    with told(path):
+        _require_own(path, new=True)
+    with told(path), whole_file(path) as new, closing(_connected(str(new), "mode=rwc")) as db:
+        db.execute("PRAGMA journal_mode = OFF")  # it is thrown away if anything happens
+        db.execute("BEGIN")
+        db.execute(f"PRAGMA application_id = {APPLICATION}")
+        db.execute(f"PRAGMA user_version = {VERSION}")
+        db.execute(f"CREATE TABLE tests ({columns})")
+        db.execute("CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT)")
+        db.executemany("INSERT INTO facts VALUES (?, ?)", [*texts.items(), ("seal", _seal(texts))])
+        db.execute("COMMIT")
+        db.execute("PRAGMA journal_mode = WAL")
 
 
 @contextmanager
@@ -95,14 +173,18 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
     """Give a connection in a transaction: committed after the body, undone if it raises.
 
     Raises:
-        StudyError: See :func:`pymoo_psi.storage._errors.translated`.
+        StudyError: The file is not there, is busy, cannot be written, is damaged.
     """
-    with translated(path):
-        files.require_there(path)
-        with closing(connected(path, "mode=rw", _PATIENCE)) as db:
-            stored_head(db, path)  # before anything is written into what may be another's file
-            for setting in ("synchronous = FULL", "fullfsync = ON", "checkpoint_fullfsync = ON"):
-                db.execute(f"PRAGMA {setting}")
+    with told(path):
+        _require_there(path)
+        _require_own(path)
+        if os.stat(path).st_nlink > 1:
+            raise StudyAccessError(
+                f"study {path} has a second name, a hard link; SQLite keeps its log beside one "
+                "name only, and writing by both damages it: continue with a copy"
+            )
+        with closing(_connected(path, "mode=rw")) as db:
+            db.execute("PRAGMA synchronous = FULL")
             db.execute("PRAGMA journal_mode = WAL")
             db.execute("BEGIN IMMEDIATE")
             try:
@@ -116,7 +198,7 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
 
 
 def _checkpoint(db: sqlite3.Connection) -> None:
-    """Bring the log into the file; a reader that stays in its query leaves it to the next one."""
+    """Bring the log into the file; a reader in the middle of a query leaves it to the next one."""
     db.execute(f"PRAGMA busy_timeout = {_CHECKPOINT_PATIENCE}")
     db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
 
@@ -125,98 +207,331 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     """Return what a query says of one state of the file, without changing file or log.
 
     Raises:
-        StudyError: See :func:`pymoo_psi.storage._errors.translated`.
+        StudyError: See :func:`told`.
     """
-    with translated(path):
-        files.require_there(path)
-        state = files.stamp_at_rest(path)
-        if state is not None:  # no locks, and no files of SQLite's beside the study
+    with told(path):
+        _require_there(path)
+        while (stamp := _stamp(path)) is not None:
             try:
-                answer = _asked(path, "mode=ro&immutable=1", query)
+                return _asked(path, "mode=ro&immutable=1", query)
             except (sqlite3.Error, StudyError, UnicodeDecodeError):
-                if files.stamp_now(path) == state:
+                # Damage, or a transaction changed the file meanwhile. A file just written may be
+                # written again within a tick of its clock, and keep its stamp.
+                if stamp == _stamp(path) and abs(time.time() - stamp[0] / 1e9) > _TICK:
                     raise
-            else:
-                if files.stamp_now(path) == state:
-                    return answer
-        try:
-            return _asked(path, "mode=ro", query)
-        except sqlite3.OperationalError as error:
-            if "is locked" in str(error):
-                raise
-        # A log in a folder, or on a full disk, where SQLite cannot make the index it reads it by.
-        with files.copied(path) as copy:
-            return _asked(copy, "mode=ro", query)
+                time.sleep(_TICK)
+        _require_own(path)
+        return _asked(path, "mode=ro", query)
 
 
 def _asked(path: str, options: str, query: Callable[[sqlite3.Connection], T]) -> T:
-    with closing(connected(path, options, _PATIENCE)) as db:
+    with closing(_connected(path, options)) as db:
         db.execute("PRAGMA cell_size_check = ON")
         db.execute("BEGIN")
         return query(db)
 
 
-# Statements on a study
+def _connected(path: str, options: str) -> sqlite3.Connection:
+    """Open a database; ``options`` are those of SQLite's URIs."""
+    uri = f"{Path(path).as_uri()}?{options}"
+    return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
 
 
-def stored_head(db: sqlite3.Connection, path: str, *, thorough: bool = False) -> Head:
-    """Return the head of a study after making sure that the file is one.
+def _stamp(path: str) -> tuple[int, ...] | None:
+    """Return what changes whenever the file does; None if not all of its content lies in it."""
+    for suffix in ("-wal", "-journal"):
+        with suppress(FileNotFoundError):
+            if os.path.getsize(path + suffix):
+                return None
+    stat = os.stat(path)
+    return stat.st_mtime_ns, stat.st_size, stat.st_ino
 
-    Args:
-        db: The connection.
-        path: The file, for messages.
-        thorough: Have SQLite check every page of the file.
+
+def _require_there(path: str) -> None:
+    if not os.path.isfile(path):
+        what = "is no file" if os.path.exists(path) else "does not exist"
+        raise StudyAccessError(f"study {path} {what}; check the name")
+
+
+def _require_own(path: str, *, new: bool = False) -> None:
+    """Keep SQLite from overwriting or removing files beside the study that are not its own."""
+    for suffix, beginnings in _BESIDE.items():
+        taken = new and os.path.lexists(path + suffix)
+        if not new:
+            with suppress(FileNotFoundError), open(path + suffix, "rb") as file:
+                start = file.read(4)
+                taken = not any(known.startswith(start) for known in beginnings)
+        if taken:
+            raise StudyAccessError(
+                f"study {path} cannot be used: beside it lies {path}{suffix}, a name that SQLite "
+                "uses; that file was left as it is: move it away, or give the study another name"
+            )
+
+
+# Facts
+
+
+def stored_facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
+    """Return the facts of a study after making sure that the file is one.
+
+    Of a study of the first format, only that it is one: ``{"format": 1}``.
 
     Raises:
         StudyVersionError: A later version wrote it.
         StudyCorruptError: It is no study, or damaged.
     """
     if db.execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
-        raise foreign(path, "another file, empty, or damaged in its first bytes")
+        raise _foreign(path, "another file, empty, or damaged in its first bytes")
     version = db.execute("PRAGMA user_version").fetchone()[0]
-    if version > VERSION and not _has_seal(db):
+    if version == 1:
+        return {"format": 1}
+    try:
+        texts = dict(db.execute("SELECT facts.name, facts.value FROM facts"))
+        sealed = texts.pop("seal") == _seal(texts)
+    except (sqlite3.DatabaseError, UnicodeError, KeyError, TypeError):
+        sealed = False
+    if version > VERSION and not sealed:
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi knows formats up "
             f"to {VERSION}; upgrade pymoo-psi: pip install --upgrade pymoo-psi"
         )
-    tables = dict(db.execute("SELECT name, sql FROM sqlite_master"))
-    if version != VERSION or tables != _TABLES:
-        raise corrupt(path, "the description of its tables has changed")
-    if thorough and (found := db.execute("PRAGMA quick_check(1)").fetchall()) != [("ok",)]:
-        raise corrupt(path, str(found[0][0]).replace("\n", " "))
-    if not _has_seal(db):
-        raise corrupt(path, "the seal of its head is broken")
-    return Head(*db.execute("SELECT layout, fingerprint, tests, digest FROM study").fetchone())
+    if version != VERSION or not sealed:
+        raise corrupt(path, "its facts are not those that were committed last")
+    return {name: json.loads(text) for name, text in texts.items()}
 
 
-def _has_seal(db: sqlite3.Connection) -> bool:
-    try:
-        rows = db.execute("SELECT layout, fingerprint, tests, digest, seal FROM study").fetchall()
-        return len(rows) == 1 and Head(*rows[0][:4]).seal == rows[0][4]
-    except (sqlite3.DatabaseError, UnicodeError, AttributeError, TypeError, ValueError):
-        return False  # no such table or column, or values of other types
+def _seal(texts: Mapping[str, str]) -> str:
+    content = json.dumps(sorted(texts.items())).encode()
+    return json.dumps(blake2b(content, digest_size=16).hexdigest())
 
 
-def put_head(db: sqlite3.Connection, head: Head) -> None:
-    """Replace the head."""
-    statement = "UPDATE study SET layout = ?, fingerprint = ?, tests = ?, digest = ?, seal = ?"
-    db.execute(statement, (*head, head.seal))
+# Tests. Their cells are SQL's columns in their order: arrays of float64 and int64, lists of texts
+# and None.
 
 
-def stored_tests(db: sqlite3.Connection, first: int, last: int) -> Iterable[tuple[Any, ...]]:
-    """Return the tests with numbers from ``first`` to ``last``, by number."""
+def stored_tests(
+    db: sqlite3.Connection, path: str, facts: Mapping[str, Any], first: int = 1, last: int = LAST
+) -> Columns:
+    """Return the tests with numbers from ``first`` to ``last``, by number, each one checked.
+
+    Raises:
+        StudyCorruptError: Tests are damaged; the message says which. Of all tests: one is missing.
+    """
+    cursor = _selected(db, facts, first, last)
+    blocks = [_columns_of([], facts)]
+    damaged: list[Any] = []
+    total = 0
+    while rows := cursor.fetchmany(_AT_A_TIME):
+        try:
+            blocks.append(_columns_of(rows, facts))
+            total ^= int(np.bitwise_xor.reduce([row[-1] for row in rows]))
+        except _DAMAGE:
+            damaged += _damaged(rows, facts)
+    if damaged:
+        shown = ", ".join(f"{number!r:.20}" for number in damaged[:5])
+        more = f" and {len(damaged) - 5} more" if len(damaged) > 5 else ""
+        raise corrupt(path, f"the contents of test point {shown}{more} have changed")
+    joined = {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
+    if first <= 1 and last >= LAST:
+        tests = len(joined["test_point"])
+        if tests != facts["tests"]:
+            raise corrupt(path, f"it holds {tests} of {facts['tests']} tests")
+        if total != facts["checksum"]:
+            raise corrupt(path, "its tests are not those that were committed last")
+    return joined
+
+
+def changes(
+    db: sqlite3.Connection, path: str, head: Head, cells: list[Any]
+) -> tuple[NDArray[np.bool_], list[int]]:
+    """Return which of n tests are to be written, and the checksums of those they replace.
+
+    Origin and seconds may differ from what is stored; that is no other result.
+
+    Raises:
+        ArgumentValueError: A test that did not fail would change.
+    """
+    new = np.ones(len(cells[0]), dtype=bool)
+    replaced = []
+    places = {number: i for i, number in enumerate(cells[0].tolist())}
+    for stored in _selected(db, head, min(places, default=LAST), max(places, default=0)):
+        if stored[0] not in places:
+            continue
+        i = places[stored[0]]
+        pairs = [(stored[j], cells[j][i]) for j in range(len(cells) - 1) if j not in (3, 4)]
+        if all(old == cell or (old is None and cell != cell) for old, cell in pairs):
+            new[i] = False
+        elif stored[1] == "failed":
+            replaced.append(stored[-1])
+        else:
+            raise invalid(
+                "block",
+                "of new test points, repetitions of failed ones, or what is stored",
+                Received(f"other values for test point {stored[0]}"),
+                f"use another file if the model has changed; study {path} is as it was",
+            )
+    return new, replaced
+
+
+def put_tests(
+    db: sqlite3.Connection,
+    facts: Mapping[str, Any],
+    cells: list[Any],
+    new: NDArray[np.bool_],
+    replaced: list[int],
+) -> int:
+    """Write tests, those that :func:`changes` says; return how many the study has then."""
+    names = _sql_columns(facts)
+    listed, marks = ", ".join(map(_quoted, names)), ", ".join("?" * len(names))
+    lists = (cell if isinstance(cell, list) else cell.tolist() for cell in cells)
+    rows = compress(zip(*lists, strict=True), new.tolist())
+    db.executemany(f"INSERT OR REPLACE INTO tests ({listed}) VALUES ({marks})", rows)
+    tests = int(facts["tests"] - len(replaced) + new.sum())
+    total = np.bitwise_xor.reduce([facts["checksum"], *replaced, *cells[-1][new].tolist()])
+    texts = dict(db.execute("SELECT name, value FROM facts WHERE name <> 'seal'"))
+    texts |= {"tests": str(tests), "checksum": str(total)}
+    changed = [(text, name) for name, text in [*texts.items(), ("seal", _seal(texts))]]
+    db.executemany("UPDATE facts SET value = ? WHERE name = ?", changed)
+    return tests
+
+
+def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> sqlite3.Cursor:
+    """Return the rows with numbers from ``first`` to ``last``, by number."""
+    # A name in double quotes that is no column would be a text, but for the table before it.
+    listed = ", ".join(f"tests.{_quoted(name)}" for name in _sql_columns(head))
     return db.execute(
-        "SELECT number, x, y, status, reason, digest FROM tests "
-        "WHERE number BETWEEN ? AND ? ORDER BY number",
-        (first, last),
+        f"SELECT {listed} FROM tests WHERE number BETWEEN ? AND ? ORDER BY number",
+        (min(first, LAST), min(last, LAST)),
     )
 
 
-def stored_numbers(db: sqlite3.Connection) -> list[tuple[int, str]]:
-    """Return number and status of every test, by number."""
-    return db.execute("SELECT number, status FROM tests ORDER BY number").fetchall()
+def _kinds(head: Head) -> dict[str, Kind]:
+    """Return what each variable, criterion and constraint is, by name."""
+    others = ("objectives", "inequalities", "equalities")
+    kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
+    return kinds | {name: Kind.REAL for group in others for name in head[group]}
 
 
-def put_tests(db: sqlite3.Connection, rows: Iterable[tuple[Any, ...]]) -> None:
-    """Insert tests, or replace those with the same number."""
-    db.executemany("INSERT OR REPLACE INTO tests VALUES (?, ?, ?, ?, ?, ?)", rows)
+def _sql_columns(head: Head) -> dict[str, str]:
+    """Return SQL's columns and their types. SQL takes ``a`` and ``A`` for one name."""
+    kinds = _kinds(head)
+    if len(kinds) > _MOST_COLUMNS:
+        rule = f"of at most {_MOST_COLUMNS} variables, criteria and constraints together"
+        raise invalid("the problem of a study", rule, Received(len(kinds)))
+    columns = dict(_FRONT)
+    taken = {*_FRONT, *_BACK}
+    for name, kind in kinds.items():
+        while name.lower() in taken:
+            name += "_"
+        taken.add(name.lower())
+        columns[name] = _TYPES[kind]
+    return columns | _BACK
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'
+
+
+def cells_of(
+    columns: Columns,
+    head: Head,
+    origin: str | None = None,
+    seconds: NDArray[np.float64] | None = None,
+) -> list[Any]:
+    """Return the cells of n tests, SQL's columns in their order, the checksums last."""
+    n = len(columns["test_point"])
+    values = []
+    negative: dict[int, list[str]] = {}
+    for name, kind in _kinds(head).items():
+        column = columns[name]
+        if kind is Kind.CHOICE:
+            values.append(column.tolist())
+        elif kind is Kind.REAL:
+            for i in np.flatnonzero((column == 0) & np.signbit(column)).tolist():
+                negative.setdefault(i, []).append(name)
+            values.append(_stored_reals(column))
+        else:
+            values.append(column.astype(np.int64, casting="safe"))
+    cells = [
+        columns["test_point"].astype(np.int64, casting="safe"),
+        columns["status"].tolist(),
+        [reason or None for reason in columns["reason"].tolist()],
+        [origin] * n,
+        _stored_reals(np.full(n, np.nan) if seconds is None else seconds),
+        *values,
+        [json.dumps(negative[i]) if i in negative else None for i in range(n)],
+    ]
+    return [*cells, _checksums(cells)]
+
+
+def _stored_reals(column: NDArray[Any]) -> NDArray[np.float64]:
+    """Return what SQLite gives back of real numbers: one NaN, one zero."""
+    reals = column.astype(np.float64, casting="safe")
+    return np.where(np.isnan(reals), np.nan, reals + 0.0)
+
+
+def _checksums(cells: list[Any]) -> NDArray[np.int64]:
+    """``(n,)`` checksums of rows: of the bits of their numbers, then of their texts as JSON."""
+    numbers = [column.view(np.int64) for column in cells if not isinstance(column, list)]
+    bits = np.stack(numbers, axis=1).astype("<i8").tobytes()
+    width = 8 * len(numbers)
+    ends: dict[tuple[Any, ...], bytes] = {}  # most rows have the same texts
+    digests = []
+    texts = zip(*(column for column in cells if isinstance(column, list)), strict=True)
+    for i, text in enumerate(texts):
+        if text not in ends:
+            ends[text] = json.dumps(text).encode()
+        row = bits[i * width : (i + 1) * width] + ends[text]
+        digests.append(blake2b(row, digest_size=8).digest())
+    return np.frombuffer(b"".join(digests), dtype="<i8").astype(np.int64)
+
+
+# What a cell that was damaged can raise where it is of another type, and what a checksum does.
+_DAMAGE = (TypeError, ValueError, OverflowError, KeyError, RecursionError)
+
+
+def _columns_of(rows: Sequence[tuple[Any, ...]], head: Head) -> Columns:
+    """Return checked rows of SQL as columns.
+
+    Raises:
+        ValueError: The checksum of a row is another one; or what else is in ``_DAMAGE``.
+    """
+    types = list(_sql_columns(head).values())
+    columns = list(zip(*rows, strict=True)) if rows else [()] * len(types)
+    dtypes = [np.float64 if t == "REAL" else None if t == "TEXT" else np.int64 for t in types]
+    dtypes[0] = dtypes[-1] = np.int64
+    cells: list[Any] = [
+        list(column) if dtype is None else np.array(column, dtype=dtype)
+        for column, dtype in zip(columns, dtypes, strict=True)
+    ]
+    if (_checksums(cells[:-1]) != cells[-1]).any():
+        raise ValueError("a checksum is another one")
+    number, status, reason, _, _, *values, zeros, _ = cells
+    result: Columns = {"test_point": number}
+    for (name, kind), cell in zip(_kinds(head).items(), values, strict=True):
+        result[name] = objects(cell) if kind is Kind.CHOICE else cell.astype(_DTYPES[kind])
+    for i, names in enumerate(zeros):
+        for name in () if names is None else json.loads(names):
+            result[name][i] = -0.0
+    texts = objects([text or "" for text in reason])
+    return result | {"status": objects(status), "reason": texts}
+
+
+def _damaged(rows: list[tuple[Any, ...]], head: Head) -> list[Any]:
+    """Return the numbers of rows that are not what was written."""
+    try:
+        _columns_of(rows, head)
+    except _DAMAGE:
+        half = len(rows) // 2
+        if half == 0:
+            return [rows[0][0]]
+        return _damaged(rows[:half], head) + _damaged(rows[half:], head)
+    return []
+
+
+def objects(values: Iterable[Any]) -> NDArray[np.object_]:
+    """Return values of any type as an array of them."""
+    cells = list(values)
+    column = np.empty(len(cells), dtype=object)
+    column[:] = cells
+    return column

@@ -2,219 +2,267 @@
 
 from __future__ import annotations
 
+import json
 import os
+import secrets
+import shutil
 import sqlite3
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from datetime import datetime, timezone
 from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import finite_number, integer, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError, StudyMismatchError
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import finite_number, invalid
+from pymoo_psi.errors import ArgumentTypeError, StudyAccessError, StudyMismatchError
 from pymoo_psi.storage import _database as database
-from pymoo_psi.storage._contents import LAST, changes, everything, identity_of
-from pymoo_psi.storage._errors import corrupt
-from pymoo_psi.storage._identity import Identity
-from pymoo_psi.storage._rows import (
-    DIGEST_SIZE,
-    Row,
-    checked,
-    combined,
-    rows_of_table,
-    table_of_rows,
-)
-from pymoo_psi.storage._writers import writing
-from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.storage._database import Columns, Head
+from pymoo_psi.storage._format_1 import head_of_format_1, read_format_1
+from pymoo_psi.storage._lock import locked
+
+_OWN = ("format", "id", "begun", "tests", "checksum")  # facts that are not of the head
 
 
-@dataclass(frozen=True)
 class Study:
-    """A study file, by name: it may be copied, pickled and sent to other processes.
+    """A study file, by name: it may be copied, pickled, sent to processes and shared by threads.
 
     The tests of a block are committed together, or none of them. They stay, whatever happens to
     the process later. Reading never waits for a writer and never changes the file.
 
+    A study knows no tables, only their head, of values that JSON can hold, and their columns.
+
     Attributes:
         path: The file; an absolute path, whatever was given.
         wait: Seconds to wait for another process that is writing the study.
-
-    Example:
-        >>> import os, tempfile
-        >>> folder = tempfile.TemporaryDirectory()
-        >>> study = Study(os.path.join(folder.name, "chute.db"))
-        >>> study.begin(Layout.of(1, 1), {"problem": "chute"})
-        TestTable(0 tests: 0 ok, 0 infeasible, 0 failed; 1 variable, 1 criterion, 0 constraints)
-        >>> study.append(TestTable.of([1, 2], X=[[0.5], [0.25]], F=[[3.0], [2.0]]))
-        2
-        >>> study.numbers()
-        array([1, 2])
-        >>> folder.cleanup()
     """
-
-    path: str
-    wait: float
 
     def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise ArgumentTypeError(f"path must be the name of a file, got {path!r:.80}")
-        seconds = finite_number("wait", wait)
-        if seconds < 0:
-            raise invalid("wait", "0 seconds or more", seconds)
-        object.__setattr__(self, "path", os.path.realpath(path))
-        object.__setattr__(self, "wait", seconds)
+        self.path: str = os.path.realpath(path)
+        self.wait = finite_number("wait", wait)
+        if self.wait < 0:
+            raise invalid("wait", "0 seconds or more", self.wait)
+        self._kinds: Sequence[str] = ()  # of the variables, for a study of the first format
+        # Its id and number of tests when it was seen last. Tests are never removed: a file with
+        # another id or with fewer of them is not the one that was there.
+        self._seen: tuple[str, int] | None = None
 
-    def begin(self, layout: Layout, fingerprint: Mapping[str, Any]) -> TestTable:
-        """Create the file, or continue it after a check of everything in it.
+    def begin(self, head: Head) -> None:
+        """Create the file, or make sure that the one that is there belongs to the same problem.
+
+        Of a file that is there no more is read than its facts.
 
         Args:
-            layout: Names, bounds and tolerance of the tests to come.
-            fingerprint: Plain JSON values by name that make the problem what it is. A value the
-                caller does not want compared has no place in it.
-
-        Returns:
-            The tests that are stored already, by number.
+            head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
+                ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
+                else makes the problem what it is.
 
         Raises:
             StudyMismatchError: The file belongs to another problem; the message says what differs.
-            StudyCorruptError: The file is damaged, or no study.
-            StudyVersionError: A later version wrote it.
-            StudyAccessError: It cannot be created or read.
-            StudyLockedError: Another process is just creating it.
-            ArgumentTypeError: Layout or fingerprint are not what they must be.
+            StudyError: It is damaged, no study, of a later version, or cannot be made or read.
+            ArgumentTypeError: JSON cannot hold the head.
         """
-        asked = Identity.of(layout, fingerprint)
+        try:
+            asked = json.loads(json.dumps(head))
+        except (TypeError, ValueError, RecursionError) as error:
+            raise ArgumentTypeError(
+                "what fingerprint() of a problem returns must hold plain values, numbers, texts, "
+                f"True, False, None, lists and dicts of Python: {error}"
+            ) from None
+        self._kinds = asked["kinds"]
         if not os.path.lexists(self.path):
-            with writing(self.path, self.wait):
+            with self.writing():
                 if not os.path.lexists(self.path):
-                    head = database.Head(*asked.to_json(), 0, bytes(DIGEST_SIZE))
-                    database.create(self.path, head)
-        stored, table = everything(self.path)
-        stored.require(asked, self.path)
-        return table
+                    database.create(self.path, _begun() | asked)
+        facts = database.read(self.path, self._facts)
+        if facts["format"] == 1:  # which knows no kinds
+            facts["kinds"] = asked["kinds"]
+        differences = list(_differences(_by_variable(_head(facts)), _by_variable(asked)))
+        if differences:
+            self._seen = None
+            raise StudyMismatchError(
+                f"study {self.path} belongs to another problem: {'; '.join(differences)}. Give the "
+                "name of another file, or the problem (and study_key) with which it was begun"
+            )
 
-    @contextmanager
-    def writing(self) -> Iterator[None]:
-        """Keep other processes from writing while the body runs, so that none repeats its work.
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep others from writing while the body runs, so that none repeats its work.
 
-        Without it, :meth:`append` does so for the time of one block. It may be nested.
+        Without it, :meth:`append` does so for the time of one block. It may be nested. Threads of
+        this process wait for their turn.
 
         Raises:
             StudyLockedError: Another process is writing; the message says which, where, and since
                 when. One that was killed is in nobody's way.
             StudyAccessError: The folder cannot be written.
         """
-        with writing(self.path, self.wait):
-            yield
+        return locked(self.path, self.wait)
 
-    def append(self, block: TestTable) -> int:
-        """Commit a block of tests; after the return they are on the disk.
+    def append(
+        self,
+        columns: Columns,
+        *,
+        origin: str | None = None,
+        seconds: NDArray[np.float64] | None = None,
+    ) -> int:
+        """Commit a block of n tests; after the return they are on the disk.
 
-        A test that is stored already with the same results is left alone. One that is stored as
+        A test that is stored already with the same values is left alone. One that is stored as
         failed is replaced by its repetition. No other stored test can be changed.
+
+        Args:
+            columns: ``(n,)`` each: ``test_point``, the numbers; the variables, criteria and
+                constraints by name, choices as texts; ``status``; ``reason``, texts.
+            origin: Where the designs come from.
+            seconds: ``(n,)`` what the evaluations took.
 
         Returns:
             How many tests were new or replaced.
 
         Raises:
-            StudyMismatchError: The block has another layout.
-            ArgumentValueError: A test is stored with other results, or the block has a prototype.
-            ArgumentTypeError: It is no table.
+            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            ArgumentValueError: A test is stored with other values.
             StudyLockedError: Another process is writing.
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
         """
-        if not isinstance(block, TestTable):
-            raise ArgumentTypeError(f"block must be a TestTable, got {block!r:.80}")
-        if block.prototype is not None:
-            raise invalid(
-                "block", "without a prototype", block, "give it to the table that is read"
-            )
-        rows = rows_of_table(block)
-        with writing(self.path, self.wait), database.transaction(self.path) as db:
-            head = database.stored_head(db, self.path)
-            difference = identity_of(head, self.path).layout.difference(block.layout)
-            if difference:
+        facts = database.read(self.path, self._facts)
+        if facts["format"] == 1:
+            self._convert()
+            facts = database.read(self.path, self._facts)
+        cells = database.cells_of(columns, facts, origin, seconds)
+
+        def changes(db: sqlite3.Connection) -> tuple[NDArray[np.bool_], list[int]]:
+            return database.changes(db, self.path, self._facts(db), cells)
+
+        if not database.read(self.path, changes)[0].any():
+            return 0
+        with self.writing(), database.transaction(self.path) as db:
+            new, replaced = changes(db)
+            tests = database.put_tests(db, self._facts(db), cells, new, replaced)
+        self._seen = (facts["id"], tests)
+        return int(new.sum())
+
+    def columns(self, first: int, count: int) -> Columns:
+        """Return the stored tests among the ``count`` test points from number ``first``, checked.
+
+        Raises:
+            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            StudyError: A test is damaged, or the file cannot be read.
+        """
+        last = first + count - 1
+
+        def query(db: sqlite3.Connection) -> Columns:
+            facts = self._facts(db)
+            if facts["format"] > 1:
+                return database.stored_tests(db, self.path, facts, first, last)
+            columns = read_format_1(db, self.path, self._kinds)[1]
+            wanted = (first <= columns["test_point"]) & (columns["test_point"] <= last)
+            return {name: column[wanted] for name, column in columns.items()}
+
+        return database.read(self.path, query)
+
+    def _facts(self, db: sqlite3.Connection) -> dict[str, Any]:
+        """Return the facts of the file after making sure that it is still the same study."""
+        facts = database.stored_facts(db, self.path)
+        if self._seen is not None:
+            name, tests = self._seen
+            replaced = ""
+            if facts.get("id") != name:
+                replaced = "another study"
+            elif facts["tests"] < tests:
+                replaced = "an older copy of it"
+            if replaced:
                 raise StudyMismatchError(
-                    f"study {self.path} belongs to another problem than the block: {difference} "
-                    "(study against block)"
+                    f"study {self.path} is not the one that this run began or continued: "
+                    f"{replaced} has taken its place, and was left as it is; put the right file "
+                    "back, or run again to continue this one"
                 )
-            new, old = changes(db, self.path, rows)
-            if new:
-                digest = combined(head.digest, *(row.digest for row in new + old))
-                database.put_tests(db, new)
-                tests = head.tests + len(new) - len(old)
-                database.put_head(db, head._replace(tests=tests, digest=digest))
-        return len(new)
+        if facts["format"] == 1:
+            return facts | head_of_format_1(db, self.path)[0]
+        if self._seen is None:
+            self._seen = (facts["id"], facts["tests"])
+        return facts
 
-    def table(self) -> TestTable:
-        """Return all stored tests, by number, after a check of everything in the file.
-
-        Raises:
-            StudyCorruptError: The file is damaged, or no study.
-            StudyVersionError: A later version wrote it.
-            StudyAccessError: It does not exist or cannot be read.
-        """
-        return everything(self.path)[1]
-
-    def rows(self, first: int, count: int) -> TestTable:
-        """Return the stored tests among the ``count`` test points from number ``first``.
-
-        Raises:
-            StudyError: As :meth:`table`; of the tests, those that are returned are checked.
-        """
-        first, count = integer("first", first, minimum=1), integer("count", count, minimum=0)
-
-        def query(db: sqlite3.Connection) -> tuple[database.Head, list[Row]]:
-            head = database.stored_head(db, self.path)
-            last = min(first + count - 1, LAST)
-            found = database.stored_tests(db, min(first, LAST), last)
-            return head, [checked(row, self.path) for row in found]
-
-        head, rows = database.read(self.path, query)
-        return table_of_rows(identity_of(head, self.path).layout, rows, self.path)
-
-    def numbers(self, status: str | None = None) -> NDArray[np.int64]:
-        """Return the numbers of the stored tests, in order.
-
-        Args:
-            status: "ok", "infeasible" or "failed"; of all tests unless given.
-
-        Raises:
-            StudyError: As :meth:`table`; the results are not checked, their number is.
-        """
-        if status is not None:
-            known_name("status", status, ("ok", "infeasible", "failed"))
-
-        def query(db: sqlite3.Connection) -> list[tuple[int, str]]:
-            head, found = database.stored_head(db, self.path), database.stored_numbers(db)
-            if len(found) != head.tests:
-                raise corrupt(self.path, f"it holds {len(found)} of {head.tests} tests")
-            return found
-
-        found = database.read(self.path, query)
-        chosen = [number for number, of in found if status is None or of == status]
-        return np.array(chosen, dtype=np.int64)
-
-    def fingerprint(self) -> dict[str, Any]:
-        """Return what the study was begun with.
-
-        Raises:
-            StudyError: As :meth:`table`; the tests are not checked.
-        """
-        head = database.read(self.path, lambda db: database.stored_head(db, self.path))
-        return identity_of(head, self.path).fingerprint
+    def _convert(self) -> None:
+        """Give a study of the first format today's; the old file stays, as ``<study>-format-1``."""
+        kept = f"{self.path}-format-1"
+        with self.writing():
+            head, columns = database.read(
+                self.path, lambda db: read_format_1(db, self.path, self._kinds)
+            )
+            if os.path.lexists(kept):
+                raise StudyAccessError(
+                    f"study {self.path} has format 1 and cannot be continued: {kept} is there, "
+                    "the name under which it would be kept; move that file away"
+                )
+            with database.transaction(self.path):
+                pass  # its log must not lie beside the new file
+            with database.told(self.path):
+                with whole_file(kept) as copy:
+                    shutil.copyfile(self.path, copy)
+                with whole_file(self.path) as new:
+                    database.create(str(new), _begun() | head)
+                    Study(new).append(columns)
 
 
-def read_study(path: str | PathLike[str]) -> TestTable:
-    """Return the tests of a study file, by number; the file is not changed, nor created.
+def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
+    """Return the head and all tests of a study, by number, after a check of everything in it.
+
+    Returns:
+        The head with which it was begun, and the columns of its tests; see :class:`Study`.
 
     Raises:
         StudyCorruptError: The file is damaged, or no study.
         StudyVersionError: A later version wrote it.
         StudyAccessError: It does not exist or cannot be read.
     """
-    return Study(path).table()
+    file = Study(path).path
+
+    def query(db: sqlite3.Connection) -> tuple[dict[str, Any], Columns]:
+        facts = database.stored_facts(db, file)
+        if facts["format"] == 1:
+            return read_format_1(db, file)
+        return _head(facts), database.stored_tests(db, file, facts)
+
+    return database.read(file, query)
+
+
+def _begun() -> dict[str, Any]:
+    now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+    return {"format": database.VERSION, "id": secrets.token_hex(16), "begun": now}
+
+
+def _head(facts: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in facts.items() if name not in _OWN}
+
+
+def _by_variable(head: Head) -> dict[str, Any]:
+    """Return a head whose messages name the variable of a bound or kind, not its index."""
+    keys = ("lower", "upper", "kinds")
+    return {**head, **{k: dict(zip(head["variables"], head[k], strict=True)) for k in keys}}
+
+
+def _differences(stored: Any, asked: Any, name: str = "") -> Iterator[str]:
+    """Say where two JSON values differ; NaN is equal to NaN, 2 is not 2.0."""
+    if isinstance(stored, dict) and isinstance(asked, dict):
+        for key in sorted({*stored, *asked}):
+            inner = f"{name}.{key}" if name else key
+            yield from _differences(stored.get(key, _ABSENT), asked.get(key, _ABSENT), inner)
+    elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
+        for i, pair in enumerate(zip(stored, asked, strict=True)):
+            yield from _differences(*pair, f"{name}[{i}]")
+    elif _shown(stored) != _shown(asked):
+        yield f"{name} is {_shown(stored)} in the study, {_shown(asked)} asked"
+
+
+_ABSENT = object()
+
+
+def _shown(value: Any) -> str:
+    return "absent" if value is _ABSENT else json.dumps(value, ensure_ascii=False)

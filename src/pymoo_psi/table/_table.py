@@ -647,7 +647,7 @@ class TestTable:
         """
         from pymoo_psi.storage import read_study  # SQLite is loaded where there is a study
 
-        return read_study(path)
+        return table_of(*read_study(path), path, cls)
 
     # Inside
 

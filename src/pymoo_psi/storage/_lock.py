@@ -1,0 +1,159 @@
+"""One writer of a study at a time: the file ``<study>-lock``, which says who its owner is.
+
+The operating system releases the lock when its process ends, however it ends. The threads of a
+process take turns. A file of that name which is not such a lock belongs to somebody else: it is
+left alone, and the study is not written.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from typing import Any
+
+from pymoo_psi.errors import StudyAccessError, StudyLockedError
+from pymoo_psi.storage._database import told
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_MARK = "pymoo-psi study in use by "  # how every lock begins
+_SIZE = 512  # bytes of a lock: all are written at once, over those of an owner that was killed
+_PAUSE = 0.05  # seconds between two attempts
+
+
+@dataclass
+class _Turn:
+    """Whose turn it is among the threads of this process, and the lock it has meanwhile."""
+
+    thread: Any = field(default_factory=threading.RLock)
+    depth: int = 0
+    descriptor: int = -1
+
+
+# By process too: a fork inherits the entries, but not the locks.
+_TURNS: dict[tuple[int, str], _Turn] = {}
+
+
+@contextmanager
+def locked(path: str, wait: float) -> Iterator[None]:
+    """Be the only process and thread that writes a study while the body runs; may be nested.
+
+    Args:
+        path: The study file.
+        wait: Seconds to wait for another process. Threads of this one wait for each other as
+            long as it takes.
+
+    Raises:
+        StudyLockedError: Another process is still writing; the message says which.
+        StudyAccessError: Another file has the lock's name, or the folder cannot be written.
+
+    """
+    turn = _TURNS.setdefault((os.getpid(), path), _Turn())
+    with turn.thread:
+        if turn.depth == 0:
+            turn.descriptor = _taken(path, wait)
+        turn.depth += 1
+        try:
+            yield
+        finally:
+            turn.depth -= 1
+            if turn.depth == 0:
+                _release(f"{path}-lock", turn.descriptor)
+
+
+def _taken(path: str, wait: float) -> int:
+    """Return the descriptor of the lock, whose owner is this process now."""
+    deadline = time.monotonic() + wait
+    while True:
+        with told(f"{path}-lock"):
+            found = _attempt(f"{path}-lock")
+        if not isinstance(found, str):
+            return found
+        if time.monotonic() >= deadline:
+            raise StudyLockedError(
+                f"study {path} is being written by {found}; waited {wait:g} s: "
+                "let it finish or stop it, wait longer, or use another file"
+            )
+        time.sleep(_PAUSE)
+
+
+def _attempt(lock: str) -> int | str:
+    """Return the descriptor of the lock, or who has it."""
+    new = True
+    try:
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    except FileExistsError:
+        new = False
+        try:
+            descriptor = os.open(lock, os.O_RDWR)
+        except FileNotFoundError:  # its owner has just removed it
+            return "another process"
+    owned = False
+    try:
+        text = os.read(descriptor, _SIZE).decode("utf-8", "replace")
+        if text and not text.startswith(_MARK):
+            raise StudyAccessError(
+                f"{lock} must be free for the lock of a study, but it is another file; it was left "
+                "as it is: move it away, or give the study another name"
+            )
+        if not new and not text:
+            # It is just being made, or its maker was killed then, or it is somebody's empty file.
+            return f"an unknown process, or by none if {lock} stays empty: then remove it"
+        if not _lock(descriptor):
+            return text.removeprefix(_MARK).strip() or "another process"
+        if not new:  # the name may have passed to another file since this one was opened
+            with suppress(FileNotFoundError):
+                new = os.path.samestat(os.stat(lock), os.fstat(descriptor))
+            if not new:
+                return "another process"
+        since = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+        owner = f"{_MARK}process {os.getpid()} on {socket.gethostname()} since {since}"
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        os.write(descriptor, f"{owner:{_SIZE - 1}}\n".encode()[:_SIZE])
+        owned = True
+        return descriptor
+    finally:
+        if not owned:
+            if new:
+                os.unlink(lock)
+            os.close(descriptor)
+
+
+def _lock(descriptor: int) -> bool:
+    """Lock an open file for this process, unless another has done so.
+
+    Locks of POSIX records, as SQLite's own: a fork does not inherit them, so that no worker which
+    outlives its parent keeps them.
+    """
+    try:
+        if sys.platform == "win32":
+            os.lseek(descriptor, _SIZE, os.SEEK_SET)  # what lies before can still be read
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    return True
+
+
+def _release(lock: str, descriptor: int) -> None:
+    # Others that have the file open find that it lost its name, and begin anew. Windows removes
+    # no open file; there it goes when nobody has it open.
+    if sys.platform == "win32":
+        os.close(descriptor)
+        with suppress(OSError):
+            os.unlink(lock)
+    else:
+        with suppress(OSError):
+            os.unlink(lock)
+        os.close(descriptor)

@@ -1,0 +1,382 @@
+"""Studies among processes that are killed, stopped, run out of disk, or write at the same time."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pymoo_psi
+from pymoo_psi.errors import StudyAccessError, StudyLockedError
+from pymoo_psi.storage import Study, _database, read_study
+from tests.storage.studies import HEAD, begun, bits, block, rows
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
+
+KILLS = 12
+
+# What the workers know: the modules are imported once, and every worker is a fork of the server.
+SERVER = """
+import json, os, resource, signal, sys, time, traceback
+from pymoo_psi.errors import PsiError, StudyAccessError
+from pymoo_psi.storage import Study, _database, read_study
+from tests.storage.studies import HEAD, begun, block
+
+def say(path, *words):
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.write(file, (" ".join(map(str, words)) + "\\n").encode())
+    os.close(file)
+
+def run(path, log, last):
+    "Evaluate what is not stored, block after block."
+    study = begun(path, wait=30)
+    with study.writing():
+        for first in range(1, last, 4):
+            if len(study.columns(first, 4)["x"]) == 0:
+                say(log, "evaluate", first)
+                say(log, "committed", first, study.append(block(first, 4, failed=[first])))
+
+for line in sys.stdin:
+    command, what = json.loads(line)
+    if command == "wait":
+        print(os.waitpid(what, 0)[1], flush=True)
+        continue
+    pid = os.fork()
+    if pid:
+        print(pid, flush=True)
+        continue
+    try:
+        exec(what, globals())
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+    os._exit(0)
+"""
+
+
+class Workers:
+    def __init__(self):
+        folders = (Path(pymoo_psi.__file__).parents[1], Path(__file__).parents[2])
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SERVER],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, folders))},
+        )
+
+    def _ask(self, *command):
+        self.process.stdin.write(json.dumps(command) + "\n")
+        self.process.stdin.flush()
+        return int(self.process.stdout.readline())
+
+    def start(self, source):
+        """Run a source in a new process; return its id."""
+        return self._ask("start", source)
+
+    def wait(self, pid):
+        """Return how a process ended: 0 if well."""
+        return self._ask("wait", pid)
+
+
+@pytest.fixture(scope="module")
+def workers():
+    workers = Workers()
+    with workers.process:
+        yield workers
+        workers.process.stdin.close()
+
+
+def lines(path):
+    return path.read_text().splitlines() if path.exists() else []
+
+
+def until(condition, seconds=20):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+def whole(last):
+    """What the uninterrupted run of a worker has stored."""
+    return block(1, last - 1, failed=range(1, last, 4))
+
+
+def test_a_study_killed_many_times_is_that_of_one_run(tmp_path, workers):
+    last = 4 * 90 + 1
+    path, log = tmp_path / "s.db", tmp_path / "log"
+    job = f"run({str(path)!r}, {str(log)!r}, {last})"
+    chance = random.Random(7)
+    for kill in range(KILLS):
+        pid, seen = workers.start(job), len(lines(log))
+        wanted = chance.randrange(1, 9) if kill >= KILLS // 4 else 0  # at first while it is created
+        until(lambda: len(lines(log)) >= seen + wanted)  # noqa: B023
+        time.sleep(chance.uniform(0, 0.01))
+        os.kill(pid, signal.SIGKILL)
+        assert workers.wait(pid) == signal.SIGKILL
+        if path.exists():
+            said = {int(line.split()[1]) for line in lines(log) if line.startswith("committed")}
+            numbers = set(read_study(path)[1]["test_point"].tolist())
+            assert said <= numbers  # after every kill, all that was returned is there
+            assert all(set(range(n, n + 4)) <= numbers for n in numbers if n % 4 == 1)
+    assert len(numbers) < last - 1  # else it was not killed to the end
+    assert workers.wait(workers.start(job)) == 0
+    assert bits(read_study(path)[1]) == bits(whole(last))
+    committed = set()
+    for line in lines(log):
+        word, first, *written = line.split()
+        assert first not in committed, "a committed block was evaluated again"
+        if word == "committed":
+            committed.add(first)
+            assert written == ["4"]
+    left = [name for name in os.listdir(tmp_path) if not name.startswith(".s.db.")]  # while made
+    assert sorted(left) == ["log", "s.db"]
+
+
+def test_a_kill_between_commit_and_return_is_committed(tmp_path, workers):
+    path, log = tmp_path / "s.db", tmp_path / "log"
+    assert workers.wait(workers.start(f"run({str(path)!r}, {str(log)!r}, 9)")) == 0
+    job = (
+        "_database._checkpoint = lambda db: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"Study({str(path)!r}).append(block(9, 4, failed=[9]))"
+    )
+    assert workers.wait(workers.start(job)) == signal.SIGKILL
+    assert Path(f"{path}-wal").stat().st_size > 0
+    assert bits(read_study(path)[1]) == bits(whole(13))
+    study = Study(path)
+    assert study.append(block(9, 4, failed=[9])) == 0
+    assert study.append(block(13, 1)) == 1
+    assert sorted(os.listdir(tmp_path)) == ["log", "s.db"]
+
+
+def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers):
+    path = tmp_path / "s.db"
+    study = begun(path, wait=0)
+    study.append(block(1, 4))
+    ready, go = tmp_path / "ready", tmp_path / "go"
+    pid = workers.start(
+        f"with Study({str(path)!r}).writing():\n"
+        f"    say({str(ready)!r}, 'ready')\n"
+        f"    while not os.path.exists({str(go)!r}): time.sleep(0.01)\n"
+        f"    Study({str(path)!r}).append(block(5, 4))\n"
+    )
+    until(ready.exists)
+    who = rf"is being written by process {pid} on {socket.gethostname()} since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d UTC; waited 0 s: let it finish or stop it"
+    with pytest.raises(StudyLockedError, match=who):
+        study.append(block(9, 4))
+    began = time.monotonic()
+    with pytest.raises(StudyLockedError, match=r"waited 0.3 s"), Study(path, wait=0.3).writing():
+        pass
+    assert time.monotonic() - began >= 0.3
+    study.begin(HEAD)
+    assert (
+        len(study.columns(1, 9)["x"]) == len(read_study(path)[1]["x"]) == 4
+    )  # readers do not wait
+    other = workers.start(f"say({str(go)!r}, 'go')")
+    assert Study(path, wait=20).append(block(9, 4)) == 4
+    assert workers.wait(pid) == workers.wait(other) == 0
+    assert bits(read_study(path)[1]) == bits(block(1, 12))
+
+
+def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
+    path, ready = tmp_path / "s.db", tmp_path / "ready"
+    study = begun(path, wait=0)
+    for n in range(3):
+        pid = workers.start(
+            f"with Study({str(path)!r}).writing():\n    say({str(ready)!r}, 'x')\n    time.sleep(60)"
+        )
+        until(lambda: len(lines(ready)) > n)  # noqa: B023
+        os.kill(pid, signal.SIGKILL)
+        workers.wait(pid)
+        assert Path(f"{path}-lock").exists()
+        assert study.append(block(1 + 4 * n, 4)) == 4
+    assert sorted(os.listdir(tmp_path)) == ["ready", "s.db"]
+
+
+def test_many_writers_at_once_lose_nothing_and_repeat_nothing(tmp_path, workers):
+    path, log = tmp_path / "s.db", tmp_path / "log"
+    job = (
+        f"study = begun({str(path)!r}, wait=60)\n"
+        "for first in range(1, 81, 4):\n"
+        "    with study.writing():\n"
+        "        if len(study.columns(first, 4)['x']) == 0:\n"
+        f"            say({str(log)!r}, first)\n"
+        "            study.append(block(first, 4))"
+    )
+    pids = [workers.start(job) for _ in range(4)]
+    assert [workers.wait(pid) for pid in pids] == [0] * 4
+    assert bits(read_study(path)[1]) == bits(block(1, 80))
+    assert sorted(map(int, lines(log))) == list(range(1, 81, 4))
+
+
+def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
+    path = tmp_path / "s.db"
+    begun(path)
+    expected = block(1, 200)
+    pid = workers.start(f"for n in range(1, 201, 4): Study({str(path)!r}).append(block(n, 4))")
+    seen = 0
+    while seen < 200:
+        tests, part = read_study(path)[1], Study(path).columns(1, 200)
+        assert seen <= len(tests["x"]) <= len(part["x"])
+        assert len(tests["x"]) % 4 == len(part["x"]) % 4 == 0
+        assert bits(part) == bits(rows(expected, np.arange(len(part["x"]))))
+        seen = len(tests["x"])
+    assert workers.wait(pid) == 0
+
+
+def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
+    """Nor does it keep it, if it outlives the owner."""
+    path, ready = tmp_path / "s.db", tmp_path / "ready"
+    begun(path)
+    job = (
+        f"study = Study({str(path)!r}, wait=0)\n"
+        "with study.writing():\n"
+        "    pid = os.fork()\n"
+        "    if not pid:\n"
+        "        try:\n"
+        "            study.append(block(1, 4))\n"
+        "        except PsiError as error:\n"
+        f"            say({str(ready)!r}, error)\n"
+        "        time.sleep(60)\n"
+        f"    while not os.path.exists({str(ready)!r}): time.sleep(0.01)\n"
+        f"    say({str(ready)!r}, pid)\n"
+        "    study.append(block(1, 4))\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    pid = workers.start(job)
+    assert workers.wait(pid) == signal.SIGKILL
+    refused, child = lines(ready)
+    try:
+        assert f"is being written by process {pid} on" in refused
+        assert Study(path, wait=0).append(block(5, 4)) == 4
+    finally:
+        os.kill(int(child), signal.SIGKILL)
+    assert bits(read_study(path)[1]) == bits(block(1, 8))
+
+
+def test_ctrl_c_leaves_a_study_that_continues(tmp_path, workers):
+    path, log = tmp_path / "s.db", tmp_path / "log"
+    job = f"run({str(path)!r}, {str(log)!r}, 10**6)"
+    quiet = f"signal.signal(signal.SIGINT, signal.default_int_handler)\ntry:\n    {job}\nexcept KeyboardInterrupt: pass"
+    for _ in range(3):
+        pid, seen = workers.start(quiet), len(lines(log))
+        until(lambda: len(lines(log)) > seen + 4)  # noqa: B023
+        os.kill(pid, signal.SIGINT)
+        assert workers.wait(pid) == 0
+        assert sorted(os.listdir(tmp_path)) == ["log", "s.db"]
+    said = {int(line.split()[1]) for line in lines(log) if line.startswith("committed")}
+    assert said <= set(read_study(path)[1]["test_point"].tolist())
+
+
+# Disks and rights
+
+
+def test_a_full_disk_is_said_and_loses_nothing(tmp_path, monkeypatch):
+    study = begun(tmp_path / "s.db")
+    study.append(block(1, 4))
+    connected = _database._connected
+
+    def small(path, options):
+        db = connected(path, options)
+        if options == "mode=rw":
+            db.execute("PRAGMA max_page_count = 5")
+        return db
+
+    with monkeypatch.context() as patched:
+        patched.setattr(_database, "_connected", small)
+        with pytest.raises(
+            StudyAccessError,
+            match=r"study .*s.db cannot be used: the disk is full; make room, then run again: what was committed before is still there",
+        ):
+            study.append(block(5, 1000))
+    assert bits(read_study(study.path)[1]) == bits(block(1, 4))
+    assert study.append(block(5, 1000)) == 1000
+
+
+def test_a_quota_is_said_and_loses_nothing(tmp_path, workers):
+    path, log = tmp_path / "s.db", tmp_path / "log"
+    job = (
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))\n"
+        "try:\n"
+        f"    run({str(path)!r}, {str(log)!r}, 10**6)\n"
+        "except StudyAccessError as error:\n"
+        f"    say({str(log)!r}, 'error', error)\n"
+    )
+    assert workers.wait(workers.start(job)) == 0
+    *said, error = lines(log)
+    assert f"study {path} cannot be used: the disk or its quota is full" in error
+    assert "what was committed before is still there" in error
+    committed = {int(line.split()[1]) for line in said if line.startswith("committed")}
+    assert len(committed) > 10
+    last = max(committed) + 8
+    assert workers.wait(workers.start(f"run({str(path)!r}, {str(log)!r}, {last})")) == 0
+    assert bits(read_study(path)[1]) == bits(whole(last))
+
+
+@pytest.fixture
+def open_folder():
+    """A folder that every user can reach."""
+    folder = Path(tempfile.mkdtemp())
+    folder.chmod(0o755)
+    yield folder
+    folder.chmod(0o755)
+    shutil.rmtree(folder)
+
+
+# Rights do not bind root. What is imported late is imported before: the packages may be root's.
+DROP = "block(1, 1)\nif os.getuid() == 0: os.setgid(65534); os.setuid(65534)\n"
+
+
+def test_a_read_only_folder_can_be_read_and_is_said_to_be_one(open_folder, workers):
+    path, report = open_folder / "s.db", open_folder / "report"
+    begun(path).append(block(1, 4))
+    report.touch()
+    report.chmod(0o666)
+    path.chmod(0o444)
+    open_folder.chmod(0o555)
+    before = path.read_bytes()
+    job = DROP + (
+        f"study = begun({str(path)!r})\n"
+        "assert len(study.columns(1, 9)['x']) == len(read_study(study.path)[1]['x']) == 4\n"
+        f"for call in (lambda: study.append(block(9, 4)), lambda: begun({str(open_folder / 'new.db')!r})):\n"
+        "    try:\n"
+        "        call()\n"
+        "    except StudyAccessError as error:\n"
+        f"        say({str(report)!r}, error)\n"
+    )
+    assert workers.wait(workers.start(job)) == 0
+    appended, new = lines(report)
+    assert (
+        appended
+        == f"study {path}-lock cannot be used: Permission denied; check that its folder exists and that you may write the folder and the file"
+    )
+    assert new.startswith(f"study {open_folder}/new.db-lock cannot be used: Permission denied;")
+    assert path.read_bytes() == before
+
+
+def test_a_read_only_file_is_said_to_be_one(open_folder, workers):
+    path, report = open_folder / "s.db", open_folder / "report"
+    begun(path).append(block(1, 4))
+    path.chmod(0o444)
+    open_folder.chmod(0o777)
+    job = DROP + (
+        "try:\n"
+        f"    Study({str(path)!r}).append(block(5, 4))\n"
+        "except StudyAccessError as error:\n"
+        f"    say({str(report)!r}, error)\n"
+    )
+    assert workers.wait(workers.start(job)) == 0
+    assert lines(report) == [
+        f"study {path} cannot be used: it is read-only; check that its folder exists and that you may write the folder and the file"
+    ]
+    assert bits(read_study(path)[1]) == bits(block(1, 4))
