@@ -195,7 +195,7 @@ def _legend_above(axes: Axes) -> None:
     """Put a legend of two rows between the axes and their title, which is ``_TITLE_PAD`` away."""
     axes.legend(
         loc="lower left", bbox_to_anchor=(0, 0.98), ncols=2, borderpad=0, borderaxespad=0.3,
-        columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.2,
+        columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.45,
     )  # fmt: skip
 
 
