@@ -16,6 +16,11 @@ def rolling():
     return Reproduction(4096, tuple(solve_case(mu, "rolling", 4096) for mu in PAPER_MU))
 
 
+@pytest.fixture(scope="module")
+def small():
+    return reproduce(128)
+
+
 def test_everything_the_paper_says_holds_under_rolling(rolling):
     agreement = rolling.agreement()
     assert len(agreement) == 5
@@ -31,17 +36,18 @@ def test_printed_tables_are_the_papers():
 
 
 @pytest.mark.parametrize("model", ["full", "rolling"])
-def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling):
-    result = rolling if model == "rolling" else reproduce(128)
+def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small):
+    result = rolling if model == "rolling" else small
     for table in (result.table_6_1(), result.table_6_2()):
         rows = table[table["model"] == model]
+        assert len(rows) > 0
         p = ChuteParameters(mu=rows["mu"].to_numpy())
         expected = criteria(motion(rows["f3"].to_numpy(), rows["f4"].to_numpy(), p, model=model))
         np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
 
 
-def test_columns_and_rows():
-    table = reproduce(64).table_6_1()
+def test_columns_and_rows(small):
+    table = small.table_6_1()
     columns = "model mu test_point f1 f2 f3 f4 paper_f1 paper_f2 paper_f3 paper_f4"
     assert list(table.columns) == columns.split()
     assert set(zip(table["model"], table["mu"], strict=True)) == {
@@ -60,9 +66,9 @@ def test_a_deviation_is_found(rolling):
     assert not few["the same seven designs"]
 
 
-def test_processes_change_nothing():
-    alone, shared = reproduce(64), reproduce(64, n_jobs=2)
-    pd.testing.assert_frame_equal(alone.table_6_1(), shared.table_6_1())
+def test_processes_change_nothing(small):
+    shared = reproduce(128, n_jobs=2)
+    pd.testing.assert_frame_equal(small.table_6_1(), shared.table_6_1())
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pymoo_psi import PsiError
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
-from pymoo_psi.plots import paper_figures, save_figures
+from pymoo_psi.plots import paper_figures
 from pymoo_psi.plots._paper import (
     QUANTITIES,
     draw_functions,
@@ -144,12 +144,6 @@ def test_functions_are_drawn_by_name():
     assert texts(ax) == ["$a$, time", "$b$, speed", "$c$ = 0.3193"]
     np.testing.assert_array_equal(ax.lines[1].get_xydata(), np.column_stack([c, 3 * c]))
     assert ax.get_ylabel() == "$a$, $b$ (dimensionless)"
-
-
-def test_files_are_written_for_one_model(case, tmp_path):
-    paths = save_figures(Reproduction(64, (case,)), tmp_path, model="rolling", dpi=30)
-    assert [path.name for path in paths] == [f"figure_{number}.png" for number in range(2, 9)]
-    assert sorted(paths) == sorted(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,16 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, boolean, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.pareto._indicators import attainment_surfaces
-from pymoo_psi.plots._style import GREY, literal, named_legend, new_page, on_axes, save_pages, view
+from pymoo_psi.plots._style import (
+    GREY,
+    counted,
+    literal,
+    named_legend,
+    new_page,
+    on_axes,
+    save_pages,
+    view,
+)
 
 Array = NDArray[np.float64]
 
@@ -44,8 +53,10 @@ _MEANINGS = {
     "optimum_distance": "optimum distance (units of N − U)",
 }
 _QUARTERS = (25.0, 50.0, 75.0)  # per cent of the runs
-_LETTERS = 108  # in a line of a legend over the width of a page
+_LETTERS = 108  # in a line of a legend over the width of a page, in its size of 7 points
 _HANDLE = 3.6  # length of a line in a legend, so that its style shows
+_BESIDE = 1.12  # factor between markers beside each other on an axis of evaluations
+_LABEL = 0.09  # of the width of axes: room for the number of a budget
 
 _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY}
 
@@ -147,10 +158,6 @@ def _entries(algorithms: Sequence[str], *, markers: bool = True) -> list[tuple[s
     ]  # fmt: skip
 
 
-def _counted(n: int, what: str) -> str:
-    return f"{n} {what}" if n == 1 else f"{n} {what}s"
-
-
 def _finish(
     figure: Figure,
     comparison: Comparison,
@@ -168,11 +175,11 @@ def _finish(
     *before, last = evaluations
     budgets = f"{', '.join(map(str, before))} and " if before else ""
     n_seeds = seeds.dropna().nunique()
-    count = _counted(n_seeds, "seed") if n_seeds else "one run each"
+    count = counted(n_seeds, "seed") if n_seeds else "one run each"
     if once and n_seeds:
         count += f" (one run of {', '.join(once)})"
     figure.suptitle(
-        f"{literal(comparison.problem)}: {what}\n{budgets}{_counted(last, 'evaluation')}, {count}\n"
+        f"{literal(comparison.problem)}: {what}\n{budgets}{counted(last, 'evaluation')}, {count}\n"
         f"assessed: {_ASSESSED[comparison.assess]}"
     )
     letters = [len(name) + 9 for name, _ in legend]  # 9 are as wide as a line and a gap
@@ -297,7 +304,7 @@ class IndicatorCurves:
         medians = int((~np.isfinite(self.median)).sum())
         quartiles = int((~np.isfinite(self.lower)).sum() + (~np.isfinite(self.upper)).sum())
         counts = [
-            _counted(n, what) for n, what in ((medians, "median"), (quartiles, "quartile")) if n
+            counted(n, what) for n, what in ((medians, "median"), (quartiles, "quartile")) if n
         ]
         return f"infinite, not drawn: {', '.join(counts)}" if counts else ""
 
@@ -320,15 +327,16 @@ def _draw_curves(axes: Axes, curves: IndicatorCurves) -> None:
     )
     n, budgets = len(curves.algorithms), np.array(curves.evaluations, float)
     _budget_ticks(axes, curves.evaluations)
-    beside = len(budgets) == 1  # the algorithms, as they make no lines
-    if beside:
-        axes.set_xlim(budgets[0] / 1.12 ** (n + 1), budgets[0] * 1.12 ** (n + 1))
+    # With one budget there are no lines, and markers on one place would hide each other.
+    beside = _BESIDE if len(budgets) == 1 else 1.0
+    if len(budgets) == 1:
+        axes.set_xlim(budgets[0] / beside ** (n + 1), budgets[0] * beside ** (n + 1))
     if np.isnan(median).all():
-        axes.set_yticks([])
+        axes.set_yticks([])  # matplotlib's would be of a range from 0 to 1 that nothing has
     if curves.logarithmic:
         _logarithmic(axes, "y", (1.0, 2.0, 5.0))
     for k, look in enumerate(looks(curves.algorithms).values()):
-        x = budgets * 1.12 ** (k - (n - 1) / 2) if beside else budgets
+        x = budgets * beside ** (k - (n - 1) / 2)
         axes.fill_between(x, lower[k], upper[k], alpha=0.15, color=look["color"], linewidth=0)
         axes.vlines(x, lower[k], upper[k], color=look["color"], linewidth=0.8, alpha=0.6)
         axes.plot(x, median[k], markersize=4.0, linewidth=1.2, **look)
@@ -342,7 +350,7 @@ def _budget_ticks(axes: Axes, evaluations: Sequence[int]) -> None:
     axes.set_xscale("log")
     pad = (high / low) ** 0.06 if high > low else 1.5
     axes.set_xlim(low / pad, high * pad)
-    room = 0.09 * np.log(high / low)
+    room = _LABEL * np.log(high / low)
     labels, last = [], -np.inf
     for budget in evaluations:
         free = np.log(budget) - last >= room
@@ -428,17 +436,18 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
     n_planes = min(comparison.objectives - 1, 3)
     shown = range(1 + n_planes)
     limits = [view(np.concatenate([F[:, j] for F in (*fronts, reference)])) for j in shown]
+    # Of two objectives up to three algorithms stand beside each other, four in two rows.
     wide = n_planes if n_planes > 1 else {1: 1, 2: 2, 4: 2}.get(len(fronts), 3)
     high = -(-len(fronts) * n_planes // wide)
     with new_page(30.0 + high * (62.0 if wide < 3 else 50.0)) as figure:
         grid = figure.subplots(high, wide, squeeze=False).ravel()
         for k, (name, look) in enumerate(looks(comparison.algorithms).items()):
             for j, ax in enumerate(grid[k * n_planes : (k + 1) * n_planes], start=1):
-                for points, style in (
-                    (reference, {**_DOTS, "markersize": 2.0}),
-                    (fronts[k], {**_DOTS, **look, "linestyle": "none", "markersize": 3.0}),
-                ):
-                    ax.plot(*points[:, [0, j]].T, markeredgewidth=0.0, **style)
+                ax.plot(*reference[:, [0, j]].T, **_DOTS, markersize=2.0, markeredgewidth=0.0)
+                ax.plot(
+                    *fronts[k][:, [0, j]].T, linestyle="none", marker=look["marker"],
+                    color=look["color"], markersize=3.0, markeredgewidth=0.0,
+                )  # fmt: skip
                 if len(fronts[k]) == 0:
                     ax.text(0.5, 0.5, "nothing found", transform=ax.transAxes, ha="center")
                 ax.set_xlim(limits[0])
@@ -449,7 +458,7 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
             seed = "" if run.task.seed is None else f", seed {run.task.seed}"
             quality = comparison.measures["hypervolume"].iloc[chosen[k]]
             grid[k * n_planes].set_title(
-                f"{literal(name, 24)}{seed}\n{_counted(len(fronts[k]), 'design')}, "
+                f"{literal(name, 24)}{seed}\n{counted(len(fronts[k]), 'design')}, "
                 f"hypervolume {quality:.4f}",
                 loc="left",
                 fontsize=7.5,

@@ -39,8 +39,8 @@ GROUPS: dict[str, Marker] = {
 _PROTOTYPE = MARKERS[6]._replace(size=8.25)
 
 _LIMIT_STYLES = {"x": "-.", "y": "--"}
-_LETTERS = 90  # of text over the width of a page
-_MANY = 200  # from here on the markers of a group shrink
+_LETTERS = 90  # of text over the width of a page, in the size of axis labels
+_MANY = 200  # from here on the markers of a group shrink, down to a fifth
 _RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
 _HUGE = 1e300  # beyond it the length of an axis may overflow
 _SPREAD = 0.6  # of the distance between two values
@@ -106,9 +106,10 @@ class Plane:
         """
         core = np.vstack([self.values[np.isin(self.group, (FEASIBLE, PARETO))], self.prototype])
         inside = np.ones(len(self.values), dtype=bool)
+        # A variable has its box, which is shown whole.
         for k in (0, 1) if self.abscissa == "criterion" else (1,):
             low, high = core[:, k].min(initial=np.inf), core[:, k].max(initial=-np.inf)
-            if high > low:
+            if high > low:  # also refuses the infinities of an empty core
                 wider = margin * (high - low)
                 inside &= (self.values[:, k] >= low - wider) & (self.values[:, k] <= high + wider)
         return replace(
@@ -215,6 +216,7 @@ def _plane(
 def group_look(group: str, count: int) -> dict[str, Any]:
     """Return how the line of a group of ``count`` designs looks, with its label."""
     marker = GROUPS[group]
+    # With 0.5 all groups would cover the same area, and single markers soon be too small.
     shrink = min(1.0, max(0.2, (_MANY / max(count, 1)) ** 0.3))
     edged = group == PARETO
     return {

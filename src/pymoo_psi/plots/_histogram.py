@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from pymoo_psi._validation import boolean
 from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, checked_table, name_places
-from pymoo_psi.plots._style import legend_below, literal, on_axes, tick_counts
+from pymoo_psi.plots._style import counted, legend_below, literal, on_axes, tick_counts
 from pymoo_psi.table import Histogram, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
@@ -68,28 +68,28 @@ def draw_histogram(
         ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
     """
     legend, numbers = boolean("legend", legend), boolean("numbers", numbers)
-    counted = histogram(checked_table(table), variable, bins=bins, limits=limits)
+    found = histogram(checked_table(table), variable, bins=bins, limits=limits)
     with on_axes(ax) as axes:
-        draw_bars(axes, counted, numbers=numbers)
-        axes.set_xlabel(literal(counted.variable))
+        draw_bars(axes, found, numbers=numbers)
+        axes.set_xlabel(literal(found.variable))
         tick_counts(axes, y=5)
-        if counted.values:
-            name_places(axes, counted.values, room=60)
+        if found.values:
+            name_places(axes, found.values, room=60)
         else:
             tick_counts(axes, x=6)
-        axes.set_title(f"{title}\n{counted.tested.sum()} designs tested".strip())
+        axes.set_title(f"{title}\n{counted(found.tested.sum(), 'design')} tested".strip())
         if legend:
             legend_below(axes, ncols=2)
     return axes
 
 
-def draw_bars(axes: Axes, counted: Histogram, *, numbers: bool) -> None:
+def draw_bars(axes: Axes, found: Histogram, *, numbers: bool) -> None:
     """Draw the bars of each group, and over them how many designs they are."""
-    edges = counted.edges
+    edges = found.edges
     width = np.diff(edges)
     top = 1.0
     for group, (start, end) in _PARTS.items():
-        counts = getattr(counted, group)
+        counts = getattr(found, group)
         heights = 100.0 * counts / max(int(counts.sum()), 1)  # 0 where the group is empty
         top = max(top, heights.max(initial=0))
         axes.bar(

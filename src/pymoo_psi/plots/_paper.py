@@ -36,6 +36,7 @@ from pymoo_psi.paper._figures import (
 from pymoo_psi.plots._style import (
     CURVES,
     MARKERS,
+    counted,
     enlarge_markers,
     new_page,
     save_pages,
@@ -165,8 +166,8 @@ def save_figures(
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.name for path in save_figures(small, folder, dpi=20)][:2]
-        ['figure_2.png', 'figure_3.png']
+        ...     [path.stem for path in save_figures(small, folder, dpi=20)]
+        ['figure_2', 'figure_3', 'figure_4', 'figure_5', 'figure_6', 'figure_7', 'figure_8']
     """
     figures = paper_figures(reproduction, model=model)
     pages = ((f"figure_{number}.png", figure) for number, figure in figures)
@@ -231,13 +232,14 @@ def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> None:
         u2: ``(n, n)`` speeds of the plane.
         f: ``(n, n)`` the criterion; NaN leaves a hole.
     """
-    values = np.ma.masked_invalid(f)
+    values = np.ma.masked_invalid(f)  # so that the colours' range is that of what there is
     axes.plot_surface(
         u1, u2, values, cmap="viridis", norm=PowerNorm(0.6, values.min(), values.max()),
         rcount=len(f), ccount=len(f), linewidth=0.12, edgecolor="0.2",
     )  # fmt: skip
     axes.set_xlabel(_axis_label("u1"))
     axes.set_ylabel(_axis_label("u2"))
+    # From its higher side a surface would hide what is behind.
     falls = values[0].mean() > values[-1].mean()  # along u1
     axes.view_init(elev=26, azim=-40 if falls else 130)
     axes.set_box_aspect(None, zoom=0.88)
@@ -260,7 +262,7 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
         for ax, shown, title in zip(
             sides,
             (points, points.nearby()),
-            (f"all {len(points.values)} points", "detail around the ranked points"),
+            (f"all {counted(len(points.values), 'point')}", "detail around the ranked points"),
             strict=True,
         ):
             draw_points(ax, shown)
@@ -397,7 +399,7 @@ def _functions_page(functions: SalukvadzeFunctions, n_points: int) -> Figure:
             ("$f_4^S$", "plane speed $v_P$"): f4,
         })  # fmt: skip
         figure.suptitle(
-            f"Salukvadze optima of {n_points} test points against the initial speed\n"
+            f"Salukvadze optima of {counted(n_points, 'test point')} against the initial speed\n"
             f"{_subject(functions.model, functions.mu)}"
         )
     return figure

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.plots._designs import checked_table, draw_limit
-from pymoo_psi.plots._style import CURVES, literal, tick_counts, view
+from pymoo_psi.plots._style import CURVES, counted, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
 from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds
@@ -75,7 +75,7 @@ def section_page(
             ax.set_axis_off()
         failed = int((~np.isfinite(curves.F)).any(axis=1).sum())
         note = f", {failed} failed" if failed else ""
-        through = f"section through {curves.through}: {len(curves.x)} designs{note}"
+        through = f"section through {curves.through}: {counted(len(curves.x), 'design')}{note}"
         figure.suptitle(f"{title}\n{through}".strip())
         design_legends(figure, grid)
     return figure

@@ -93,6 +93,7 @@ def new_page(
 
     The figure is known to no window system.
     """
+    # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_PAGE):
         yield Figure(figsize=(width / 25.4, height / 25.4), layout=layout)
 
@@ -164,6 +165,11 @@ def literal(name: object, most: int = 40) -> str:
     return text.replace("$", r"\$")
 
 
+def counted(n: int, thing: str) -> str:
+    """Return a number of things in words."""
+    return f"{n} {thing}" if n == 1 else f"{n} {thing}s"
+
+
 def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
     """Return the ends of an axis that shows the values, and numbers where they are finite."""
     known = np.array([*values, *further])
@@ -171,7 +177,7 @@ def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
     if len(known) == 0:
         return 0.0, 1.0
     low, high = float(known.min()), float(known.max())
-    pad = 0.05 * (high - low)
+    pad = 0.05 * (high - low)  # as matplotlib's own margins
     if not high - low > 1e-9 * max(abs(low), abs(high)):  # one value but for rounding
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
@@ -192,6 +198,7 @@ def save_pages(
     """
     dpi = integer("dpi", dpi, minimum=1)
     target = Path(directory)
+    # In the target's own folder, as files are replaced at once only within a file system.
     with tempfile.TemporaryDirectory(dir=target, prefix=".figures.") as folder:
         ready = []
         for name, figure in pages:

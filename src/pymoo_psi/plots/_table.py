@@ -29,7 +29,7 @@ from pymoo_psi.plots._designs import (
     variable_plane,
 )
 from pymoo_psi.plots._histogram import draw_bars
-from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
+from pymoo_psi.plots._style import counted, enlarge_markers, named_legend, new_page
 from pymoo_psi.table import TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
@@ -88,9 +88,9 @@ def table_page(
     with grid_page(high, wide) as (figure, grid):
         tops = grid.ravel()[: len(columns)]
         for ax, j in zip(tops, columns, strict=True):
-            counted = histogram(table, j, limits=limits)
-            draw_bars(ax, counted, numbers=False)
-            label_axes(ax, wide, (counted.variable, ax.get_ylabel()), counted.values)
+            found = histogram(table, j, limits=limits)
+            draw_bars(ax, found, numbers=False)
+            label_axes(ax, wide, (found.variable, ax.get_ylabel()), found.values)
         for ax in tops:
             ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
         for ax in grid.ravel()[len(columns) :] if not rows else ():
@@ -100,6 +100,7 @@ def table_page(
             for axes, row in zip(grid[1:] if rows else (), planes, strict=True)
             for ax, plane in zip(axes, row, strict=True)
         ]
+        # A histogram shows its bins from edge to edge, but here its x is that of the planes.
         for top, below, plane in zip(tops, grid[1], planes[0], strict=True) if rows else ():
             if plane.abscissa == "real":
                 top.set_xlim(below.get_xlim())
@@ -175,6 +176,7 @@ def _chosen(
 @contextmanager
 def grid_page(high: int, wide: int) -> Iterator[tuple[Figure, Any]]:
     """Give a page with axes in ``high`` rows and ``wide`` columns, an array of them."""
+    # 34 mm are for title and legends; fewer axes beside each other are wider, so also higher.
     with new_page(34.0 + high * {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)) as figure:
         yield figure, figure.subplots(high, wide, squeeze=False)
 
@@ -189,7 +191,7 @@ def _draw_near(ax: Any, plane: Plane, wide: int, margin: float) -> bool:
 def _heading(table: TestTable, title: str, hidden: bool) -> str:
     """Return what is drawn, how many designs there are and which are not seen."""
     failed = int(np.sum(table.status == "failed"))
-    facts = [f"{len(table)} designs tested"] + ([f"{failed} failed"] if failed else [])
+    facts = [f"{counted(len(table), 'design')} tested"] + ([f"{failed} failed"] if failed else [])
     if hidden:
         facts.append("those far from the feasible ones outside the axes")
     return f"{title}\n{', '.join(facts)}".strip()
@@ -240,6 +242,6 @@ def design_legends(
         enlarge_markers(named_legend(figure, bars, loc=place, ncols=ncols, title=heading))
     if lines:
         place, ncols = f"outside lower {'right' if bars else 'center'}", 2
-        if max(map(len, lines)) <= 28:
+        if max(map(len, lines)) <= 28:  # characters that fit three times beside the bars' legend
             ncols = 3
         enlarge_markers(named_legend(figure, lines, loc=place, ncols=ncols, title=title))
