@@ -95,15 +95,17 @@ class JoblibRunner:
         if not designs:
             return []
         workers = active_workers(self.n_jobs)
-        if workers.kind == "cluster":
-            return self._by_joblib(f, designs, workers)
-        if not self.in_process or self.timeout is not None:
-            return self._in_processes(f, designs, workers)
-        here = self._in_this_process(f, designs, workers)
-        if len(here) == len(designs):
-            return here
-        send = self._by_joblib if workers.kind == "threads" else self._in_processes
-        return here + send(f, designs[len(here) :], workers)
+        here: list[Values] = []
+        send = self._by_joblib if workers.kind == "cluster" else self._in_processes
+        try:
+            if workers.kind != "cluster" and self.in_process and self.timeout is None:
+                here = self._in_this_process(f, designs, workers)
+                if workers.kind == "threads":
+                    send = self._by_joblib
+            rest = designs[len(here) :]
+            return here + send(f, rest, workers) if rest else here
+        except EvaluationError as error:
+            raise_again(error)
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies and pickles take the settings; workers and measurements stay."""
@@ -153,16 +155,13 @@ class JoblibRunner:
         results: list[Any] = [None] * len(designs)
         watch = self.timeout is not None
         try:
-            try:
-                self._collect(results, f, designs, workers, watch=watch)
-            except EvaluationError:
+            self._collect(results, f, designs, workers, watch=watch)
+        except EvaluationError:
+            raise
+        except Exception:
+            if watch or workers.kind == "threads":
                 raise
-            except Exception:
-                if watch or workers.kind == "threads":
-                    raise
-                self._collect(results, f, designs, workers, watch=True)
-        except EvaluationError as error:
-            raise_again(error)
+            self._collect(results, f, designs, workers, watch=True)
         return results
 
     def _collect(

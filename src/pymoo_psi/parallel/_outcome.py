@@ -67,10 +67,9 @@ def evaluate_to_travel(function: Function, design: Any) -> Values:
     try:
         with same_folder():
             return function(design)
-    except EvaluationError as error:
-        original = _sendable(error.original)
-        raise EvaluationError(design, error.reason, original, error.trace) from None
     except BaseException as error:  # an interrupt, too, can only come from the model here
+        if isinstance(error, EvaluationError):
+            error.original = _sendable(error.original)
         trace = "".join(traceback.format_exception(error))
         raise EvaluationError(design, one_line(error), _sendable(error), trace) from None
     finally:
@@ -79,12 +78,16 @@ def evaluate_to_travel(function: Function, design: Any) -> Values:
 
 
 def raise_again(error: EvaluationError) -> NoReturn:
-    """Raise an error that came from a worker, its cause with the traceback from there."""
-    if error.original is None:
-        raise error from (_RemoteTraceback(error.trace) if error.trace else None)
+    """Raise an error of a design, its cause with the traceback from a worker if it was there."""
+    original = error.original
+    if isinstance(original, EvaluationError):  # of a problem that tells the design itself
+        design, reason = original.design, original.reason
+        raise_again(EvaluationError(design, reason, original.original, error.trace))
+    if original is None:
+        raise error from (RemoteTraceback(error.trace) if error.trace else None)
     if error.trace:
-        error.original.__cause__ = _RemoteTraceback(error.trace)
-    raise error from error.original
+        original.__cause__ = RemoteTraceback(error.trace)
+    raise error from original
 
 
 def lost_design(function: Function, design: Any, reason: str) -> Values:
@@ -99,7 +102,7 @@ def lost_design(function: Function, design: Any, reason: str) -> Values:
     return lost(design, reason)
 
 
-class _RemoteTraceback(Exception):  # noqa: N818 - a carrier of text, not an error of its own
+class RemoteTraceback(Exception):  # noqa: N818 - a carrier of text, not an error of its own
     """The traceback of a worker, shown as the cause of the exception that it belongs to."""
 
     def __str__(self) -> str:

@@ -30,7 +30,7 @@ import cloudpickle
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._cost import Cost, chunk_size
-from pymoo_psi.parallel._outcome import Function, lost_design, one_line, raise_again
+from pymoo_psi.parallel._outcome import Function, lost_design, one_line
 
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
 
@@ -331,7 +331,7 @@ class _Batch:
             self.cost.add(1, seconds)
             yield index, values, seconds
         elif kind == "raised":
-            raise_again(EvaluationError(self.designs[index], *content))
+            raise EvaluationError(self.designs[index], *content)
         else:
             reason = f"its values cannot be sent between processes: {content[0]}"
             yield self._lost(index, reason)
