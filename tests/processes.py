@@ -9,6 +9,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals and process 
 
 
 def gone(pid):
+    """Whether a process ends within 5 s, or has."""
     for _ in range(100):
         try:
             with open(f"/proc/{pid}/stat") as stat:

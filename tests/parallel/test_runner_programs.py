@@ -1,5 +1,7 @@
-"""Runners in whole programs: they run without a guard, and leave no worker behind."""
+"""Runners in whole programs: they run without a guard, import what their parent does, and leave
+no process behind."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -10,8 +12,33 @@ import pytest
 
 from tests.processes import gone, posix
 
-PROGRAM = """
-import os, signal, sys, time
+WORKERS = ["in_process=False", "timeout=100.0"]
+
+
+def start(code, folder=None, **options):
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)] if folder is None else [sys.executable, code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=folder,
+        **options,
+    )
+
+
+def end(process, pids):
+    """End a program and what it may have left, which may still hold its pipes open."""
+    for pid in (process.pid, *pids):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    process.stderr.close()
+
+
+SLOW = """
+import os, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import JoblibRunner
 import numpy as np
@@ -20,45 +47,167 @@ class Slow(ElementwiseProblem):  # in the main script, which has no guard
     def __init__(self, **kwargs):
         super().__init__(n_var=1, n_obj=1, xl=0, xu=1, **kwargs)
     def _evaluate(self, x, out, *args, **kwargs):
-        os.write(1, b"at %d\\n" % os.getpid())
-        time.sleep(SECONDS)
+        time.sleep(0.1)
         out["F"] = x[0]
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
 problem = Slow(elementwise_runner=JoblibRunner(2, OPTIONS))
 print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
 
 
-def program(seconds, options):
-    code = textwrap.dedent(PROGRAM).replace("SECONDS", str(seconds)).replace("OPTIONS", options)
-    return subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False", ""])
+@pytest.mark.parametrize("options", ["", *WORKERS])
 def test_a_script_without_a_guard_runs_and_ends(options):
-    out, err = program(0.01, options).communicate(timeout=60)
-    assert out.splitlines()[-1] == "3.0", err
-    assert err == ""
+    out, err = start(SLOW.replace("OPTIONS", options)).communicate(timeout=60)
+    assert (out, err) == ("3.0\n", "")
+
+
+# What a model may be at when its program ends: it tells its processes, then it never returns.
+
+STUCK = """
+import os, re, signal, subprocess, sys, time
+
+def stuck(x):
+    solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in (False, True)]
+    os.write(1, f"{os.getpid()} {solvers[0].pid} {solvers[1].pid}\\n".encode())
+    re.match("(a+)+$", "a" * 60 + "b")  # holds the interpreter's lock for years
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
+"""
+RUNNER = "from pymoo_psi import JoblibRunner\nJoblibRunner(2, {})(stuck, [0, 1, 2])"
+TASKS = """
+from pymoo_psi import robustness
+from scipy.stats import uniform
+problem = __import__("pymoo.problems").problems.get_problem("zdt1")
+parent = os.getpid()
+def make(a):
+    if os.getpid() != parent:
+        stuck(a)
+    return problem
+robustness(make, [[0.0] * 30, [1.0] * 30], uncertainty={"a": uniform()}, n_scenarios=4, n_jobs=2)
+"""
 
 
 @posix
-@pytest.mark.parametrize("options", ["timeout=100.0", "in_process=False"])
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["SIGINT", "SIGKILL"])
-def test_an_interrupted_program_leaves_no_workers(options, how):
-    process = program(600, options)
+@pytest.mark.parametrize(
+    ("program", "how"),
+    [
+        (RUNNER.format(WORKERS[0]), signal.SIGKILL),
+        (RUNNER.format(WORKERS[1]), signal.SIGTERM),
+        (RUNNER.format(WORKERS[0]), signal.SIGINT),  # as Ctrl-C, but to the parent alone
+        (TASKS, signal.SIGKILL),
+    ],
+    ids=["workers-SIGKILL", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL"],
+)
+def test_no_process_outlives_its_program(program, how):
+    """Neither a worker that is stuck, nor what the model has started there in any group."""
+    process, pids = start(STUCK + program), []
     try:
-        workers = [int(process.stdout.readline().split()[1]) for _ in range(2)]
-        os.kill(process.pid, how)  # as Ctrl-C would, but to the parent alone
-        process.communicate(timeout=60)
+        pids = [int(pid) for _ in range(2) for pid in process.stdout.readline().split()]
+        os.kill(process.pid, how)
+        process.wait(timeout=5)
+        left = [pid for pid in pids if not gone(pid)]
     finally:
-        process.kill()
-        process.wait()
+        end(process, pids)
     assert process.returncode != 0
-    assert all(gone(pid) for pid in workers)
+    assert len(pids) == 6
+    assert left == []
+
+
+@posix
+def test_a_parent_whose_fork_lives_on_leaves_no_workers():
+    """The fork has all the parent's pipes open."""
+    process = start(
+        STUCK
+        + "from pymoo_psi import JoblibRunner\n"
+        + "runner = JoblibRunner(2, in_process=False)\n"
+        + "pids = runner(lambda x: {'pid': (os.getpid(), time.sleep(0.1))[0]}, range(8))\n"
+        + "print(*{values['pid'] for values in pids}, flush=True)\n"
+        + "if os.fork() == 0:\n"
+        + "    print(os.getpid(), *runner(lambda x: {'': x}, [1, 2]), flush=True)\n"
+        + "time.sleep(600)"
+    )
+    workers, fork = [], []
+    try:
+        workers = [int(pid) for pid in process.stdout.readline().split()]
+        pid, values = process.stdout.readline().split(maxsplit=1)
+        fork.append(int(pid))
+        process.kill()
+        left = [pid for pid in workers if not gone(pid)]
+    finally:
+        end(process, [*workers, *fork])
+    assert values == "{'': 1} {'': 2}\n", "the fork has workers of its own"
+    assert left == []
+
+
+# What workers import
+
+
+@pytest.mark.parametrize("options", WORKERS)
+def test_workers_import_from_where_the_program_does_and_from_nowhere_else(options, tmp_path):
+    """Not from the current folder, which is not that of the program."""
+    here, there, added = (tmp_path / name for name in ("here", "there", "added"))
+    for folder in (here, there, added):
+        folder.mkdir()
+    for name in ("json", "numpy", "pickle", "own"):
+        (here / f"{name}.py").write_text("import os; os.write(1, b'from the current folder')")
+    (added / "own.py").write_text("def double(x):\n    return {'F': 2 * x}")
+    (there / "program.py").write_text(
+        "import sys\n"
+        "from pymoo_psi import JoblibRunner\n"
+        f"sys.path.append({str(added)!r})\n"
+        "import own\n"
+        f"print(JoblibRunner(2, {options})(own.double, [1, 2]))"
+    )
+    out, err = start(str(there / "program.py"), folder=here).communicate(timeout=60)
+    assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
+
+
+# A module that hangs when a worker imports it
+
+HANGING = """
+import os, time
+if os.environ.setdefault("PARENT", str(os.getpid())) != str(os.getpid()):
+    os.write(1, b"%d\\n" % os.getpid())
+    time.sleep(600)
+def model(x):
+    time.sleep(0.1)
+    return {"F": x}
+"""
+HANGS = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+import hanging
+from pymoo_psi import JoblibRunner
+"""
+
+
+def hang(folder, *lines):
+    (folder / "hanging.py").write_text(HANGING)
+    (folder / "program.py").write_text(HANGS + "\n".join(lines))
+    return start(str(folder / "program.py"), folder)
+
+
+def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
+    process = hang(
+        tmp_path,
+        "from pymoo_psi.parallel import _pool",
+        "_pool._START = 0.5",  # so long, at least, a worker has
+        "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])",
+    )
+    out, err = process.communicate(timeout=60)
+    assert "WorkerError: a worker process has not loaded the problem within 1 s; see what" in err
+    assert all(gone(int(pid)) for pid in out.split())
+
+
+@posix
+def test_an_interrupt_does_not_wait_for_an_import(tmp_path):
+    process, pids = hang(tmp_path, "JoblibRunner(2)(hanging.model, range(99))"), []
+    try:
+        pids += [int(process.stdout.readline()), int(process.stdout.readline())]
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=5)
+        left = [pid for pid in pids if not gone(pid)]
+    finally:
+        end(process, pids)
+    assert err.endswith("KeyboardInterrupt\n")
+    assert left == []

@@ -33,6 +33,7 @@ from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_text
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.problems import design_space
 from pymoo_psi.problems._pymoo import require_problem
 
@@ -337,8 +338,6 @@ def _runs(
     n_jobs: int,
 ) -> Iterator[Run]:
     """Give every run as it is ready: those in the store first, the longest of the others next."""
-    from joblib import Parallel, delayed
-
     missing = []
     for task in tasks:
         run = None if store is None else store.load(task)
@@ -347,24 +346,22 @@ def _runs(
         else:
             yield run
     missing.sort(key=lambda task: -task.n_evaluations)
-    work = Parallel(n_jobs=n_jobs, return_as="generator_unordered")
-    yield from work(delayed(_perform)(problem, by_name[t.algorithm], t, store) for t in missing)
 
+    def performed(task: Task) -> Run:
+        run = perform(problem, by_name[task.algorithm], task)
+        if store is not None:
+            store.save(run)
+        return run
 
-def _perform(problem: Any, algorithm: NamedAlgorithm, task: Task, store: RunStore | None) -> Run:
-    run = perform(problem, algorithm, task)
-    if store is not None:
-        store.save(run)
-    return run
+    yield from (run for _, run in in_parallel(performed, missing, n_jobs))
 
 
 def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: int) -> pd.DataFrame:
     """Return the table of :meth:`Comparison.to_frame`."""
     import pandas as pd
-    from joblib import Parallel, delayed
 
-    work = Parallel(n_jobs=n_jobs)
-    quality = work(delayed(reference.measure)(run.found(assess)) for run in runs)
+    found = [run.found(assess) for run in runs]
+    quality = in_order(in_parallel(reference.measure, found, n_jobs))
     rows = [
         {
             "algorithm": run.task.algorithm,

@@ -19,6 +19,7 @@ from pymoo_psi._validation import integer, job_count
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS
 from pymoo_psi.paper._published import published_table
+from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
 
@@ -229,14 +230,15 @@ def reproduce(
         1  rolling  0.4          35
         2  rolling  0.6          35
     """
-    from joblib import Parallel, delayed
-
     n_points = integer("n_points", n_points, minimum=1)
     n_jobs = job_count("n_jobs", n_jobs)
     wanted = [(mu, model) for model in sorted(MODELS, reverse=True) for mu in PAPER_MU]
-    work = Parallel(n_jobs=n_jobs, return_as="generator")
+
+    def solved(task: tuple[float, str]) -> Case:
+        return solve_case(*task, n_points)
+
     cases = []
-    for case in work(delayed(solve_case)(mu, model, n_points) for mu, model in wanted):
+    for case in in_order(in_parallel(solved, wanted, n_jobs)):
         on_case(case)
         cases.append(case)
     return Reproduction(n_points, tuple(cases))

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, boolean, integer, invalid, job_count
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
+from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import Robustness
 from pymoo_psi.pareto._feasibility import meets_constraints
 from pymoo_psi.pareto._scenarios import ScenarioRanking, rank_scenario, tally
@@ -90,22 +91,17 @@ def robustness(
     if len(objectives) != m:
         raise invalid("names", f"{m} names", objectives)
 
-    from joblib import Parallel, delayed
+    def ranked(row: list[float]) -> Any:
+        values = dict(zip(parameters, row, strict=True))
+        return _rank_in(make_problem, values, designs, m, normalize, keep_bounds)
 
-    work = Parallel(n_jobs=n_jobs, return_as="generator")
     return tally(
-        work(
-            delayed(_rank_in)(
-                make_problem, dict(zip(parameters, row, strict=True)), designs, m,
-                normalize, keep_bounds,
-            )
-            for row in points.tolist()
-        ),
+        in_order(in_parallel(ranked, points.tolist(), n_jobs)),
         X=designs if designs.ndim == 2 else tuple(designs),
         parameters=parameters,
         scenarios=points,
         objectives=objectives,
-    )  # fmt: skip
+    )
 
 
 def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
