@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._validation import Received, finite_array, invalid, known_name
 from pymoo_psi.chute._parameters import ChuteParameters
 from pymoo_psi.chute._rolling import roll
-from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, follow_slip
+from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, choose, follow_slip
 from pymoo_psi.errors import ArgumentTypeError
 
 Array = NDArray[np.float64]
@@ -182,17 +182,17 @@ def _solve(
     wy0 = r * wy0
     vy0 = r * wx0 - v_p
     end = move(a, b, u1 / mu, c, wy0, vy0, length)
-    time = np.where(end.stalls, np.inf, end.time)
+    time = choose(end.stalls, np.inf, end.time)
     # never 1, though the stall may be within rounding of the exit
     stalled_at = np.minimum(1.0 - end.left / length, 1.0 - 1e-16)
-    reached = np.where(end.stalls, np.maximum(stalled_at, 0.0), 1.0)
+    reached = choose(end.stalls, np.maximum(stalled_at, 0.0), 1.0)
 
     # Energy: D = a x + W - dE with E = (v_C^2 + 0.4 (r omega)^2)/2
     turned = end.vy - vy0
     spun = end.speed - end.vx  # r omega_Y
     lost = a * length * reached - 0.5 * (end.speed - c) * (end.speed + c)
     lost -= 0.2 * ((spun - wy0) * (spun + wy0) + turned * (end.vy + vy0))
-    spin = np.stack([(end.vy + v_p) / r, spun / r, wz0], axis=-1)
+    spin = np.array([(end.vy + v_p) / r, spun / r, wz0]).T
     work = 0.4 * v_p * turned
     return time, end.speed, end.grip_way / length, end.grip_time, spin, work, lost, reached
 
@@ -240,7 +240,7 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
     rolls = free & ~steep
     rest = np.maximum(left, 0.0) * free
     speed = np.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)
-    push = np.where(steep, a - b, a / 1.4)
+    push = choose(steep, a - b, a / 1.4)
     final = np.sqrt(speed * speed + 2.0 * push * rest)
     dt = 2.0 * rest / (speed + final + TINY)
     stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))  # u1 = 0, no speed left
@@ -251,8 +251,8 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
         vy=np.copysign(y, vy0),
         left=left * stalls,
         stalls=stalls,
-        grip_time=np.where(rolls, time, np.nan),
-        grip_way=np.where(rolls, way - left, np.nan),
+        grip_time=choose(rolls, time, np.nan),
+        grip_way=choose(rolls, way - left, np.nan),
     )
 
 

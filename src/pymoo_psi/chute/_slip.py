@@ -41,11 +41,17 @@ Array = NDArray[np.float64]
 
 ROLLS, SLIPS, STALLS = 0, 1, 2  # how slip ends; ROLLS is ρ = 0, whatever follows
 TINY = 1e-200  # added where 0/0 has a limit, as in log1p(w)/w
-STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
-NONE = 1e-15  # slip that is none: rounding of v_P − r ω_X
-EXACT = 1e-18  # an aim is the last whose `_error` is below: a hundredth of rounding, see there
-REACH = 12.0  # longest step times `_rate`; measured: 5e-14 of ρ/b and ρ²/b over τ < 4.5, all θ
+# Slip that is none: v_P − r ω_X may err by that much where a sphere is to roll from the start.
+NONE = 1e-15
+# An aim with a smaller `_error` is the last. As a speed that is far below rounding; but next to
+# θ = π the error is that of sin²θ, while what counts is sin θ to the power 1.45 and more: the
+# share of ρ that is left when the direction turns, (3.5 + τ)/(1 + τ) for τ <= 4.5.
+EXACT = 1e-18
+# Longest step, in units of 1/`_rate`. Measured over τ in [0, 4.5] and all θ: the quadratures of
+# dt and v_x dt then err by 5e-14 of their scales ρ/b and ρ²/b; at 16 it is 5e-12.
+REACH = 12.0
 BLOCK = 1024  # designs in one quadrature: its arrays of 24 nodes stay in the cache
+STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 
 
 def _quadrature(m: int) -> tuple[Array, Array]:
@@ -64,7 +70,7 @@ def _quadrature(m: int) -> tuple[Array, Array]:
 NODES, WEIGHTS = _quadrature(24)
 
 
-class State(NamedTuple):
+class Slip(NamedTuple):
     """A slipping sphere; every entry is an (n,) array or a number.
 
     Attributes:
@@ -128,57 +134,57 @@ def follow_slip(
         t, v_x, |v_y|, distance to go, and how slip ended: ROLLS, SLIPS (on, past the exit) or
         STALLS.
     """
-    state = State(0.0 * b, vx, y, way, c, b, tau, invariant, np.inf + b)
+    slip = Slip(0.0 * b, vx, y, way, c, b, tau, invariant, np.inf + b)
     if np.ndim(b) == 0:
         for _ in range(STEPS):
-            aim = _aim(state)
+            aim = _aim(slip)
             if _error(aim) < EXACT:
-                return _finish(state, aim)
-            state = _next(state, aim)
-        raise _endless(state)
+                return _finish(slip, aim)
+            slip = _next(slip, aim)
+        raise _endless(slip)
     end, ids = np.empty((5, b.size)), np.arange(b.size)
     for _ in range(STEPS):
-        aim = _aim(state)
+        aim = _aim(slip)
         exact = _error(aim) < EXACT
         if exact.any():
             j = np.flatnonzero(exact)
-            end[:, ids[j]] = _finish(_of(state, j), _of(aim, j))
+            end[:, ids[j]] = _finish(_of(slip, j), _of(aim, j))
             j = np.flatnonzero(~exact)
             if not j.size:
                 return end[0], end[1], end[2], end[3], end[4]
-            ids, state, aim = ids[j], _of(state, j), _of(aim, j)
-        state = _next(state, aim)
-    raise _endless(state)
+            ids, slip, aim = ids[j], _of(slip, j), _of(aim, j)
+        slip = _next(slip, aim)
+    raise _endless(slip)
 
 
 def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
-    """Return the State or Aim of the chosen designs."""
+    """Return the Slip or Aim of the chosen designs."""
     return type(entries)(*(entry[chosen] for entry in entries))
 
 
-def _endless(state: State) -> PsiError:
+def _endless(slip: Slip) -> PsiError:
     """Rather an error than wrong numbers."""
     return PsiError(
-        f"the slip of {np.size(state.t)} designs is not followed to its end in {STEPS} steps, one "
-        f"with tau = {np.ravel(state.tau)[0]!r} and b = {np.ravel(state.b)[0]!r}; please report it"
+        f"the slip of {np.size(slip.t)} designs is not followed to its end in {STEPS} steps, one "
+        f"with tau = {np.ravel(slip.tau)[0]!r} and b = {np.ravel(slip.b)[0]!r}; please report it"
     )
 
 
-def _choose(condition: Any, yes: Any, no: Any) -> Any:
+def choose(condition: Any, yes: Any, no: Any) -> Any:
     """`np.where` that leaves numbers numbers."""
     if condition.ndim == 0:
         return yes if condition else no
     return np.where(condition, yes, no)
 
 
-def _aim(state: State) -> Aim:
+def _aim(slip: Slip) -> Aim:
     """Aim with the direction at its mean over the way ahead, exact to third order in ds.
 
     Constant direction means constant acceleration of the centre and constant decay of ρ. It
     turns by d cos θ/ds = sin²θ (τ − cos θ), over the way ahead a third of it counts for the
     position and half of it for the velocities.
     """
-    _, vx, y, left, v, b, tau, _, _ = state
+    _, vx, y, left, v, b, tau, _, _ = slip
     rho = np.sqrt(vx * vx + y * y) + TINY
     rate, c, sine = b / rho, vx / rho, y / rho
 
@@ -187,7 +193,7 @@ def _aim(state: State) -> Aim:
         push = b * (tau - c_x)  # dv_C/dt
         root = v * v + 2.0 * push * left
         stops = root < 0.0
-        dt = _choose(stops, -v / push, 2.0 * left / (v + np.sqrt(np.abs(root)) + TINY))
+        dt = choose(stops, -v / push, 2.0 * left / (v + np.sqrt(np.abs(root)) + TINY))
         return dt, ((tau - c_v) * c_v - 2.5) * rate * dt + TINY, stops
 
     dt, w, _ = reach(c, c)
@@ -201,18 +207,14 @@ def _aim(state: State) -> Aim:
 
 
 def _error(aim: Aim) -> Any:
-    """Bound of the error of an aim, as a speed: third order in ds, and as small as the slip left.
-
-    The square of sin θ is in ``turn``. Next to θ = π the direction turns only when ρ has fallen
-    like sin θ to the power (3.5 + τ)/(1 + τ), 1.45 at τ = 4.5, which an aim does not see.
-    """
+    """Error of an aim, as a speed: third order in ds (`turn` is first), times ρ at its largest."""
     ahead = np.minimum(np.abs(aim.ds), 1.0)
     return np.abs(aim.turn) * ahead * ahead * aim.rho * np.maximum(1.0 + aim.w, 1.0)
 
 
-def _finish(state: State, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
+def _finish(slip: Slip, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
     """Take the last, tiny or straight, piece of slip as it was aimed; see `follow_slip`."""
-    t, vx, y, left, v, b, tau, _, _ = state
+    t, vx, y, left, v, b, tau, _, _ = slip
     c, slips = vx / aim.rho, aim.w > -1.0
     return (
         t + aim.dt,
@@ -227,14 +229,15 @@ def _rate(tau: Any, q: Any) -> Any:
     """Rate per log time λ at which the motion changes its shape: what limits a quadrature.
 
     Backwards the direction reaches θ = π, a singularity, after λ = 1/((1+τ) q) or more; complex
-    ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1.
+    ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1. With the factors 1.2 and 0.5 one
+    REACH serves all three.
     """
     return (1.0 + tau) * q + 1.2 * np.abs(tau - 1.0) + 0.5
 
 
-def _next(state: State, aim: Aim) -> State:
-    """Step along the path as far as aimed, or keep the state where that led too far."""
-    t, vx, y, left, v, b, tau, invariant, longest = state
+def _next(slip: Slip, aim: Aim) -> Slip:
+    """Step along the path as far as aimed, or stay where that led too far."""
+    t, vx, y, left, v, b, tau, invariant, longest = slip
     q = (aim.rho - vx) / y
     q = q * q
     # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
@@ -249,8 +252,8 @@ def _next(state: State, aim: Aim) -> State:
     # way to the end of slip: from ρ = 0 there is no way back.
     fits = (left1 >= -0.05 * np.abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
     moved = (t + dt, vx1, y1, left1, v1, np.inf + t)
-    t, vx, y, left, v, longest = _choose(fits, moved, (t, vx, y, left, v, 0.5 * step))
-    return State(t, vx, y, left, v, b, tau, invariant, longest)
+    t, vx, y, left, v, longest = choose(fits, moved, (t, vx, y, left, v, 0.5 * step))
+    return Slip(t, vx, y, left, v, b, tau, invariant, longest)
 
 
 def _along(

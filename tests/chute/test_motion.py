@@ -1,0 +1,367 @@
+"""The motion: a 30-digit reference, the integrator, mechanics, corners, any batch, errors."""
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from pymoo_psi import PsiError
+from pymoo_psi.chute import ChuteParameters, Motion, _motion, _slip, criteria, integrate, motion
+from tests.chute import designs
+from tests.chute.designs import design, solve, wide
+
+REFERENCE = Path(__file__).parent / "reference"
+FIELDS = tuple(field.name for field in fields(Motion) if field.name not in ("u1", "v_p"))
+
+
+def fields_of(motion):
+    return [(name, getattr(motion, name)) for name in FIELDS]
+
+
+def energy(speed, spin, r):
+    return 0.5 * (speed**2 + 0.4 * r**2 * np.sum(spin**2, axis=-1))
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """Inputs (n, 8), expected fields by name, and the sets' names."""
+    cases = json.loads((REFERENCE / "motion_30_digits.json").read_text())["cases"]
+    inputs = np.array([[float.fromhex(q) for q in case["inputs"]] for case in cases])
+    names = [name for name in FIELDS if name != "exit_spin"]
+    fields = {name: np.array([float(case[name]) for case in cases]) for name in names}
+    fields["exit_spin"] = np.array([[float(q) for q in case["exit_spin"]] for case in cases])
+    return inputs, fields, np.array([case["set"] for case in cases])
+
+
+class TestReference:
+    def test_thirty_digits(self, reference):
+        inputs, expected, sets = reference
+        got = dict(fields_of(solve(*inputs.T)))
+        # where slip ends within rounding of the exit, either answer is right
+        edge = (sets == "slip end at exit") & ~(expected["slip_end"] < 1.0 - 2e-13)
+        assert np.all((got["slip_end"][edge] > 1.0 - 1e-12) | np.isnan(got["slip_end"][edge]))
+        for name, value in expected.items():
+            keep = ~edge if name.startswith("slip") else np.ones(len(edge), bool)
+            np.testing.assert_allclose(
+                got[name][keep], value[keep], rtol=1e-12, atol=2e-12, err_msg=name
+            )
+
+    def test_integrator_thirty_digits(self, reference):
+        inputs, expected, _ = reference
+        for i in range(0, len(inputs), 4):
+            motion = designs.integrate(*inputs[i])
+            for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
+                np.testing.assert_allclose(getattr(motion, name), expected[name][i], 1e-10, 1e-10)
+
+    def test_random_designs_against_integrator(self):
+        rows = wide(150, seed=5)
+        motion = solve(*rows.T)
+        for i, row in enumerate(rows):
+            other = designs.integrate(*row)
+            for name, field in fields_of(motion):
+                np.testing.assert_allclose(
+                    field[i], getattr(other, name), rtol=1e-10, atol=1e-10, err_msg=f"{name} {row}"
+                )
+
+    def test_the_reference_can_be_made_again(self, monkeypatch):
+        """A few of its cases, computed anew with mpmath."""
+        monkeypatch.syspath_prepend(str(REFERENCE))
+        import motion_30_digits
+
+        cases = json.loads((REFERENCE / "motion_30_digits.json").read_text())["cases"]
+        for case in cases[::40]:
+            again = motion_30_digits.reference(*(float.fromhex(q) for q in case["inputs"]))
+            for name in FIELDS:
+                assert motion_30_digits.as_text(again[name]) == case[name], name
+
+
+class TestMechanics:
+    def test_dissipation_is_the_integral_of_b_rho(self):
+        # along the exact trajectory, an integral that the kernel never takes
+        x, weight = np.polynomial.legendre.leggauss(60)
+        eta = 0.5 * (x + 1.0)
+        sphere = (0.6, 3.0, 0.4, 0.3193, 0.1)
+        path = designs.trajectory(*sphere, eta=eta)
+        rho, length = np.hypot(*path.slip_velocity.T), np.hypot(1.0, 0.6)
+        lost = 0.4 / length * np.sum(0.5 * weight * rho * length / path.speed)
+        np.testing.assert_allclose(solve(*sphere).dissipation, lost, rtol=1e-13)
+
+    def test_linear_invariant(self):
+        rows = wide(20_000, seed=1)
+        u1, _, _, c, r, _, wy0, _ = rows.T
+        m = solve(*rows.T)
+        slips = np.isnan(m.slip_end) & (m.reached == 1.0)
+        vx = m.exit_speed - r * m.exit_spin[:, 1]
+        a = u1 / np.hypot(1.0, u1)
+        with np.errstate(invalid="ignore"):
+            v = (c + 0.4 * r * wy0 + a * m.time + 0.4 * vx) / 1.4
+        assert slips.sum() > 1000
+        np.testing.assert_allclose(m.exit_speed[slips], v[slips], rtol=0, atol=1e-12)
+
+    def test_mirror(self):
+        rows = wide(2000, seed=2)
+        mirrored = rows * np.array([1, -1, 1, 1, 1, -1, 1, 1])
+        m, n = solve(*rows.T), solve(*mirrored.T)
+        for name, field in fields_of(m):
+            sign = np.array([-1.0, 1.0, 1.0]) if name == "exit_spin" else 1.0
+            np.testing.assert_array_equal(getattr(n, name) * sign, field)
+
+    def test_spin_about_the_normal_changes_nothing(self):
+        rows = wide(100, seed=3)
+        m = solve(*rows.T)
+        np.testing.assert_array_equal(m.exit_spin[:, 2], rows[:, 7])
+        np.testing.assert_array_equal(solve(*rows[:, :7].T, 0.0).time, m.time)
+
+    @pytest.mark.parametrize("corner", [1.0, 3.5])
+    def test_continuous_across_tau(self, corner):
+        tau = corner * (1.0 + np.array([-1e-9, -1e-13, 0.0, 1e-13, 1e-9]))
+        m = solve(0.4 * tau, 0.5, 0.4, 0.3193, 0.1, 3.0, -2.0)
+        for name in ("time", "exit_speed", "plane_work", "dissipation"):
+            field = getattr(m, name)
+            np.testing.assert_allclose(field, field[2], rtol=2e-8)
+            np.testing.assert_allclose(field[1:4], field[2], rtol=3e-12)
+
+    def test_rolling_without_spin_has_the_stated_balance(self):
+        """f2 = (2/7) u1 − 0.2 (v1 − c)² for ω(0) = 0."""
+        u1 = np.linspace(0, 2, 50)
+        m = motion(u1, 1.0, ChuteParameters(c=0.3193), model="rolling")
+        np.testing.assert_allclose(
+            criteria(m)[:, 1], 2 / 7 * u1 - 0.2 * (m.exit_speed - 0.3193) ** 2, atol=1e-15
+        )
+
+    def test_a_sphere_that_rolls_from_the_start_rolls_in_both_models(self):
+        """With r ω_X = v_P and r ω_Y = c there is no slip, and the models are one."""
+        p = ChuteParameters(mu=0.4, c=0.5, r=0.1, omega0=(20.0, 5.0, 1.0))
+        full, rolling = (motion([0.1, 0.7, 1.3], 2.0, p, model=m) for m in ("full", "rolling"))
+        np.testing.assert_allclose(criteria(full), criteria(rolling), rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(full.exit_spin, rolling.exit_spin, rtol=1e-13)
+        for name in ("slip_end", "slip_time"):
+            assert getattr(full, name).tolist() == [0, 0, 0]
+        np.testing.assert_allclose(full.dissipation, 0, atol=1e-15)
+
+    def test_level_chute_without_plane_speed(self):
+        """u1 = 0, v_P = r ω_X: slip along x only, until v_C = (5/7) c + (2/7) r ω_Y0."""
+        p = ChuteParameters(mu=0.5, c=1.0)
+        m = motion(0.0, 0.0, p)
+        slip_time = (1 - 5 / 7) / 0.5  # v_C falls at the rate μ
+        np.testing.assert_allclose(m.slip_time, slip_time, rtol=1e-11)
+        np.testing.assert_allclose(m.exit_speed, 5 / 7, rtol=1e-11)
+        slip_way = (1 - (5 / 7) ** 2) / (2 * 0.5)
+        np.testing.assert_allclose(m.time, slip_time + (1 - slip_way) / (5 / 7), rtol=1e-11)
+
+    def test_too_steep_to_roll(self):
+        """tan α > 3.5 μ: without slip at the start the sphere slides straight down, v' = a − b."""
+        p = ChuteParameters(mu=0.1, c=0.3, r=0.1, omega0=(10.0, 3.0, 0.0))
+        u1 = 0.5
+        m = motion(u1, 1.0, p)
+        acceleration = (u1 - 0.1) / np.hypot(1, u1)
+        np.testing.assert_allclose(
+            m.exit_speed, np.sqrt(0.09 + 2 * acceleration * np.hypot(1, u1)), rtol=1e-11
+        )
+        assert np.isnan(m.slip_end)
+
+    def test_example_of_the_full_model(self):
+        """The design of Table 6.1 for μ = 0.4 under the full model, as integrated independently."""
+        m = integrate(0.2635, 0.1072, ChuteParameters(mu=0.4))
+        np.testing.assert_allclose(criteria(m), [2.3214, 0.0159, 0.2635, 0.1072], atol=5e-5)
+        assert abs(m.slip_end - 0.0922) < 5e-5
+
+
+class TestAnyDesign:
+    @settings(max_examples=400, deadline=None)
+    @given(design())
+    @example((0.4, 0.5, 0.4, 0.25, 0.125, 4.0, -20.0, 0.0))
+    def test_sound(self, row):
+        u1, v_p, _, c, r, wx0, wy0, wz0 = row
+        m = solve(*row)
+        assert 0.0 <= m.reached <= 1.0
+        assert (m.reached < 1.0) == np.isinf(m.time) == (m.exit_speed == 0.0)
+        assert not any(np.isnan(f).any() for k, f in fields_of(m) if "slip" not in k)
+        assert np.isnan(m.slip_end) or 0.0 <= m.slip_end <= 1.0
+        start = energy(c, np.array([wx0, wy0, wz0]), r)
+        change = energy(m.exit_speed, m.exit_spin, r) - start
+        ledger = u1 * m.reached + m.plane_work - m.dissipation
+        np.testing.assert_allclose(change, ledger, rtol=0, atol=1e-12)
+        assert m.dissipation > -1e-13
+
+    @settings(max_examples=50, deadline=None)
+    @given(design())
+    def test_against_the_integrator(self, row):
+        m, other = solve(*row), designs.integrate(*row)
+        # At an exit almost at rest the time hangs on the last digits of the speed.
+        assume(not any(0 <= s.exit_speed < 1e-3 and s.time < np.inf for s in (m, other)))
+        for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
+            np.testing.assert_allclose(
+                getattr(m, name), getattr(other, name), rtol=1e-10, atol=1e-9, err_msg=name
+            )
+
+    def test_a_sphere_whose_backspin_uses_up_its_speed_stops(self):
+        # It would roll with (5 c + 2 r ω_y) / 7 = 0.
+        m = solve(0.0, 0.0, 1.0, 0.25, 0.125, 0.0, -5.0, 0.0)
+        assert m.time == np.inf
+        assert m.reached == pytest.approx(0.25**2 / 2)  # decelerated by μ = 1 all the way
+
+    @settings(max_examples=60, deadline=None)
+    @given(st.lists(design(), min_size=2, max_size=12))
+    @example([(3.5, 0.0, 1.0, 0.25, 0.42699006778342813, 0.0, 0.5854937125301037, 0.0)] * 5)
+    def test_alone_as_in_company(self, rows):
+        batch = solve(*np.array(rows).T)
+        for i, row in enumerate(rows):
+            for name, value in fields_of(solve(*row)):
+                np.testing.assert_array_equal(getattr(batch, name)[i], value, err_msg=name)
+
+    def test_company_changes_no_bit(self):
+        """A design has the same motion in whatever batch, in whatever place."""
+        box = wide(1500, seed=7)
+        box[:, 2:] = [0.4, 0.3193, 0.1, 0, 0, 0]
+        box[:, 0], box[:, 1] = box[:, 0] % 1.4, 0.1 + np.abs(box[:, 1]) % 5.9
+        rows = np.vstack([box, wide(1500, seed=8)])
+        whole, rng = solve(*rows.T), np.random.default_rng(0)
+        for size in (1, 2, 3, 7, 64, 500, 2999):
+            chosen = rng.permutation(len(rows))[:size]
+            for name, field in fields_of(solve(*rows[chosen].T)):
+                np.testing.assert_array_equal(field, getattr(whole, name)[chosen], err_msg=name)
+
+
+class TestShapes:
+    @pytest.mark.parametrize("model", ["rolling", "full"])
+    def test_broadcasting(self, model):
+        p = ChuteParameters(mu=np.array([0.2, 0.4]), omega0=(0, np.zeros((3, 1)), 0))
+        m = motion(0.3, 1.0, p, model=model)
+        assert m.time.shape == (3, 2)
+        assert m.exit_spin.shape == (3, 2, 3)
+        assert criteria(m).shape == (3, 2, 4)
+        one = motion(0.3, 1.0, ChuteParameters(mu=0.4), model=model)
+        assert one.time.shape == ()
+        assert m.time[1, 1] == one.time
+
+    @pytest.mark.parametrize("model", ["rolling", "full"])
+    def test_empty(self, model):
+        m = motion(np.empty((0, 2)), 1.0, model=model)
+        assert m.time.shape == (0, 2)
+        assert m.exit_spin.shape == (0, 2, 3)
+        assert criteria(m).shape == (0, 2, 4)
+
+    def test_chunks_do_not_show(self, monkeypatch):
+        rows = wide(3000, seed=4)
+        whole = solve(*rows.T)
+        monkeypatch.setattr(_motion, "_CHUNK", 257)
+        monkeypatch.setattr(_slip, "BLOCK", 31)
+        for name, field in fields_of(solve(*rows.T)):
+            np.testing.assert_array_equal(field, getattr(whole, name))
+
+
+class TestStall:
+    def test_strong_backspin(self):
+        m = solve([0.0, 0.02, 0.1], [0.1, 1.0, 3.0], 0.4, 0.3, 0.125, [0, 5, -8], [-20, -15, -20])
+        assert np.all(np.isinf(m.time))
+        assert np.all(m.exit_speed == 0.0)
+        assert np.all((m.reached > 0.0) & (m.reached < 1.0))
+        assert np.all(np.isnan(m.slip_end))
+        f = criteria(m)
+        assert np.isinf(f[:, :2]).all()
+        np.testing.assert_array_equal(f[:, 2:], [[0.0, 0.1], [0.02, 1.0], [0.1, 3.0]])
+
+    def test_slows_down_and_recovers(self):
+        m = solve(0.1, 0.3, 0.4, 0.3, 0.125, 0.0, -5.0)
+        path = designs.trajectory(0.1, 0.3, 0.4, 0.3, 0.125, 0.0, -5.0, eta=np.linspace(0, 1, 101))
+        assert m.reached == 1.0
+        assert path.speed.min() < 0.2 < 0.3 < m.exit_speed
+
+    def test_no_slope_no_speed_left(self):
+        # A = c + 0.4 r w = 0: the sphere comes to rest as it stops slipping
+        m = solve(0.0, 0.5, 0.4, 0.25, 0.125, 4.0, -5.0)
+        assert np.isinf(m.time)
+        np.testing.assert_allclose(m.reached, 0.25**2 / 0.8, rtol=1e-9)
+
+
+slopes = st.floats(0, 2)
+speeds = st.floats(0.1, 6)
+parameters = st.builds(
+    ChuteParameters,
+    mu=st.floats(0.05, 2),
+    c=st.floats(0.02, 3),
+    r=st.floats(0.02, 0.5),
+    omega0=st.tuples(*[st.floats(-20, 20)] * 3),
+)
+
+
+@given(u1=slopes, v_p=speeds, p=parameters)
+def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
+    """Eq. (2.20) from η = 0, with dω_Y/dη in its consistent form, by solve_ivp."""
+
+    def field(eta, y):
+        sin, length = u1 / np.hypot(1, u1), np.hypot(1, u1)
+        return [
+            length / np.sqrt(y[1]),
+            2 * length * sin / 1.4,
+            length / np.sqrt(y[1]) * sin / (1.4 * p.r),
+        ]
+
+    start = [0.0, p.c**2, p.omega0[1]]
+    t, w, spin = solve_ivp(field, (0, 1), start, "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    m = motion(u1, v_p, p, model="rolling")
+    np.testing.assert_allclose(m.time, t, rtol=1e-8)
+    np.testing.assert_allclose(m.exit_speed, np.sqrt(w), rtol=1e-9)
+    np.testing.assert_allclose(m.exit_spin, [p.omega0[0], spin, p.omega0[2]], rtol=1e-8, atol=1e-8)
+    assert (m.reached, m.slip_end) == (1, 0)
+
+
+@pytest.mark.parametrize("model", ["rolling", "full"])
+@given(u1=slopes, v_p=speeds, p=parameters)
+@settings(max_examples=60)
+def test_energy_balance(model, u1, v_p, p):
+    """ΔE = u1 + W − D, so that f2 = |ΔE − u1| of Eq. (3.2) is |W − D|; friction only takes."""
+    m = motion(u1, v_p, p, model=model)
+    if m.reached == 1:
+        gain = energy(m.exit_speed, m.exit_spin, p.r) - energy(p.c, np.array(p.omega0), p.r)
+        scale = 1 + v_p**2 + p.c**2 + sum((p.r * w) ** 2 for w in p.omega0)
+        assert abs(gain - (u1 + m.plane_work - m.dissipation)) < 1e-9 * scale
+        assert abs(criteria(m)[1] - abs(gain - u1)) < 1e-9 * scale
+    if model == "full":
+        assert m.dissipation >= 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([-0.1], [1.0]), "u1 must be tan α >= 0, got -0.1"),
+        (([np.nan], [1.0]), "u1 must be finite, got nan at index 0"),
+        (([0.1, 0.2], [1.0, 2.0, 3.0]), "must be of shapes that broadcast together"),
+        ((0.1, 1.0, 0.4), "parameters must be ChuteParameters, got 0.4"),
+        ((["a"], 1.0), "u1 must be an array of real numbers"),
+    ],
+)
+def test_bad_motion_arguments(arguments, message):
+    for function in (motion, integrate):
+        with pytest.raises(PsiError, match=message):
+            function(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"mu": [0.2, -1.0]}, "mu must be positive, got -1.0"),
+        ({"c": np.nan}, "c must be finite, got nan"),
+        ({"omega0": 3}, "omega0 must be three initial spins"),
+        ({"omega0": (1, 2)}, "omega0 must be three initial spins"),
+        ({"omega0": (1, np.inf, 2)}, r"omega0\[1\] must be finite, got inf"),
+    ],
+)
+def test_bad_parameters(options, message):
+    with pytest.raises(ValueError, match=message):
+        ChuteParameters(**options)
+
+
+def test_parameters_cannot_be_changed():
+    spins = np.zeros(3)
+    p = ChuteParameters(mu=np.array([0.2, 0.3]), omega0=(spins, 0, 0))
+    spins[0] = 7
+    assert p.omega0[0].tolist() == [0, 0, 0]
+    with pytest.raises(ValueError, match="read-only"):
+        p.mu[0] = 1

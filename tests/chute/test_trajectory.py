@@ -1,0 +1,107 @@
+"""The motion along the way: against the solved motion, Coulomb's and Newton's laws."""
+
+import numpy as np
+import pytest
+
+from pymoo_psi import PsiError, chute
+from pymoo_psi.chute import ChuteParameters
+from tests.chute.designs import parameters, solve, trajectory, wide
+
+ETA = np.linspace(0.0, 1.0, 41)
+
+
+@pytest.mark.parametrize("row", wide(12, seed=9).tolist())
+def test_against_solve_and_forces(row):
+    u1, v_p, mu, _, r, wx0, wy0, _ = row
+    m, path = solve(*row), trajectory(*row, eta=ETA)
+    np.testing.assert_allclose(path.spin[0, :2], [wx0, wy0], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        path.slip_velocity[:, 1], r * path.spin[:, 0] - v_p, rtol=0, atol=1e-12
+    )
+    if m.reached == 1.0:
+        np.testing.assert_allclose(path.time[-1], m.time, rtol=1e-12)
+        np.testing.assert_allclose(path.spin[-1], m.exit_spin, rtol=1e-11, atol=1e-11)
+    else:
+        assert path.eta[-1] == ETA[m.reached >= ETA][-1]
+    assert np.isfinite(path.time).all()
+    assert (np.diff(path.time)[np.diff(path.eta) > 0] > 0.0).all()
+    size = np.hypot(*path.friction.T) / path.normal[:, 0]
+    assert np.all(size <= mu * (1.0 + 1e-14))  # Coulomb's law, Eq. (2.10)
+    np.testing.assert_allclose(size[path.slipping], mu, rtol=1e-13)
+    np.testing.assert_array_equal(path.normal[:, 1], np.abs(path.friction[:, 1]))
+
+
+def test_newtons_law():
+    """dv_C/dt = sin α + f_AX and r dω/dt = 2.5 (f_AY, −f_AX), by differences in η."""
+    r, h = 0.1, 1e-5
+    for eta in (0.2, 0.9):
+        path = trajectory(0.3, 1.0, 0.4, 0.3193, r, eta=np.array([eta - h, eta, eta + h]))
+        dt = path.time[2] - path.time[0]
+        push = 0.3 / np.hypot(1.0, 0.3) + path.friction[1, 0]
+        np.testing.assert_allclose((path.speed[2] - path.speed[0]) / dt, push, rtol=1e-7)
+        turn = r * (path.spin[2] - path.spin[0]) / dt
+        f_x, f_y = path.friction[1]
+        np.testing.assert_allclose(turn, [2.5 * f_y, -2.5 * f_x, 0], rtol=1e-7, atol=1e-7)
+
+
+def test_the_transition_stands_twice():
+    path = chute.trajectory(0.2635, 0.1072, ChuteParameters(0.4), n=51)
+    twice = np.flatnonzero(path.eta == path.slip_end)
+    assert len(path.eta) == 53
+    assert path.slipping[twice].tolist() == [True, False]
+    assert path.slipping.tolist() == sorted(path.slipping, reverse=True)
+    np.testing.assert_array_equal(path.time[twice], path.slip_time)
+    np.testing.assert_array_equal(path.slip_velocity[twice], 0)
+    np.testing.assert_array_equal(path.slip_velocity[~path.slipping], 0)
+    # τ = 0.2635 / 0.4 < 1: slip dies out in the direction cos θ = τ, against the plane
+    b, tau = 0.4 / np.hypot(1, 0.2635), 0.2635 / 0.4
+    np.testing.assert_allclose(
+        path.friction[twice[0]], [-b * tau, b * np.sqrt(1 - tau**2)], rtol=1e-12
+    )
+    np.testing.assert_allclose(path.friction[twice[1]], [-2 / 7 * 0.2635 / np.hypot(1, 0.2635), 0])
+
+
+@pytest.mark.parametrize("tau", [0.65, 1.0, 1.5])
+def test_the_direction_tends_to_the_limit_at_the_end(tau):
+    whole = chute.trajectory(0.4 * tau, 0.3, ChuteParameters(0.4))
+    eta = whole.slip_end * (1 - np.array([1e-3, 1e-6, 1e-9, 1e-12]))
+    path = chute.trajectory(0.4 * tau, 0.3, ChuteParameters(0.4), eta=eta)
+    assert path.eta[4] == path.slip_end
+    gap = np.abs(path.friction[:5] - path.friction[4]).max(axis=1)
+    assert (np.diff(gap) < 0).all()
+
+
+def test_no_transition():
+    slips = chute.trajectory(0.3, 5.0, ChuteParameters(0.2), n=11)
+    assert np.isnan(slips.slip_end)
+    assert slips.slipping.all()
+    rolls = chute.trajectory(0.3, 0.5, parameters(0.4, 0.5, 0.125, 4.0, 4.0), n=11)
+    assert (rolls.slip_end, rolls.slipping.any()) == (0, False)
+    np.testing.assert_allclose(rolls.friction, [[-2 / 7 * 0.3 / np.hypot(1, 0.3), 0]] * 11)
+
+
+def test_a_stall_ends_it():
+    p = parameters(0.4, 0.3, 0.125, 0.0, -20.0)
+    path = chute.trajectory(0.0, 0.1, p, n=21)
+    np.testing.assert_allclose(path.eta[-1], chute.motion(0.0, 0.1, p).reached)
+    np.testing.assert_allclose(path.speed[-1], 0, atol=1e-6)
+    assert np.isfinite(path.time).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n": 1}, "n must be an integer >= 2, got 1"),
+        ({"eta": [0.5, 0.2]}, "eta must be one-dimensional, rising and within"),
+        ({"eta": [0.0, 1.2]}, "eta must be one-dimensional, rising and within"),
+        ({"eta": [0.0, np.nan]}, "eta must be finite, got nan at index 1"),
+    ],
+)
+def test_bad_points(options, message):
+    with pytest.raises(PsiError, match=message):
+        chute.trajectory(0.3, 1.0, ChuteParameters(0.4), **options)
+
+
+def test_one_design_only():
+    with pytest.raises(PsiError, match="must be numbers, for one design, got"):
+        chute.trajectory([0.3, 0.4], 1.0, ChuteParameters(0.4))

@@ -1,0 +1,66 @@
+"""The chute as pymoo problems: the same values one by one and in arrays, the box, errors."""
+
+import numpy as np
+import pytest
+
+from pymoo_psi import PsiError, SphereChute, VectorizedSphereChute, lp_tau
+
+
+@pytest.mark.parametrize("model", ["rolling", "full"])
+def test_both_problems_give_the_same_values(model):
+    X = lp_tau(20, 2, first=3) * [1.4, 5.9] + [0, 0.1]
+    options = {"model": model, "c": 0.4, "omega0": (1.0, -2.0, 3.0)}
+    F, G = VectorizedSphereChute(0.4, **options).evaluate(X)
+    F1, G1 = SphereChute(0.4, **options).evaluate(X)
+    np.testing.assert_array_equal(F1, F)
+    np.testing.assert_array_equal(G1, G)
+
+
+@pytest.mark.parametrize("make", [SphereChute, VectorizedSphereChute])
+def test_a_stall_violates_the_constraint(make):
+    F, G = make(1.0, c=0.1, omega0=(0, -20, 0)).evaluate(np.array([[0.0, 0.1], [3.0, 0.1]]))
+    assert 0 < G[0, 0] < 1
+    assert G[1, 0] == 0
+    assert np.isinf(F[0, :2]).all()
+    assert np.isfinite(F[1]).all()
+
+
+def test_problem_defaults_are_the_papers():
+    problem = SphereChute(0.4)
+    np.testing.assert_allclose(problem.xl, [0, 0.1])
+    np.testing.assert_allclose(problem.xu, [1.4, 6])
+    assert (problem.n_var, problem.n_obj, problem.n_ieq_constr) == (2, 4, 1)
+
+
+@pytest.mark.parametrize("make", [SphereChute, VectorizedSphereChute])
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"mu": 0}, ValueError, "mu must be a positive number, got 0.0"),
+        ({"mu": "0.2"}, TypeError, "mu must be a finite number, got '0.2'"),
+        ({"mu": np.nan}, ValueError, "mu must be a finite number, got nan"),
+        ({"c": -0.3}, ValueError, "c must be a positive number, got -0.3"),
+        ({"r": np.inf}, ValueError, "r must be a finite number, got inf"),
+        ({"omega0": (0, np.nan, 0)}, ValueError, "omega0 must be finite, got nan at index 1"),
+        ({"omega0": (0, 0)}, ValueError, r"omega0 must be 3 numbers, got \(0, 0\)"),
+        (
+            {"model": "ful"},
+            ValueError,
+            "model must be one of 'full', 'rolling', got 'ful'; did you mean 'full'",
+        ),
+        ({"model": None}, TypeError, "model must be one of 'full', 'rolling', got None"),
+        (
+            {"lower": (1, 0.1)},
+            ValueError,
+            r"lower must be at most upper .* lower=\[1.0, 0.1\], upper=",
+        ),
+        ({"lower": (-0.1, 0.1)}, ValueError, "lower must be >= 0, got"),
+        ({"upper": (1, 2, 3)}, ValueError, "upper must be 2 numbers"),
+        ({"omega": (0, 0, 0)}, TypeError, "unknown keyword argument 'omega'"),
+        ({"elementwise_runer": 1}, TypeError, "did you mean 'elementwise_runner'"),
+    ],
+)
+def test_bad_problem_arguments(make, options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        make(**options)
+    assert isinstance(caught.value, PsiError)
