@@ -102,6 +102,11 @@ def test_bad_points(options, message):
         chute.trajectory(0.3, 1.0, ChuteParameters(0.4), **options)
 
 
+def test_a_stall_before_the_first_point():
+    with pytest.raises(PsiError, match="eta must be a point or more up to 0.1126, where"):
+        trajectory(0.0, 0.1, 0.4, 0.3, 0.125, 0.0, -20.0, eta=[0.9])
+
+
 def test_one_design_only():
     with pytest.raises(PsiError, match="must be numbers, for one design, got"):
         chute.trajectory([0.3, 0.4], 1.0, ChuteParameters(0.4))

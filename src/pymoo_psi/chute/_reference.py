@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.chute._motion import Motion, broadcast
 from pymoo_psi.chute._parameters import ChuteParameters
 
-_STILL = 1e-13  # slip speed that counts as none
+_STILL = 1e-13  # slip speed that counts as none: below the integrator's own error
 _NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STILL
+_LONGEST = 1e9  # log time s: an event always ends the slip before
 
 
 def integrate(
@@ -61,22 +60,23 @@ def integrate(
     columns = broadcast(u1, v_p, parameters)
     shape = columns[0].shape
     rows = np.stack([column.ravel() for column in columns], axis=-1).tolist()
-    solved = [_one_design(row, rtol, atol) for row in rows]
-    fields = {
-        name: np.array([one[name] for one in solved]).reshape(shape + inner)
-        for name, inner in _SHAPES.items()
-    }
-    return Motion(u1=columns[0], v_p=columns[1], **fields)
+    # (n, 10): the seven fields of one number and, among them, the three spins
+    solved = np.array([_one_design(row, rtol, atol) for row in rows]).reshape(*shape, 10)
+    time, speed, slip_end, slip_time = np.moveaxis(solved[..., :4], -1, 0)
+    work, lost, reached = np.moveaxis(solved[..., 7:], -1, 0)
+    spin = solved[..., 4:7]
+    u1, v_p = columns[:2]
+    return Motion(u1, v_p, time, speed, slip_end, slip_time, spin, work, lost, reached)
 
 
-_SHAPES = {
-    field.name: (3,) if field.name == "exit_spin" else ()
-    for field in fields(Motion)
-    if field.name not in ("u1", "v_p")
-}
+def _one_design(row: Sequence[float], rtol: float, atol: float) -> tuple[float, ...]:
+    """Return t, v_C, η1, t1, the three spins, W, D and η reached of one design.
 
-
-def _one_design(row: Sequence[float], rtol: float, atol: float) -> dict[str, Any]:
+    Args:
+        row: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0.
+        rtol: relative tolerance.
+        atol: absolute tolerance.
+    """
     from scipy.integrate import solve_ivp  # takes a quarter of a second to import
 
     u1, v_p, mu, c, r, wx0, wy0, wz0 = row
@@ -104,7 +104,7 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> dict[str, Any
     if still(0.0, y) > 0:
         solution = solve_ivp(
             field,
-            (0.0, 1e9),
+            (0.0, _LONGEST),
             y,
             "DOP853",
             events=(at_exit, stalled, still),
@@ -130,13 +130,5 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> dict[str, Any
         t, v_c, v_x = t + dt, v_end, slide * dt
         dissipated += b * slide * dt**2 / 2
     wx = (v_y + v_p) / r if slips_out else v_p / r
-    return {
-        "time": t,
-        "exit_speed": v_c,
-        "slip_end": slip_end,
-        "slip_time": slip_time,
-        "exit_spin": [wx, (v_c - v_x) / r, wz0],
-        "plane_work": 0.4 * v_p * (r * wx - r * wx0),
-        "dissipation": dissipated,
-        "reached": reached,
-    }
+    spin, work = (wx, (v_c - v_x) / r, wz0), 0.4 * v_p * (r * wx - r * wx0)
+    return t, v_c, slip_end, slip_time, *spin, work, dissipated, reached

@@ -150,9 +150,9 @@ def follow_slip(
             j = np.flatnonzero(exact)
             end[:, ids[j]] = _finish(_of(slip, j), _of(aim, j))
             j = np.flatnonzero(~exact)
-            if not j.size:
-                return end[0], end[1], end[2], end[3], end[4]
             ids, slip, aim = ids[j], _of(slip, j), _of(aim, j)
+        if not ids.size:
+            return end[0], end[1], end[2], end[3], end[4]
         slip = _next(slip, aim)
     raise _endless(slip)
 

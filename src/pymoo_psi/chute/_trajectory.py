@@ -107,6 +107,7 @@ def trajectory(
 
 
 def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
+    """Return the points (k,) that the sphere reaches, checked; see `trajectory`."""
     if eta is None:
         return np.linspace(0.0, reached, integer("n", n, minimum=2))
     points = finite_array("eta", eta)
@@ -116,27 +117,30 @@ def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
         or not ((points >= 0) & (points <= 1)).all()
     ):
         raise invalid("eta", "one-dimensional, rising and within [0, 1]", points)
-    return points[points <= reached]
+    covered = points[points <= reached]
+    if not covered.size:
+        raise invalid("eta", f"a point or more up to {reached:.4g}, where the way ends", points)
+    return covered
 
 
 def _follow(
     values: list[float], eta: Array, slip_end: float, slip_time: float, doubled: bool
 ) -> Trajectory:
-    """Every point is the end of a shorter way, so that the solver of the motion serves here."""
+    """Every point is the end of a shorter way, so that the solver of the motion serves here.
+
+    Args:
+        values: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0.
+        eta: (k,) points.
+        slip_end: η1, as in `Motion`.
+        slip_time: t1, as in `Motion`.
+        doubled: whether η1 stands among the points, twice.
+    """
     u1, v_p, mu, c, r, wx0, wy0, wz0 = values
     length = np.hypot(1.0, u1)
     a, b, tau = u1 / length, mu / length, u1 / mu
-    column = np.ones(eta.size)
+    given = np.broadcast_arrays(a, b, tau, c, r * wy0, r * wx0 - v_p, eta * length)
     with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
-        at = move(
-            a * column,
-            b * column,
-            tau * column,
-            c * column,
-            r * wy0 * column,
-            (r * wx0 - v_p) * column,
-            eta * length,
-        )
+        at = move(*given)
     time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
     slipping = np.isnan(at.grip_time)
     if not np.isnan(slip_end):

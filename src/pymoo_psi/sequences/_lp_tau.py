@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import integer, invalid
 
-MAX_DIMENSIONS = 51
-"""Dimensions for which direction numbers of LPτ are published."""
+MAX_DIMENSIONS = 51  # as many as direction numbers of LPτ are published for
 
 _BITS = 52  # a coordinate is a multiple of 2^-52: exact in a float64
-_LAST_NUMBER = 1 << _BITS
+_LAST_NUMBER = 1 << _BITS  # the bits of n select direction numbers, of which there are 52
 
 
 def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
@@ -74,25 +73,31 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
     # The wanted indices meet at most two aligned stretches of 2^low_bits, and within one of them
     # the bits above low_bits do not change.
     for high in range(start >> low_bits, ((stop - 1) >> low_bits) + 1 if n_points else 0):
-        begin = max(start, high << low_bits)
-        end = min(stop, (high + 1) << low_bits)
         offset = high << low_bits
-        points[begin - start : end - start] = low[begin - offset : end - offset] ^ _single(
-            directions, offset
-        )
+        begin, end = max(start, offset), min(stop, offset + len(low))
+        points[begin - start : end - start] = low[begin - offset : end - offset]
+        points[begin - start : end - start] ^= _point(directions, offset)
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
 def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
-    """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit."""
+    """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit.
+
+    Args:
+        directions: (d, 52) V_jk · 2^52.
+        bits: 0 to 52.
+
+    Returns:
+        (2^bits, d) coordinates · 2^52.
+    """
     table = np.zeros((1 << bits, len(directions)), dtype=np.uint64)
     for k in range(bits):
         table[1 << k : 2 << k] = table[: 1 << k] ^ directions[:, k]
     return table
 
 
-def _single(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
-    """Return one point as integers: exclusive or over the set bits of its index."""
+def _point(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
+    """Return the (d,) point of one index as integers, as `_table` does."""
     chosen = [k for k in range(index.bit_length()) if index >> k & 1]
     point: NDArray[np.uint64] = np.bitwise_xor.reduce(directions[:, chosen], axis=1)
     return point
