@@ -25,6 +25,7 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
+from pymoo_psi.errors import EvaluationError
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -35,6 +36,16 @@ class Unbounded(Problem):
 
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = x[:, :2]
+
+
+class Hole(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] > 0.7:
+            raise ValueError("hole")
+        out["F"] = x
 
 
 def check_pareto_set(result, problem):
@@ -217,6 +228,33 @@ def test_asking_and_telling_can_take_turns_with_next():
     assert algorithm.table.equals(direct.algorithm.table)
     assert algorithm.pop.get("mark").tolist() == [None] * 20 + [True] * 20 + [None] * 20
     assert algorithm.pop.get("n_gen").tolist() == direct.pop.get("n_gen").tolist()
+
+
+def test_nothing_comes_after_the_last_point():
+    algorithm = PSI(30)
+    result = minimize(CHUTE, algorithm, copy_algorithm=False)
+    algorithm.next()
+    assert algorithm.ask() is None
+    assert algorithm.n_gen == 2
+    assert [i.get("test_point") for i in algorithm.off] == list(range(1, 31))
+    assert algorithm.result().opt.get("test_point").tolist() == (
+        result.opt.get("test_point").tolist()
+    )
+
+
+def test_asking_stops_at_a_failure_where_the_run_would():
+    algorithm = PSI(8, on_failure="raise")
+    algorithm.setup(Hole())
+    with pytest.raises(EvaluationError, match="hole"):
+        algorithm.evaluator.eval(algorithm.problem, algorithm.ask())
+
+
+def test_the_problems_callback_is_called_with_each_block():
+    sizes = []
+    problem = get_problem("bnh")
+    problem.callback = lambda X, out: sizes.append((len(X), len(out["F"])))
+    minimize(problem, PSI(50, block_size=20))
+    assert sizes == [(20, 20), (20, 20), (10, 10)]
 
 
 @pytest.mark.parametrize("termination", [("n_gen", 4), ("n_gen", 100), ("n_eval", 10**6)])

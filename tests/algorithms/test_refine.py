@@ -93,3 +93,21 @@ def test_a_ranking_with_a_maximised_objective():
     refined = refine(problem, X[best], ranking)
     assert refined.start_distance == ranking.criteria[best, 0]
     assert refined.distance <= refined.start_distance
+
+
+def test_a_model_that_changes_its_design_or_fails():
+    """It is as good as the sound one: what fails is passed over, and x is what was evaluated."""
+
+    class Rough(Parabolas):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if (x[:, 0] > self.limit).any():
+                raise ArithmeticError("no convergence")
+            super()._evaluate(x, out)
+            out["G"] = np.full((len(x), 1), -1.0)
+            x[:] = np.nan
+
+    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
+    start = np.array([0.1, 0.3])
+    rough, sound = (refine(p(limit=0.4), start, ranking) for p in (Rough, Parabolas))
+    np.testing.assert_array_equal(rough.x, sound.x)
+    assert start.tolist() == [0.1, 0.3]

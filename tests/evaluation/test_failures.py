@@ -25,7 +25,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.evaluation._failures import FAILED
+from pymoo_psi.evaluation._failures import _VIOLATION
 
 
 def values(x):
@@ -103,7 +103,7 @@ class TestRecorded:
         out = problem.evaluate(X, return_as_dictionary=True, return_values_of=["F", "G", "H"])
         np.testing.assert_array_equal(out["F"][BAD], np.inf)
         np.testing.assert_array_equal(out["F"][GOOD], X[GOOD])
-        np.testing.assert_array_equal(out["G"][BAD, -1], FAILED)
+        np.testing.assert_array_equal(out["G"][BAD, -1], _VIOLATION)
         np.testing.assert_array_equal(out["G"][GOOD, -1], 0.0)
         assert out["G"].shape == (12, n_ieq + 1)
         assert out["H"].shape == (12, n_eq)

@@ -94,6 +94,11 @@ def wanders_off(self, x, out):
     os.chdir("/")
 
 
+def sets_numpy_to_raise(self, x, out):
+    out["F"], out["G"] = right(x), -1.0
+    np.seterr(all="raise")
+
+
 def forks_and_both_come_back(self, x, out):
     child = os.fork()
     if child:
@@ -167,6 +172,7 @@ FOR_ONE = {
     "reuses an array": (reuses_an_array, None),
     "reuses a list": (reuses_a_list, None),
     "wanders off": (wanders_off, None),
+    "sets NumPy to raise": (sets_numpy_to_raise, None),
     "forks, and both come back": (forks_and_both_come_back, None),
     "gives more, of many lengths": (gives_more, None),
     "claims a failure": (giving("failure", "I think not"), None),
@@ -259,6 +265,10 @@ FOR_ALL = {
         "F has masked values",
     ),
     "gives too large a number": (replacing("F", cell(10**400, object)), "F is not .*large.*"),
+    "gives too large a long double": (
+        replacing("F", cell(np.longdouble("1e4000"), np.longdouble)),
+        r"F is \[2.0, inf\] though .* feasible",
+    ),
     "gives NaN for a constraint": (
         replacing(
             "G", lambda G, culprit: np.where(np.arange(len(G))[:, None] == culprit, np.nan, G)
@@ -354,6 +364,7 @@ class TestWhatComesOut:
         check(X[:, 0], out["F"], out["G"][:, :-1], out["failure"], expected)
         np.testing.assert_array_equal(designs, X)
         assert os.getcwd() == str(tmp_path)
+        assert np.geterr()["under"] == "ignore"
 
     def test_of_an_investigation(self, model, elementwise, expected, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)

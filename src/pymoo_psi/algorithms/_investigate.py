@@ -32,6 +32,7 @@ from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
 
+FAILURE_ACTIONS = ("record", "raise")
 _KEPT = ("all", "feasible", "pareto")
 # What is evaluated between two commits of a study should take about so many seconds: as much is
 # lost by an interruption, and beside it a commit of some milliseconds does not count.
@@ -105,7 +106,8 @@ def investigate(
     points = sampling.unit_points(
         n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
     )
-    tests = Investigation(problem, space, Memory.of(study, retry), failure_action(on_failure))
+    stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
+    tests = Investigation(problem, space, Memory.of(study, retry), stop)
     if tests.memory.study is not None:
         identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
         tests.memory.begin(tests.layout, identity)
@@ -140,11 +142,6 @@ def _sift(kept: list[TestTable], limits: Limits | None) -> None:
     while len(kept) > 1 and len(kept[-2]) < 2 * len(kept[-1]):
         last = kept.pop()
         kept.append(_wanted(kept.pop().extended(last), "pareto", limits))
-
-
-def failure_action(on_failure: object) -> bool:
-    """Return whether to stop at a failure: ``"raise"``, or ``"record"``."""
-    return known_name("on_failure", on_failure, ("record", "raise")) == "raise"
 
 
 @dataclass(frozen=True)
@@ -208,10 +205,7 @@ class Investigation:
         return table, len(new)
 
     def _evaluated(self, numbers: NDArray[np.int64], X: NDArray[Any]) -> TestTable:
-        designs = self.space.designs(X)
-        out = evaluate_designs(self.problem, designs)
-        if self.problem.callback is not None:
-            self.problem.callback(designs, out)
+        out = evaluate_designs(self.problem, self.space.designs(X))
         reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
         return TestTable.of(
             numbers, X, out["F"], out["G"], out["H"], reasons=reasons, layout=self.layout

@@ -21,8 +21,8 @@ from pymoo.util.display.column import Column
 from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.algorithms._investigate import Investigation, failure_action
+from pymoo_psi._validation import Received, integer, invalid, known_name
+from pymoo_psi.algorithms._investigate import FAILURE_ACTIONS, Investigation
 from pymoo_psi.algorithms._memory import Memory, fingerprint
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
 from pymoo_psi.evaluation._evaluator import evaluate_designs
@@ -109,8 +109,6 @@ class PSI(Algorithm):
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
-        kwargs.setdefault("evaluator", _Evaluator())
-        kwargs.setdefault("output", _Output())
         self.n_points = integer("n_points", n_points, minimum=1)
         self.first = integer("first", first, minimum=1)
         if block_size is None:
@@ -120,7 +118,9 @@ class PSI(Algorithm):
         self.limits = limits
         self.memory = Memory.of(study, retry)
         self.study_key = study_key
-        self.stop = failure_action(on_failure)
+        self.stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
+        kwargs.setdefault("evaluator", _Evaluator(self.stop))
+        kwargs.setdefault("output", _Output())
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
@@ -176,14 +176,16 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
+        first, points = self._next_points()
+        if len(points) == 0:
+            return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            first, points = self._next_points()
             with self.memory.turn(self.table.layout, first, len(points)):
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:
             self._initialize()
-        tests, n_evaluated = self._investigation.tested(*self._next_points())
+        tests, n_evaluated = self._investigation.tested(first, points)
         self.evaluator.n_eval += n_evaluated
         self._add(tests)
         self.is_initialized = True
@@ -324,7 +326,8 @@ class PSI(Algorithm):
             return None
         rows = self._optimal_rows()
         if len(rows) == 0:
-            rows = np.nan_to_num(self._violation(self.table), nan=np.inf).argsort()[:1]
+            violation = np.nan_to_num(self._violation(self.table), nan=np.inf)
+            rows = np.array([violation.argmin()])
         return self._all()[rows if self.problem.n_obj > 1 else rows[:1]]
 
     def _optimal_rows(self) -> NDArray[np.intp]:
@@ -347,8 +350,12 @@ class PSI(Algorithm):
 class _Evaluator(Evaluator):
     """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
 
+    def __init__(self, stop: bool) -> None:
+        super().__init__()
+        self.stop = stop
+
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        out = evaluate_designs(without_tolerance(problem), pop.get("X"))
+        out = evaluate_designs(without_tolerance(problem), pop.get("X"), stop=self.stop)
         for name in ("F", "G", "H", "failure"):
             pop.set(name, out[name])
         pop.apply(lambda individual: individual.evaluated.update("FGH"))

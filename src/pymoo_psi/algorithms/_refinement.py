@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, finite_array, instance, invalid
+from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.pareto._rounding import unit_lengths
@@ -63,7 +64,7 @@ def refine(
     U, N and the scale stay those of ``ranking``, so that the result is the optimum that the
     ranked set approximates. The method is that of Nelder and Mead, as the criteria may have kinks
     (f2 of the chute is an absolute value), restarted because a simplex may collapse at a bound.
-    Designs that violate a constraint are passed over.
+    Designs that fail or violate a constraint are passed over.
 
     Args:
         problem: A pymoo problem with a box of continuous variables.
@@ -128,16 +129,16 @@ def refine(
         if found.fun < best:
             z, best = found.x, float(found.fun)
     x = lower + span * z if best < start_distance else start
-    f = np.asarray(problem.evaluate(x, return_values_of=["F"]))
+    f = evaluate_designs(problem, x[None])["F"][0]
     return Refinement(x, f, best, start, start_distance, evaluations + 1)
 
 
 def _distance(problem: Any, x: Array, ranking: EfficiencyRanking) -> float:
     """Return μ1 of a design; infinite if infeasible or an objective is not finite."""
-    out = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-    if not competes(out["F"], meets_constraints(out["G"], out["H"])):
+    out = evaluate_designs(problem, x[None])
+    if not competes(out["F"], meets_constraints(out["G"], out["H"])).all():
         return float("inf")
-    F = out["F"][None, :] * ranking.objectives.sign
+    F = out["F"] * ranking.objectives.sign
     return float(ranking.frame.distances(F)[0, 0])
 
 

@@ -29,7 +29,7 @@ _PART = 64
 def evaluate_designs(
     problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any
 ) -> dict[str, Any]:
-    """Evaluate designs; one that fails has a reason instead of values.
+    """Evaluate designs as pymoo's ``evaluate``; one that fails has a reason instead of values.
 
     The model gets copies of the designs, and its values are copied: whatever it does to either
     afterwards, or to an array that it returns again and again, the values stay with their design.
@@ -53,10 +53,14 @@ def evaluate_designs(
     model = _Model(problem, args, kwargs, stop)
     # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
     # ZeroToOne does; its model must not be reached around it.
-    with same_folder():
+    with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if problem.elementwise and type(problem).do is Problem.do:
-            return model.columns(problem.elementwise_runner(model, X))
-        return _together(model, X)
+            out = model.columns(problem.elementwise_runner(model, X))
+        else:
+            out = _together(model, X)
+    if problem.callback is not None:
+        problem.callback(copy.copy(X), out)
+    return out
 
 
 class _Model:
@@ -118,8 +122,9 @@ class _Model:
         """
         stands_for_nan = self.problem.replace_nan_values_by
         row: Values = {"failure": ""}
-        for name, size in self.sizes.items():
-            row[name] = _vector(name, raw.get(name), size, stands_for_nan)
+        with np.errstate(over="ignore"):  # of long doubles
+            for name, size in self.sizes.items():
+                row[name] = _vector(name, raw.get(name), size, stands_for_nan)
         if not np.isfinite(row["F"]).all() and meets_constraints(row["G"], row["H"]):
             raise _BadValues(f"F is {row['F'].tolist()} though the design is feasible")
         for name, value in raw.items():
@@ -201,8 +206,9 @@ def _checked_rows(
     out: dict[str, Any] = {name: np.zeros(array.shape) for name, array in given.items()}
     doubtful = np.ones(n, dtype=bool)
     if all(a.dtype.kind in "fiub" and not np.ma.is_masked(a) for a in given.values()):
-        for name, array in given.items():
-            out[name][:] = array
+        with np.errstate(over="ignore"):  # of long doubles
+            for name, array in given.items():
+                out[name][:] = array
         feasible = meets_constraints(out["G"], out["H"])
         doubtful = np.isnan(np.hstack([out["F"], out["G"], out["H"]])).any(axis=1)
         doubtful |= feasible & ~competes(out["F"], feasible)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import known_name
@@ -17,7 +18,7 @@ from pymoo_psi.problems._pymoo import require_problem
 
 Mask = NDArray[np.bool_]
 
-FAILED = 1e10  # the violation of a failed design: above any other, and finite for sums and ratios
+_VIOLATION = 1e10  # of a failed design: above any other, and finite for sums and ratios
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,6 @@ class FailureTolerant(Problem):
             elementwise=problem.elementwise,
             elementwise_runner=problem.elementwise_runner,
             requires_kwargs=problem.requires_kwargs,
-            callback=problem.callback,
             strict=problem.strict,
             **problem.data,
         )
@@ -151,7 +151,8 @@ class FailureTolerant(Problem):
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
         algorithm = kwargs.get("algorithm")
-        if algorithm is not None and not isinstance(algorithm._set_optimum, _Optimum):
+        patched = isinstance(getattr(algorithm, "_set_optimum", None), _Optimum)
+        if isinstance(algorithm, Algorithm) and not patched:
             algorithm._set_optimum = _Optimum(algorithm)
         return super().evaluate(X, *args, **kwargs)
 
@@ -171,7 +172,7 @@ class FailureTolerant(Problem):
         return formatted
 
     def _add_constraint(self, out: dict[str, Any], failed: Mask) -> None:
-        out["G"] = np.column_stack([out["G"], np.where(failed, FAILED, 0.0)])
+        out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
         if "dG" in out:
             gradients = np.reshape(out["dG"], (len(failed), -1, self.n_var))
             nothing = np.zeros((len(failed), 1, self.n_var))
@@ -186,7 +187,7 @@ class FailureTolerant(Problem):
         # pymoo takes a violation from here even where a problem has no constraints, and then
         # leaves failed designs out of its optimum
         violation = constraint_violation(out["G"], out["H"])
-        out["CV"] = np.where(failed, FAILED, violation)[:, None]
+        out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
 
     def _penalty(self, x: Any) -> tuple[float, ...]:
         """Return objectives of a failed design, worse than any that did not fail so far."""
@@ -195,7 +196,7 @@ class FailureTolerant(Problem):
         # and take another value for a change of the problem.
         penalty = self._penalties.get(key)
         if penalty is None or not (penalty > self._worst).all():
-            known = np.where(np.isfinite(self._worst), self._worst, FAILED)
+            known = np.where(np.isfinite(self._worst), self._worst, _VIOLATION)
             # Worse by once to twice their own size, since algorithms scale by the range of a
             # population, and no two alike, which some cannot bear: multiples of the golden ratio.
             margin = 1 + len(self._penalties) * 0.6180339887498949 % 1
