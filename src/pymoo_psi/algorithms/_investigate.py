@@ -26,7 +26,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import without_tolerance
 from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.problems import DesignSpace, design_space
+from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._layout import Limits

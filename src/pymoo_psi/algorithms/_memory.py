@@ -13,7 +13,7 @@ import numpy as np
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.algorithms._sampling import LPTauSampling, QMCSampling, UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.problems import DesignSpace
+from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.storage import Study
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._exchange import columns_of, head_of, table_of

@@ -29,7 +29,7 @@ from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import without_tolerance
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits

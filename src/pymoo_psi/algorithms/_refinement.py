@@ -13,7 +13,7 @@ from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.pareto._rounding import unit_lengths
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_problem
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from pymoo.core.sampling import Sampling
 
 from pymoo_psi._validation import Received, boolean, integer, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import random_generator
 from pymoo_psi.sequences import lp_tau
 

@@ -34,7 +34,7 @@ from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_tex
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.parallel._tasks import in_order, in_parallel
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_problem
 
 if TYPE_CHECKING:

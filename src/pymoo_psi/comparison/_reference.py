@@ -19,7 +19,7 @@ from pymoo_psi.pareto import nondominated, rank_of_efficiency
 from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import UtopianFrame, ranking_of
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 
 Array = NDArray[np.float64]
 

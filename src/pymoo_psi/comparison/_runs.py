@@ -23,7 +23,7 @@ from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import PsiError, RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
-from pymoo_psi.problems import design_space
+from pymoo_psi.problems._design_space import design_space
 
 Array = NDArray[np.float64]
 
