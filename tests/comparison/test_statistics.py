@@ -1,15 +1,16 @@
 """Tests of differences between algorithms, against counting and textbooks."""
 
 import itertools
-import warnings
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.stats import mannwhitneyu
 
-from pymoo_psi.comparison._statistics import effect_size, holm, p_value
+from pymoo_psi.comparison._statistics import effect_size, holm, least_p, p_value
 
 
 def test_holm_against_the_textbook():
@@ -39,15 +40,51 @@ def test_p_values_by_counting():
     assert np.isnan(p_value(low[:1], high[:1], fixed=(True, True)))
 
 
-def test_infinite_values_are_ranked():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        a, b = np.array([np.inf] * 3), np.array([1.0, 2, 3])
-        assert p_value(b, b + 10, fixed=(False, False)) == pytest.approx(2 / 20)
-        assert p_value(a, b, fixed=(False, False)) == p_value(
-            np.full(3, 9.0), b, fixed=(False, False)
-        )
-        assert effect_size(a, b) == 1
+def by_counting(a, b):
+    """The two-sided p value over all choices of runs, as a fraction."""
+    everything = [*a, *b]
+    ranks = [
+        sum(Fraction(other < value) for other in everything)
+        + sum(Fraction(other == value) for other in everything) / 2
+        for value in everything
+    ]
+    observed = sum(ranks[: len(a)])
+    sums = [sum(chosen) for chosen in itertools.combinations(ranks, len(a))]
+    lower = Fraction(sum(value <= observed for value in sums), len(sums))
+    upper = Fraction(sum(value >= observed for value in sums), len(sums))
+    return min(Fraction(1), 2 * min(lower, upper))
+
+
+tied = st.lists(st.sampled_from([0.0, 1.0, 1.5, 7.0, np.inf]), min_size=1, max_size=6)
+
+
+@given(tied, tied)
+def test_p_values_of_tied_runs_are_exact(a, b):
+    p = p_value(np.array(a), np.array(b), fixed=(False, False))
+    assert p == pytest.approx(float(by_counting(a, b)), rel=1e-14)
+    assert p >= least_p(len(a), len(b), fixed=(False, False))
+    assert p_value(np.array(b), np.array(a), fixed=(False, False)) == pytest.approx(p, rel=1e-14)
+
+
+def test_three_runs_against_three_cannot_be_surer_than_a_tenth():
+    for a, b in (([1, 1, 1], [2, 2, 2]), ([np.inf] * 3, [1, 2, 3]), ([0, 0, 0], [0.1, 0.2, 0.2])):
+        assert p_value(np.array(a), np.array(b), fixed=(False, False)) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("n", [11, 40])
+def test_p_values_without_ties_are_scipys(n):
+    rng = np.random.default_rng(n)
+    a, b = rng.random(n), rng.random(n - 3) + 0.2
+    p = p_value(a, b, fixed=(False, False))
+    assert p == pytest.approx(mannwhitneyu(a, b, method="exact").pvalue, rel=1e-9)
+
+
+def test_p_values_of_many_runs_are_near_the_exact_ones(monkeypatch):
+    rng = np.random.default_rng(0)
+    a, b = rng.integers(0, 30, 45), rng.integers(1, 31, 45)
+    normal = p_value(a, b, fixed=(False, False))
+    monkeypatch.setattr("pymoo_psi.comparison._statistics._EXACT_RUNS", 45)
+    assert normal == pytest.approx(p_value(a, b, fixed=(False, False)), rel=0.1)
 
 
 @given(
@@ -58,3 +95,7 @@ def test_effect_sizes_of_two_directions_add_up_to_one(a, b):
     assert effect_size(a, b) + effect_size(b, a) == pytest.approx(1)
     wins = [1.0 if x > y else 0.5 if x == y else 0.0 for x, y in itertools.product(a, b)]
     assert effect_size(a, b) == pytest.approx(np.mean(wins))
+
+
+def test_infinite_values_have_effect_sizes():
+    assert effect_size(np.array([np.inf] * 3), np.array([1.0, np.inf])) == 0.75

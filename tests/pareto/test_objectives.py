@@ -1,7 +1,5 @@
 """Ranks of whatever the user has: maximised objectives, data frames, published Pareto sets."""
 
-import math
-
 import moocore
 import numpy as np
 import pandas as pd
@@ -11,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, rank_of_efficiency
+from tests.pareto.exact import exact_ranking
 
 # Ties, duplicates and dominated rows are common on a grid; generic points have none.
 grids = st.tuples(st.integers(1, 25), st.integers(2, 8)).flatmap(
@@ -22,48 +21,6 @@ generic = st.tuples(st.integers(2, 50), st.integers(2, 8), st.integers(0, 2**32 
 sets = st.one_of(grids, generic)
 
 
-def better(a, b, senses):
-    return [x > y if up else x < y for x, y, up in zip(a, b, senses, strict=True)]
-
-
-def oracle(F, maximize=(), normalize=True):
-    """Ranks by loops over all pairs, in the user's own sense throughout: nothing is turned."""
-    rows, m = [tuple(row) for row in F.tolist()], F.shape[1]
-    senses = [j in maximize for j in range(m)]
-    pareto = [
-        not any(any(better(o, r, senses)) and not any(better(r, o, senses)) for o in rows)
-        for r in rows
-    ]
-    front = [row for row, is_in in zip(rows, pareto, strict=True) if is_in]
-    columns = list(zip(*front, strict=True))
-    best = [max(c) if up else min(c) for c, up in zip(columns, senses, strict=True)]
-    worst = [min(c) if up else max(c) for c, up in zip(columns, senses, strict=True)]
-    unit = [
-        (abs(w - b) or math.inf) if normalize else 1.0 for b, w in zip(best, worst, strict=True)
-    ]
-    line = [abs(w - b) / u for b, w, u in zip(best, worst, unit, strict=True)]
-    length = math.sqrt(sum(x * x for x in line)) or 1.0
-    criteria = []
-    for row in rows:
-        d = [
-            (b - f if up else f - b) / u
-            for f, b, u, up in zip(row, best, unit, senses, strict=True)
-        ]
-        mu3 = sum(x * y for x, y in zip(d, line, strict=True)) / length
-        mu2 = math.sqrt(sum((x - mu3 * y / length) ** 2 for x, y in zip(d, line, strict=True)))
-        criteria.append(tuple(round(v, 9) for v in (math.hypot(*d), mu2, mu3)))
-    kept = [c for c, is_in in zip(criteria, pareto, strict=True) if is_in]
-
-    def stays(c, j, k):
-        return not any(o[j] <= c[j] and o[k] <= c[k] and (o[j] < c[j] or o[k] < c[k]) for o in kept)
-
-    rank = [
-        3 * stays(c, 1, 2) + 2 * stays(c, 0, 2) + stays(c, 0, 1) if is_in else 0
-        for c, is_in in zip(criteria, pareto, strict=True)
-    ]
-    return rank, pareto, criteria, best, worst
-
-
 def senses_of(m):
     return st.lists(st.integers(0, m - 1), unique=True)
 
@@ -73,12 +30,16 @@ def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
     maximize = data.draw(senses_of(F.shape[1]))
     F.setflags(write=False)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    rank, pareto, criteria, best, worst = oracle(F, maximize, normalize)
-    assert ranking.rank.tolist() == rank
-    assert ranking.pareto.tolist() == pareto
-    np.testing.assert_allclose(ranking.criteria, criteria, atol=1e-8)
-    np.testing.assert_array_equal(ranking.ideal, best)
-    np.testing.assert_array_equal(ranking.nadir, worst)
+    exact = exact_ranking(F, normalize=normalize, maximize=maximize)
+    assert exact.decided
+    assert ranking.rank.tolist() == exact.rank
+    assert ranking.pareto.tolist() == exact.pareto
+    np.testing.assert_allclose(ranking.criteria, exact.criteria, atol=1e-13)
+    front = F[exact.pareto]
+    upwards = np.isin(np.arange(F.shape[1]), maximize)
+    low, high = front.min(axis=0), front.max(axis=0)
+    np.testing.assert_array_equal(ranking.ideal, np.where(upwards, high, low))
+    np.testing.assert_array_equal(ranking.nadir, np.where(upwards, low, high))
 
 
 @given(data=st.data(), F=sets, normalize=st.booleans())
@@ -146,11 +107,11 @@ def test_published_sets(name):
     data = moocore.get_dataset(name)
     every = data[:, :-1]
     for F in (every[data[:, -1] == 1], every[data[:, -1] == 2], every[:500]):
-        rank, pareto, criteria, *_ = oracle(F)
-        ranking = rank_of_efficiency(F)
-        assert ranking.rank.tolist() == rank
-        assert ranking.pareto.tolist() == pareto
-        np.testing.assert_allclose(ranking.criteria, criteria, atol=1e-8)
+        exact, ranking = exact_ranking(F), rank_of_efficiency(F)
+        assert exact.decided
+        assert ranking.rank.tolist() == exact.rank
+        assert ranking.pareto.tolist() == exact.pareto
+        np.testing.assert_allclose(ranking.criteria, exact.criteria, atol=1e-13)
 
 
 def test_a_published_csv_with_names():
@@ -158,9 +119,10 @@ def test_a_published_csv_with_names():
     frame = pd.read_csv(moocore.get_dataset_path("tpls50x20_1_MWT.csv"))
     both = frame[["Makespan", "WeightedTardiness"]]
     ranking = rank_of_efficiency(both)
-    rank, pareto, *_ = oracle(both[ranking.pareto].to_numpy())
-    assert all(pareto)
-    assert ranking.rank[ranking.pareto].tolist() == rank
+    exact = exact_ranking(both[ranking.pareto].to_numpy())
+    assert exact.decided
+    assert all(exact.pareto)
+    assert ranking.rank[ranking.pareto].tolist() == exact.rank
     assert list(ranking.to_frame().columns[:2]) == ["Makespan", "WeightedTardiness"]
 
 
@@ -168,7 +130,7 @@ def test_a_million_rows_with_a_maximised_objective():
     F = np.random.default_rng(3).random((1_000_000, 3))
     ranking = rank_of_efficiency(F, maximize=[1])
     front = np.flatnonzero(ranking.pareto)
-    assert ranking.rank[front].tolist() == oracle(F[front], [1])[0]
+    assert ranking.rank[front].tolist() == exact_ranking(F[front], maximize=[1]).rank
     np.testing.assert_array_equal(ranking.to_frame().sort_index()["f2"], F[:, 1])
 
 

@@ -159,8 +159,8 @@ def _method(comparison: Comparison) -> list[str]:
         "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
         f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",
-        "- Differences are tested by Mann-Whitney's U, by the exact sign test where one algorithm "
-        "leaves nothing to chance; p values are corrected by Holm's method over all pairs and "
-        "budgets of an indicator; the effect is the probability that a run of the first is the "
-        f"better one. A difference is claimed at p < {SIGNIFICANCE}.",
+        "- Differences are tested by Mann-Whitney's U with exact p values, by the exact sign test "
+        "where one algorithm leaves nothing to chance; p values are corrected by Holm's method "
+        "over all pairs and budgets of an indicator; the effect is the probability that a run of "
+        f"the first is the better one. A difference is claimed at p < {SIGNIFICANCE}.",
     ]

@@ -1,7 +1,8 @@
 """Whether one algorithm is better than another, and how sure that is.
 
-Of two algorithms with runs by chance, the Mann-Whitney U test asks whether the runs of one tend to
-be better. An algorithm that leaves nothing to chance has one value; the exact sign test then asks
+Of two algorithms with runs by chance, the rank-sum test of Wilcoxon, Mann and Whitney asks whether
+the runs of one tend to be better; ties share their mean rank, and the p value is exact with them,
+too. An algorithm that leaves nothing to chance has one value; the exact sign test then asks
 whether the median run of the other is better than it. The p values of all pairs and budgets are
 corrected together by Holm's method (Scand. J. Statist. 6, 1979), which bounds the probability of
 even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Behav. Stat. 25,
@@ -11,6 +12,7 @@ even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Be
 from __future__ import annotations
 
 import itertools
+from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +25,13 @@ Array = NDArray[np.float64]
 
 INDICATORS = {"hypervolume": 1, "igd_plus": -1, "epsilon": -1, "optimum_distance": -1}
 """The indicators of quality: 1 where more is better, -1 where less is."""
+
+_EXACT_RUNS = 40
+"""Runs of an algorithm up to which p values are exact; such a test takes a twentieth of a second.
+
+With more, the normal approximation with its correction for ties is right to a few per cent at the
+usual levels of significance, and too large far below them.
+"""
 
 
 def holm(p: Array) -> Array:
@@ -53,7 +62,7 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         b: Values of the runs of the other.
         fixed: Which of the two leave nothing to chance; NaN if both do.
     """
-    from scipy.stats import binomtest, mannwhitneyu
+    from scipy.stats import binomtest, mannwhitneyu  # heavy to import
 
     if all(fixed):
         return np.nan
@@ -63,17 +72,43 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         if len(different) == 0:
             return 1.0
         return float(binomtest(int((different > value).sum()), len(different)).pvalue)
-    if np.unique(np.concatenate([a, b])).size == 1:
-        return 1.0
-    # Ranks stand for the values: infinite ones have theirs, but no differences.
-    _, ranks = np.unique(np.concatenate([a, b]), return_inverse=True)
-    return float(mannwhitneyu(ranks[: len(a)], ranks[len(a) :]).pvalue)
+    # Ranks stand for the values: infinite ones have theirs, but no differences. Twice the mean
+    # rank of those that tie is an integer.
+    _, place, count = np.unique(np.concatenate([a, b]), return_inverse=True, return_counts=True)
+    ranks = (2 * np.cumsum(count) - count + 1)[place]
+    if max(len(a), len(b)) > _EXACT_RUNS:
+        found = mannwhitneyu(ranks[: len(a)], ranks[len(a) :], method="asymptotic")
+        return float(found.pvalue)
+    ways = _ways(ranks, len(a))
+    observed = int(ranks[: len(a)].sum())
+    lower, upper = ways[: observed + 1].sum(), ways[observed:].sum()
+    return min(1.0, 2.0 * float(min(lower, upper) / ways.sum()))
+
+
+def _ways(ranks: NDArray[np.intp], size: int) -> Array:
+    """Count the choices of some of the runs that have a certain sum of ranks.
+
+    If two algorithms do not differ, any choice of as many runs as one of them has is as likely
+    to be its runs.
+
+    Args:
+        ranks: ``(n,)`` the ranks of all runs, integers >= 1.
+        size: How many runs are chosen, k <= n.
+
+    Returns:
+        ``(s + 1,)`` for each sum from 0 to that of all ranks how many choices have it; as floats,
+        which hold integers exactly up to 2^53 and lose no more than the last digits beyond.
+    """
+    ways = np.zeros((size + 1, int(ranks.sum()) + 1))  # by runs chosen and sum of their ranks
+    ways[0, 0] = 1
+    for rank in ranks:
+        ways[1:, rank:] += ways[:-1, :-rank].copy()  # those without this run, and it
+    chosen: Array = ways[size]
+    return chosen
 
 
 def least_p(n_a: int, n_b: int, *, fixed: tuple[bool, bool]) -> float:
     """Return the smallest p value that so many runs can give; see :func:`p_value`."""
-    from math import comb
-
     if all(fixed):
         return 1.0
     return 2.0 / (2 ** (n_b if fixed[0] else n_a) if any(fixed) else comb(n_a + n_b, n_a))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.pareto._ranking import EfficiencyRanking
-from pymoo_psi.pareto._rounding import levels
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled
 
 Array = NDArray[np.float64]
 
@@ -31,9 +31,10 @@ def nearest_compromise(ranking: EfficiencyRanking, p: float, weights: Array) -> 
         weights: ``(m,)`` weights >= 0.
     """
     front = np.flatnonzero(ranking.pareto)
-    F, frame = ranking.objectives.minimized[front], ranking.frame
-    terms = weights * frame.scaled(F)
-    noise = weights * frame.roundings(F)
+    F, frame = settled(ranking.objectives.minimized[front]), ranking.frame
+    d = frame.scaled(F)
+    unit = d.max() or 1.0  # so that no sum of terms overflows
+    terms, noise = weights * (d / unit), LAST_PLACES * (weights * (frame.sizes(F) / unit))
     for order in (p, 1.0) if np.isinf(p) else (p,):
         tolerance = float(_norm(noise[None, :], order)[0])
         nearest = levels(_norm(terms, order), tolerance) == 0

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._validation import Received, boolean, integer, invalid
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
 from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._rounding import levels, unit_lengths
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -238,7 +239,7 @@ def ranking_of(
     """Rank checked objectives whose Pareto-optimal rows, one or more, are known."""
     normalize = boolean("normalize", normalize)
     F = objectives.minimized
-    front = F[pareto]
+    F[pareto] = front = settled(F[pareto])
     best = front.min(axis=0)
     U, N = objectives.point("ideal", ideal), objectives.point("nadir", nadir)
     U = best if U is None else U
@@ -253,17 +254,17 @@ def ranking_of(
         raise invalid("F", "of finite range", Received(f"{U[j]} to {N[j]} in objective {j + 1}"))
     frame = UtopianFrame(U, N, normalize)
 
-    criteria = frame.distances(F)
-    tolerance = frame.rounding(front)
-    mu1, mu2, mu3 = (levels(column, tolerance) for column in criteria[pareto].T)
+    measured, units = frame.measured(F)
+    mu1, mu2, mu3 = map(levels, measured[pareto].T, frame.noise(front, units))
+    p12 = nondominated_pair(mu1, mu2, mu3)
+    p13 = nondominated_pair(mu1, mu3, mu2)
+    # P12 and P13 lie inside P23, since μ1² = μ2² + μ3². Levels know this only up to their
+    # tolerance; without it, ranks 1 and 2 would occur.
+    p23 = nondominated_pair(mu2, mu3, mu1) | p12 | p13
     rank = np.zeros(len(F), dtype=np.int64)
-    rank[pareto] = (
-        3 * nondominated_pair(mu2, mu3)
-        + 2 * nondominated_pair(mu1, mu3)
-        + 1 * nondominated_pair(mu1, mu2)
-    )
+    rank[pareto] = 3 * p23 + 2 * p13 + 1 * p12
     salukvadze = np.flatnonzero(pareto)[mu1 == 0]
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
+    return EfficiencyRanking(measured * units, rank, pareto, frame, salukvadze, objectives)
 
 
 def _require_order(
@@ -295,21 +296,25 @@ class UtopianFrame:
     nadir: Array
     normalize: bool
 
-    @property
+    @cached_property
     def scale(self) -> Array:
         """``(m,)`` the length by which each objective is divided."""
-        if not self.normalize:
-            return np.ones_like(self.ideal)
+        return self._lengths if self.normalize else np.ones_like(self.ideal)
+
+    @cached_property
+    def line(self) -> Array:
+        """``(m,)`` the way from U to N in the scale; 0 in a constant objective."""
+        return np.where(np.isfinite(self._lengths), self.nadir - self.ideal, 0.0) / self.scale
+
+    @cached_property
+    def _lengths(self) -> Array:
         return unit_lengths(self.ideal, self.nadir)
 
-    @property
-    def direction(self) -> Array:
+    @cached_property
+    def _direction(self) -> Array:
         """``(m,)`` the unit vector e from U to N; zero if N = U."""
-        span = (self.nadir - self.ideal) / self.scale
-        largest = float(span.max())
-        if largest <= 0:
-            return span
-        return span / largest / float(np.linalg.norm(span / largest))
+        line = self.line / (self.line.max() or 1.0)
+        return line / (float(np.linalg.norm(line)) or 1.0)
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
@@ -318,28 +323,60 @@ class UtopianFrame:
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
-        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            # In units of the length of UN, so that no square over- or underflows.
-            unit = float(np.abs((self.nadir - self.ideal) / self.scale).max()) or 1.0
-            d = self.scaled(F) / unit
-            along = d @ self.direction
-            across = d - along[:, None] * self.direction
-            return np.column_stack([_row_norm(d), _row_norm(across), along]) * unit
+        measured, units = self.measured(F)
+        return measured * units
 
-    def rounding(self, F: Array) -> float:
-        """Bound the rounding error that the criteria of ``F`` carry.
+    def measured(self, F: Array) -> tuple[Array, Array]:
+        """Return the criteria of points in units in which no square over- or underflows.
 
-        ``F`` is taken to be right to a few units in its last place, and m terms are summed.
+        Args:
+            F: ``(n, m)`` points.
+
+        Returns:
+            ``(n, 3)`` criteria μ1, μ2, μ3 and the ``(3,)`` units by which to multiply them.
         """
-        return float(np.hypot.reduce(self.roundings(F)))
+        longest = int(self.line.argmax())
+        e = self._direction
+        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            d = self.scaled(F)
+            unit = float(self.line[longest] or np.abs(d).max() or 1.0)
+            across_unit = float(np.delete(self.line, longest).max(initial=0.0) or unit)
+            # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
+            # small ones in the rounding error of the large one. Here the point of the line with
+            # the same value of the largest is taken away first, and no objective's difference
+            # meets another's.
+            across = d - (d[:, longest] / unit)[:, None] * self.line
+            across -= (across @ e)[:, None] * e
+            d /= unit
+            criteria = [_row_norm(d), _row_norm(across / across_unit), d @ e]
+            measured = np.column_stack(criteria)
+        measured[np.isnan(measured)] = np.inf
+        return measured, np.array([unit, across_unit, unit])
 
-    def roundings(self, F: Array) -> Array:
-        """Bound the rounding error of each term of a distance; an ``(m,)`` array."""
+    def noise(self, F: Array, units: Array) -> Array:
+        """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
+
+        An error in one objective moves a point along its axis. μ3 feels the part of it along UN,
+        μ2 that across, and μ1 all of it at most.
+
+        Args:
+            F: The points.
+            units: ``(3,)`` the units of the criteria, from :meth:`measured`.
+        """
+        e2 = self._direction**2
+        across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
+        parts = np.array([np.ones_like(e2), across, self._direction])
+        bounds: Array = np.hypot.reduce(parts * self.sizes(F) / units[:, None], axis=1)
+        return LAST_PLACES * bounds
+
+    def sizes(self, F: Array) -> Array:
+        """Return ``(m,)`` how large values are in the scale: ``LAST_PLACES`` of it is noise."""
         size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
-        bounds: Array = 8 * np.finfo(np.float64).eps * size / self.scale
-        return bounds
+        return np.where(np.isfinite(self._lengths), size / self.scale, 0.0)
 
 
 def _row_norm(rows: Array) -> Array:
     norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    far = np.isinf(norm)  # the squares, not the distance, may be too large for a float
+    norm[far] = np.hypot.reduce(rows[far], axis=1)
     return norm

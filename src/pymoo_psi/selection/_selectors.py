@@ -156,5 +156,6 @@ def checked_weights(weights: ArrayLike) -> NDArray[np.float64]:
     array = finite_array("weights", weights)
     if array.ndim != 1 or (array < 0).any() or not array.any():
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
-    shares: NDArray[np.float64] = array / array.sum()
+    ratios = array / array.max()  # first, as the sum of large weights overflows
+    shares: NDArray[np.float64] = ratios / ratios.sum()
     return shares

@@ -1,0 +1,254 @@
+"""Rounding does not decide: dominance and ranks against exact rational arithmetic."""
+
+import numpy as np
+import pytest
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import CompromiseProgramming, PsiError, SalukvadzeOptimum, rank_of_efficiency
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto._rounding import NOISE, levels, settled
+from tests.pareto.exact import exact_ranking
+
+EPS = 2.0**-52
+shapes = st.tuples(st.integers(1, 24), st.integers(1, 6))
+seeds = st.integers(0, 2**32 - 1)
+
+
+def drawn(make):
+    """Sets that a random generator makes; no two values are close by chance."""
+    return st.tuples(shapes, seeds).map(lambda t: make(np.random.default_rng(t[1]), *t[0]))
+
+
+def grids(high, unit=1.0):
+    return shapes.flatmap(
+        lambda shape: arrays(float, shape, elements=st.integers(0, high).map(lambda k: k * unit))
+    )
+
+
+def on_sphere(rng, n, m):
+    F = np.abs(rng.standard_normal((n, m)))
+    return F / np.linalg.norm(F, axis=1)[:, None]
+
+
+def on_scales(rng, n, m):
+    """Objectives up to 18 orders of magnitude apart, none of the designs far from optimal."""
+    return on_sphere(rng, n, m) * 10.0 ** rng.choice([-9, 0, 9], m)
+
+
+def with_constants(rng, n, m):
+    F = rng.integers(0, 7, (n, m)).astype(float)
+    F[:, 0] = 10.0 ** rng.integers(-300, 300) * (1 + 1e-15 * rng.standard_normal(n))
+    return F
+
+
+KINDS = {
+    "generic": drawn(lambda rng, n, m: rng.standard_normal((n, m))),
+    "tied": grids(6),
+    "clustered": drawn(
+        lambda rng, n, m: rng.integers(1, 5, (n, m)) + 1e-15 * rng.integers(0, 4, (n, m))
+    ),
+    "denormal": grids(1000, 5e-324),
+    "1e+300": drawn(lambda rng, n, m: 1e300 * rng.standard_normal((n, m))),
+    "1e-300": drawn(lambda rng, n, m: 1e-300 * rng.standard_normal((n, m))),
+    "mixed scales": drawn(on_scales),
+    "mixed scales, tied": drawn(
+        lambda rng, n, m: rng.integers(0, 5, (n, m)) * 10.0 ** rng.choice([-9, 0, 9], m)
+    ),
+    "600 orders apart": drawn(lambda rng, n, m: on_sphere(rng, n, m) * 10.0 ** rng.choice([-300, 0, 300], m)),
+    "magnitudes within an objective": drawn(lambda rng, n, m: 10.0 ** rng.uniform(-20, 20, (n, m))),
+    "constant columns": drawn(with_constants),
+    "one distance from U": drawn(on_sphere),
+    "one plane": drawn(lambda rng, n, m: rng.dirichlet(np.ones(m), n)),
+    "large offset": drawn(lambda rng, n, m: 1e6 + rng.random((n, m))),
+    "any floats": shapes.flatmap(
+        lambda shape: arrays(float, shape, elements=st.floats(-8e307, 8e307))
+    ),
+    "neighbouring floats": drawn(
+        lambda rng, n, m: 1 + rng.integers(0, 400, (n, m)) * EPS * rng.integers(0, 2, m)
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=40)
+@given(data=st.data(), normalize=st.booleans())
+def test_ranks_agree_with_exact_arithmetic(kind, data, normalize):
+    F = data.draw(KINDS[kind])
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    chosen = set(ranking.salukvadze)
+    assert set(ranking.rank) <= {0, 3, 4, 5, 6}
+    assert set(np.flatnonzero(ranking.rank == 6)) <= chosen <= set(np.flatnonzero(ranking.pareto))
+    assert chosen
+    exact = exact_ranking(F, normalize=normalize)
+    event(f"decided: {exact.decided}")
+    if exact.decided:
+        assert ranking.pareto.tolist() == exact.pareto
+        assert ranking.rank.tolist() == exact.rank
+        assert ranking.salukvadze.tolist() == exact.salukvadze
+        front = ranking.pareto
+        least = 1e-13 * np.abs(exact.criteria[front]).max(axis=0) + 2e-323
+        error = np.abs(ranking.criteria[front] - exact.criteria[front])
+        assert (error <= 1e-9 * np.abs(exact.criteria[front]) + least).all()
+
+
+A, B = 0.1 + 0.2, 0.3  # 0.30000000000000004 and 0.3
+THIRD = 1.0 - 2.0 / 3.0  # an ulp and a half above 1 / 3
+
+HARD = {
+    "one design": ([[3.0, -4.0]], [6]),
+    "two designs": ([[0.0, 1.0], [1.0, 0.0]], [6, 6]),
+    "two designs, one better": ([[0.0, 1.0], [0.0, 2.0]], [6, 0]),
+    "two designs an ulp apart": ([[1.0, 1.0 + EPS], [1.0 + EPS, 1.0]], [6, 6]),
+    "all equal": ([[2.0, 5.0]] * 3, [6, 6, 6]),
+    "all zero": ([[0.0, -0.0], [-0.0, 0.0]], [6, 6]),
+    "the same sum in two orders": ([[1.0, A], [2.0, B], [3.0, A]], [6, 0, 0]),
+    "a catalogue with noise": (
+        [[0.0, 1.0, A], [0.3, 0.4, B], [1.0, 0.0, A], [0.3, 0.4, A], [0.3, 0.4, 2 * B]],
+        [0, 6, 0, 6, 0],
+    ),
+    "constant but for noise, far from the rest": (
+        [[0.0, 1.0, 1e20], [0.3, 0.4, 1e20 + 16384], [1.0, 0.0, 1e20]],
+        [0, 6, 0],
+    ),
+    "clusters around three designs": (
+        [[1.0, 2 + 1e-15], [1 + 1e-15, 2.0], [1.3, 1.4], [1.3 + 1e-15, 1.4 - 1e-15], [2.0, 1.0]],
+        [0, 0, 6, 6, 0],
+    ),
+    "a penalty hides nothing": ([[1e-9, 3.0], [2e-9, 2.0], [1e20, 1.0], [3e-9, 2.5]], [0, 6, 0, 0]),
+    "denormals": ([[0.0, 4e-323], [1e-323, 1e-323], [4e-323, 0.0]], [0, 6, 0]),
+    "the largest floats": ([[0.0, 1.7e308], [1e307, 1e307], [1.7e308, 0.0]], [0, 6, 0]),
+    "huge beside tiny": (
+        [[0.0, 1e-300], [2e299, 5e-301], [5e299, 3e-301], [1e300, 0.0]],
+        [0, 6, 4, 0],
+    ),
+    "negative and around zero": ([[-1.0, 1.0], [-0.4, -0.4], [1.0, -1.0]], [0, 6, 0]),
+}
+
+
+@pytest.mark.parametrize("case", HARD)
+def test_hard_cases(case):
+    F, rank = HARD[case]
+    assert rank_of_efficiency(F).rank.tolist() == rank
+    for normalize in (True, False):
+        exact = exact_ranking(np.array(F), normalize=normalize)
+        assert exact.decided
+        assert rank_of_efficiency(F, normalize=normalize).rank.tolist() == exact.rank
+
+
+@settings(max_examples=40)
+@given(
+    F=grids(6),
+    size=st.sampled_from([1e-290, 1e-3, 1.0, -0.3, 7.0, 1e9, -1e290]),
+    noise=st.sampled_from([1e-16, 1e-15]),
+    seed=seeds,
+    upwards=st.booleans(),
+    normalize=st.booleans(),
+)
+def test_a_criterion_that_is_constant_but_for_noise_changes_nothing(
+    F, size, noise, seed, upwards, normalize
+):
+    column = size * (1 + noise * np.random.default_rng(seed).standard_normal(len(F)))
+    maximize = [F.shape[1]] if upwards else []
+    noisy = rank_of_efficiency(np.column_stack([F, column]), maximize=maximize, normalize=normalize)
+    plain = rank_of_efficiency(F, normalize=normalize)
+    assert noisy.pareto.tolist() == plain.pareto.tolist()
+    assert noisy.rank.tolist() == plain.rank.tolist()
+    assert noisy.salukvadze.tolist() == plain.salukvadze.tolist()
+
+
+def test_two_hundred_designs_of_which_one_is_best():
+    f1 = np.linspace(1, 2, 200)
+    noise = 5 * (1 + 1e-16 * np.random.default_rng(0).standard_normal(200))
+    assert rank_of_efficiency(np.column_stack([f1, 2 * f1, noise])).pareto.sum() == 1
+
+
+@settings(max_examples=40)
+@given(centres=grids(5), data=st.data(), normalize=st.booleans())
+def test_designs_of_a_cluster_have_the_rank_of_its_centre(centres, data, normalize):
+    centres = centres + 1
+    rows = data.draw(st.lists(st.integers(0, len(centres) - 1), min_size=1, max_size=40))
+    steps = data.draw(arrays(float, (len(rows), centres.shape[1]), elements=st.integers(0, 5)))
+    cluster = rank_of_efficiency(centres[rows] + 1e-15 * steps, normalize=normalize)
+    assert (
+        cluster.rank.tolist()
+        == rank_of_efficiency(centres[rows], normalize=normalize).rank.tolist()
+    )
+
+
+@given(
+    values=arrays(float, st.integers(1, 40), elements=st.integers(0, 60).map(float)),
+    tolerance=st.sampled_from([0.0, 0.5, 1.0, 2.0, 7.0, 100.0]),
+)
+def test_levels_are_ordered_and_no_wider_than_the_tolerance(values, tolerance):
+    level = levels(values, tolerance)
+    assert set(level) == set(range(level.max() + 1))
+    for a, i in zip(values, level, strict=True):
+        for b, j in zip(values, level, strict=True):
+            assert i <= j or a > b
+            assert i != j or abs(a - b) <= tolerance
+    least = np.array([values[level == k].min() for k in range(level.max() + 1)])
+    assert (np.diff(least) > tolerance).all()
+
+
+chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), elements=st.one_of(
+    st.integers(0, 500).map(lambda k: 1 + k * EPS),
+    st.integers(0, 500).map(lambda k: -1 + k * EPS),
+    st.sampled_from([0.0, 5e-324, -5e-324, 1e300, 1.7976931348623157e308, np.inf, -np.inf]),
+))  # fmt: skip
+
+
+@given(F=chains)
+def test_settled_values_keep_their_order_and_move_by_noise_only(F):
+    calm = settled(F)
+    finite = np.isfinite(F)
+    assert (calm[~finite] == F[~finite]).all()
+    assert (np.abs(calm[finite] - F[finite]) <= (NOISE + EPS) * np.abs(calm[finite])).all()
+    np.testing.assert_array_equal(settled(calm), calm)
+    for raw, column in zip(F.T, calm.T, strict=True):
+        order = np.argsort(raw, kind="stable")
+        assert (column[order][1:] >= column[order][:-1]).all()
+        assert column.min() == raw.min()
+
+
+def test_values_that_are_apart_are_left_alone():
+    F = np.array([[1.0, 1e-30], [1.0 + 1e-12, 2e-30], [1e20, 5e-324]])
+    assert settled(F) is F
+
+
+def test_a_dominated_design_far_away_is_measured_too():
+    F = np.array([[0.0, 1.0], [1.0, 0.0], [1e308, 1e308], [1e300, 0.0]])
+    ranking = rank_of_efficiency(F, normalize=False)
+    assert ranking.rank.tolist() == [6, 6, 0, 0]
+    np.testing.assert_allclose(
+        ranking.criteria, exact_ranking(F, normalize=False).criteria, atol=1e-15
+    )
+
+
+@pytest.mark.parametrize("p", [1, 2, 1e6, np.inf])
+def test_large_weights_and_values_do_not_overflow(p):
+    F = 1.5e308 * np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+    plain = CompromiseProgramming(p, normalize=False).do(F / 1.5e308)
+    for weights in (None, [1e308, 1e308], [1e-308, 1e-308], [1e-323, 1e-323]):
+        assert CompromiseProgramming(p, weights=weights, normalize=False).do(F).tolist() == [1]
+        assert plain.tolist() == [1]
+    assert CompromiseProgramming(p, weights=[0, 1e308]).do(F).tolist() == [2]
+    assert CompromiseProgramming(p, weights=[1e308, 1e-308]).do(F).tolist() == [0]
+
+
+@settings(max_examples=40)
+@given(data=st.data(), normalize=st.booleans())
+def test_the_euclidean_compromise_is_the_salukvadze_optimum_of_any_set(data, normalize):
+    F = data.draw(
+        st.one_of(*(KINDS[k] for k in ("clustered", "denormal", "1e+300", "constant columns")))
+    )
+    compromise = CompromiseProgramming(normalize=normalize).do(F)
+    assert compromise.tolist() == SalukvadzeOptimum(normalize=normalize).do(F).tolist()
+
+
+def test_more_objectives_than_dominance_can_compare_are_refused():
+    F = np.random.default_rng(0).random((4, 256))
+    assert nondominated(F[:, :255]).shape == (4,)
+    with pytest.raises(PsiError, match="F must be of at most 255 objectives, got 256"):
+        rank_of_efficiency(F)
