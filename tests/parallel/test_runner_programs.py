@@ -12,8 +12,6 @@ import pytest
 
 from tests.processes import gone, posix
 
-WORKERS = ["in_process=False", "timeout=100.0"]
-
 
 def start(code, folder=None, **options):
     return subprocess.Popen(
@@ -55,7 +53,7 @@ print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 """
 
 
-@pytest.mark.parametrize("options", ["", *WORKERS])
+@pytest.mark.parametrize("options", ["", "in_process=False"])
 def test_a_script_without_a_guard_runs_and_ends(options):
     out, err = start(SLOW.replace("OPTIONS", options)).communicate(timeout=60)
     assert (out, err) == ("3.0\n", "")
@@ -91,9 +89,9 @@ robustness(make, [[0.0] * 30, [1.0] * 30], uncertainty={"a": uniform()}, n_scena
 @pytest.mark.parametrize(
     ("program", "how"),
     [
-        (RUNNER.format(WORKERS[0]), signal.SIGKILL),
-        (RUNNER.format(WORKERS[1]), signal.SIGTERM),
-        (RUNNER.format(WORKERS[0]), signal.SIGINT),  # as Ctrl-C, but to the parent alone
+        (RUNNER.format("in_process=False"), signal.SIGKILL),
+        (RUNNER.format("timeout=100.0"), signal.SIGTERM),
+        (RUNNER.format("in_process=False"), signal.SIGINT),  # as Ctrl-C, but to the parent alone
         (TASKS, signal.SIGKILL),
     ],
     ids=["workers-SIGKILL", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL"],
@@ -142,8 +140,7 @@ def test_a_parent_whose_fork_lives_on_leaves_no_workers():
 # What workers import
 
 
-@pytest.mark.parametrize("options", WORKERS)
-def test_workers_import_from_where_the_program_does_and_from_nowhere_else(options, tmp_path):
+def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_path):
     """Not from the current folder, which is not that of the program."""
     here, there, added = (tmp_path / name for name in ("here", "there", "added"))
     for folder in (here, there, added):
@@ -156,7 +153,7 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(option
         "from pymoo_psi import JoblibRunner\n"
         f"sys.path.append({str(added)!r})\n"
         "import own\n"
-        f"print(JoblibRunner(2, {options})(own.double, [1, 2]))"
+        "print(JoblibRunner(2, in_process=False)(own.double, [1, 2]))"
     )
     out, err = start(str(there / "program.py"), folder=here).communicate(timeout=60)
     assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")

@@ -70,7 +70,6 @@ def pids(problem, X):
     params=[
         {"n_jobs": 2},
         {"n_jobs": 2, "in_process": False},
-        {"n_jobs": 2, "timeout": 100.0},
         {"n_jobs": 1},
     ],
     ids=str,
@@ -91,6 +90,20 @@ class TestContract:
             problem.evaluate(designs()[0]), model().evaluate(designs()[0])
         )
         assert runner(lambda x: {}, np.zeros((0, 2))) == []
+
+    def test_a_model_may_change_the_folder(self, runner, tmp_path):
+        """Relative file names, of this process and of the next design, stay where they were."""
+
+        def wandering(x):
+            before = os.getcwd()
+            os.chdir(tmp_path)
+            time.sleep(0.002)  # of models cheaper than that, several share their folder here
+            return {"F": before}
+
+        here = os.getcwd()
+        runner = copy.copy(runner)  # that has measured nothing yet
+        assert runner(wandering, range(5)) == [{"F": here}] * 5
+        assert os.getcwd() == here
 
     def test_named_designs(self, runner):
         class Mixed(ElementwiseProblem):
@@ -140,7 +153,6 @@ class TestContract:
         for other in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem))):
             settings = {k: v for k, v in vars(runner).items() if not k.startswith("_")}
             assert settings.items() <= vars(other.elementwise_runner).items()
-            assert other.elementwise_runner._pool is None
         assert len(pickle.dumps(runner)) < 300
         copied = copy.deepcopy(problem) if runner.timeout is None else problem
         np.testing.assert_array_equal(copied.evaluate(X)[0], problem.evaluate(X)[0])
@@ -158,9 +170,8 @@ def test_arguments():
 # Workers
 
 
-@pytest.mark.parametrize("options", [{"in_process": False}, {"timeout": 100.0}], ids=str)
-def test_workers_are_kept_between_generations(options):
-    problem = model(elementwise_runner=JoblibRunner(2, **options))
+def test_workers_are_kept_between_generations():
+    problem = model(elementwise_runner=JoblibRunner(2, timeout=100.0))
     generations = [pids(problem, designs()) for _ in range(4)]
     assert len(set().union(*generations)) <= 2
     assert os.getpid() not in generations[0]
@@ -187,12 +198,95 @@ def test_the_number_of_jobs_and_the_backend_of_parallel_config():
         assert len(seen - {threading.get_ident()}) == threads
 
 
-def test_the_main_workers_may_be_lost_but_no_design_is():
-    """Without a time limit joblib's workers are used; one that dies takes nothing with it."""
-    problem = FailureTolerant(model(elementwise_runner=JoblibRunner(2, in_process=False)))
-    out = problem.evaluate(designs(3, 7), return_as_dictionary=True)
-    assert np.flatnonzero(out["failure"] != "").tolist() == [4, 10]
-    assert out["failure"][10] == "its worker process died (exit code 3, 2 times)"
+def test_no_design_is_evaluated_in_this_process_if_so_asked():
+    for n_jobs in (1, 2):
+        problem = model(elementwise_runner=JoblibRunner(n_jobs, in_process=False))
+        assert os.getpid() not in pids(problem, designs(n=3))
+
+
+@posix
+def test_a_fork_that_comes_back_is_no_result():
+    """Neither of the design whose model forked, nor of the next one."""
+
+    def forking(x):
+        if x in (3, 8) and os.fork() == 0:
+            if x == 8:
+                raise RuntimeError("in the fork")
+            return {"F": -1}
+        time.sleep(0.1 * (x in (3, 8)))  # the fork comes first
+        return {"F": x}
+
+    values = JoblibRunner(2, in_process=False)(forking, range(12))
+    assert values == [{"F": x} for x in range(12)]
+
+
+class Silent(Exception):  # noqa: N818 - short for the reasons
+    def __str__(self):
+        raise RuntimeError("no message")
+
+
+class Locked(Exception):  # noqa: N818
+    def __init__(self, text):
+        super().__init__(text)
+        self.lock = threading.Lock()
+
+
+class Particular(Exception):  # noqa: N818
+    def __init__(self, code, *, text):
+        super().__init__(f"{code}: {text}")
+
+
+class Panic(BaseException):
+    pass
+
+
+@pytest.mark.parametrize("runner", [{"n_jobs": 1}, {"n_jobs": 1, "in_process": False}], ids=str)
+def test_any_exception_is_recorded(runner):
+    class Raising(ElementwiseProblem):
+        def __init__(self, **kwargs):
+            super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            raise [Silent(), Locked("no key"), Particular(7, text="x"), Panic("now")][int(x[0])]
+
+    problem = FailureTolerant(Raising(elementwise_runner=JoblibRunner(**runner)))
+    problem.evaluate(np.arange(4.0)[:, None])
+    assert [failure.reason for failure in problem.failures] == [
+        "Silent: its message cannot be read: RuntimeError",
+        "Locked: no key",
+        "Particular: 7: x",
+        "Panic: now",
+    ]
+
+
+def test_an_exception_that_does_not_travel_is_told():
+    def raising(x):
+        raise (Locked, Silent)[x]("no key")
+
+    for x, reason in enumerate(["Locked: no key", "Silent: its message cannot be read"]):
+        with pytest.raises(EvaluationError, match=f"design {x} cannot be evaluated: {reason}"):
+            JoblibRunner(1, in_process=False)(raising, [x])
+
+
+def test_values_that_do_not_travel_are_a_failure():
+    class Hostile:
+        def __reduce__(self):
+            return int, ("no number",)
+
+    class Unsent(ElementwiseProblem):
+        def __init__(self, **kwargs):
+            super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x
+            out["more"] = [1, threading.Lock(), Hostile()][int(x[0])]
+
+    runner = JoblibRunner(1, in_process=False)
+    problem = FailureTolerant(Unsent(elementwise_runner=runner))
+    problem.evaluate(np.arange(3.0)[:, None])
+    first, second = (failure.reason for failure in problem.failures)
+    assert first.startswith("its values cannot be sent between processes: TypeError: cannot pickle")
+    assert second.startswith("its values cannot be sent between processes: ValueError: invalid")
 
 
 @posix
@@ -200,22 +294,21 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
     runner = JoblibRunner(2, timeout=1.0)
     problem = FailureTolerant(model(elementwise_runner=runner))
     X = designs(3, 5, 7, 11, 13)
-    for _ in range(2):  # again, with the workers that replaced the others
-        F, G = problem.evaluate(X)
-        failed = np.flatnonzero(np.isinf(F).all(axis=1))
-        assert failed.tolist() == [4, 10, 16, 22, 28]
-        np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
-        others = np.delete(np.arange(len(X)), failed)
-        np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
-    reasons = [failure.reason for failure in problem.failures]
-    assert reasons[:5] == reasons[5:]
-    assert reasons[:5] == [
+    F, G = problem.evaluate(X)
+    failed = np.flatnonzero(np.isinf(F).all(axis=1))
+    assert failed.tolist() == [4, 10, 16, 22, 28]
+    np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
+    others = np.delete(np.arange(len(X)), failed)
+    np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
+    assert [failure.reason for failure in problem.failures] == [
         "ValueError: the mesh is torn",
         "timed out after 1 s",
         "its worker process died (exit code 3, 2 times)",
         "its worker process died (SIGKILL, 2 times)",
         "SystemExit: no licence",
     ]
+    F = problem.evaluate(designs())[0]  # by the workers that replaced the others
+    np.testing.assert_array_equal(F, model().evaluate(designs()))
 
 
 @posix
@@ -252,14 +345,15 @@ def test_a_worker_killed_while_it_waits_blames_no_design():
 def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
     def with_solver(x):
         if x == 1:
-            solver = subprocess.Popen(["sleep", "600"])
-            (tmp_path / "pid").write_text(str(solver.pid))
-            solver.wait()
+            groups = (False, True)
+            solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in groups]
+            (tmp_path / "pids").write_text(" ".join(str(solver.pid) for solver in solvers))
+            solvers[0].wait()
         return {"F": x}
 
     with pytest.raises(EvaluationError, match="timed out after 1 s"):
         JoblibRunner(2, timeout=1.0)(with_solver, [0, 1, 2])
-    assert gone(int((tmp_path / "pid").read_text()))
+    assert all(gone(pid) for pid in (tmp_path / "pids").read_text().split())
 
 
 @posix
@@ -272,11 +366,10 @@ def test_workers_end_with_the_runner():
     assert all(gone(pid) for pid in workers)
 
 
-@pytest.mark.parametrize("options", [{"timeout": 100.0}, {"in_process": False}], ids=str)
-def test_what_cannot_be_sent_is_said(options):
+def test_what_cannot_be_sent_is_said():
     lock = threading.Lock()
     with pytest.raises(WorkerError, match="cannot be sent to worker processes: .*'_thread.lock'"):
-        JoblibRunner(2, **options)(lambda x: {"F": lock.locked()}, [1, 2])
+        JoblibRunner(2, in_process=False)(lambda x: {"F": lock.locked()}, [1, 2])
 
 
 def test_a_problem_that_a_worker_cannot_load_is_said():

@@ -45,8 +45,8 @@ class JoblibRunner:
     reason, any other stops with an :class:`~pymoo_psi.errors.EvaluationError`.
 
     The workers import from where this process does, and end with it, however it ends, with all
-    that a model has started in them. A model may change the current folder, in a worker and here:
-    after its evaluation it is the same as before.
+    that a model has started in them. A model may change the current folder: afterwards it is the
+    same as before, in a worker after every design, here after every millisecond at least.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``parallel_config``, or else of cores.

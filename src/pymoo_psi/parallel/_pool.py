@@ -114,8 +114,9 @@ def _dismiss(idle: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
         for worker in idle:
             worker.tell("leave")
+        patient = monotonic() + _PATIENCE
         while idle:
-            idle.pop().end()
+            idle.pop().end(patient - monotonic())
 
 
 class _Worker:
@@ -196,10 +197,10 @@ class _Worker:
             return (self.pid, "unreadable", self.at[0] if self.at else -1, one_line(error))
         return message
 
-    def end(self) -> str:
+    def end(self, patience: float = _PATIENCE) -> str:
         """Let the process end by itself, or else kill it; return how it came to its end."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_PATIENCE)
+            self._process.wait(max(patience, 0.0))
         self.kill()
         code = self._process.returncode
         code = code - 128 if code > 128 else -code  # a guard tells of signals as shells do
