@@ -12,8 +12,10 @@ from pymoo.core.population import Population
 from pymoo.core.termination import NoTermination
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
+
+_OPERATORS = {"sampling", "crossover", "mutation", "mating", "repair"}
 
 
 def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs: Any) -> Any:
@@ -34,7 +36,8 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
         The pymoo ``Result``.
 
     Raises:
-        ArgumentValueError: The budget is below 1, or the problem has one objective.
+        ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
+            objective, or variables for which pymoo's NSGA3 wants operators of their own.
         ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
 
     Example:
@@ -54,6 +57,16 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
             problem.n_obj,
             "use one of pymoo's single-objective algorithms",
         )
+    named = getattr(problem, "vars", None)
+    if not _OPERATORS & kwargs.keys() and (named or problem.vtype not in (None, float)):
+        raise invalid(
+            "the variables of problem",
+            "real, in a vector, for NSGA-III as it is",
+            Received("others"),
+            "give operators that suit them (sampling, crossover, mutation), or use PSI",
+        )
+    if seed is not None:
+        integer("seed", seed, minimum=0)
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)

@@ -42,6 +42,8 @@ def load_problem(
         problem = VectorizedSphereChute(**chute_options)
     else:
         problem = _from_module(name) if ":" in name else _from_pymoo(name)
+    if problem.n_obj < 1:
+        raise invalid("PROBLEM", "a problem with one objective or more", Received(name))
     if problem.elementwise and (jobs != 1 or timeout is not None):
         # A model may end its process, and must not end this one.
         problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)

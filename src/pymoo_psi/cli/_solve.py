@@ -60,7 +60,6 @@ class Search:
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
-        integer("--seed", self.seed, minimum=0)
         self.points_to_retry()
 
     def points_to_retry(self) -> str | tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -166,7 +167,7 @@ class Reference:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
                 points, n_union, optimum, spent, problem = (stored[name] for name in _STORED)
-        except (KeyError, ValueError, BadZipFile) as error:
+        except (KeyError, ValueError, EOFError, BadZipFile, zlib.error) as error:
             remedy = "Reference.save writes one"
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
         return cls(frame, points, int(n_union), optimum, int(spent), str(problem))

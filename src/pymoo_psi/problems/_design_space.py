@@ -16,6 +16,9 @@ from pymoo_psi.errors import ArgumentTypeError
 
 Array = NDArray[np.float64]
 
+# Of the integers from here on float64 holds some only, and pymoo keeps a vector's bounds in it.
+_LARGEST = 2**53
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -174,10 +177,16 @@ def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Var
     """Return a real or integer variable with its bounds checked."""
     where = f"bounds of {name} of {problem.name()}"
     shown = Received(f"{lower} and {upper}")
-    if lower is None or upper is None or not np.isfinite([float(lower), float(upper)]).all():
+    try:
+        low, high = float(lower), float(upper)
+    except (TypeError, ValueError, OverflowError):  # None, a text, an integer beyond all floats
+        low = high = np.nan
+    if not np.isfinite([low, high]).all():
         raise invalid(where, "finite", shown, "test points are laid out in a box")
-    low, high = float(lower), float(upper)
     if kind is Kind.INTEGER:
+        if max(abs(lower), abs(upper)) >= _LARGEST:
+            remedy = "float64 does not have every integer from there on; count from another origin"
+            raise invalid(where, "below 2^53 in size for an integer variable", shown, remedy)
         low, high = float(np.ceil(low)), float(np.floor(high))
     if not np.isfinite(high - low):
         raise invalid(where, "of finite range", shown)

@@ -1,0 +1,40 @@
+"""The box of a problem is taken as it is, or refused."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Integer
+
+from pymoo_psi import PSI, PsiError, investigate, nsga3
+from pymoo_psi.problems import design_space
+
+
+def whole(lower, upper):
+    return ElementwiseProblem(vars={"a": Integer(bounds=(lower, upper))}, n_obj=2)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(0, 2**53 + 1), (2**60, 2**60 + 7), (-(2**53) - 1, 0), (0, 2**64)]
+)
+def test_integers_that_float64_does_not_hold_are_refused(lower, upper):
+    for problem in (whole(lower, upper), Problem(n_var=1, n_obj=2, xl=lower, xu=upper, vtype=int)):
+        with pytest.raises(PsiError, match=r"below 2\^53 in size for an integer variable"):
+            investigate(problem, 8)
+
+
+@pytest.mark.parametrize("upper", [10**400, "many", None])
+def test_bounds_that_are_no_numbers_are_refused(upper):
+    with pytest.raises(PsiError, match="bounds of a of ElementwiseProblem must be finite"):
+        PSI(8).setup(whole(0, upper))
+
+
+def test_the_largest_integers_are_reached():
+    (variable,) = design_space(whole(2**53 - 4, 2**53 - 1)).variables
+    values = variable.values(np.array([0, 0.25, 0.5, 0.75]))
+    assert values.tolist() == [2**53 - k for k in (4, 3, 2, 1)]
+
+
+@pytest.mark.parametrize("problem", [whole(0, 5), Problem(n_var=2, n_obj=2, xl=0, xu=5, vtype=int)])
+def test_nsga3_does_not_take_whole_numbers_for_real_ones(problem):
+    with pytest.raises(PsiError, match="real, in a vector, for NSGA-III"):
+        nsga3(problem, n_evaluations=16)
