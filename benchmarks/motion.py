@@ -98,7 +98,11 @@ def main() -> None:
         print(f"VectorizedSphereChute, {n} designs: {took * 1e3:.1f} ms")
     single, X = SphereChute(0.4), designs(2000, 0.4)
     each = seconds(lambda: [single.evaluate(x) for x in X], 3) / len(X)
-    print(f"SphereChute, one design at a time: {each * 1e6:.0f} µs a design")
+    bare = seconds(lambda: [motion(*x, single.parameters) for x in X], 3) / len(X)
+    print(
+        f"SphereChute, one design at a time: {each * 1e6:.0f} µs a design, "
+        f"motion() alone {bare * 1e6:.0f} µs"
+    )
     X = designs(1_000_000, 0.4)
     u1, v_p = np.ascontiguousarray(X.T)
     p = ChuteParameters(mu=0.4)

@@ -200,6 +200,27 @@ class TestAnyDesign:
                 getattr(m, name), getattr(other, name), rtol=1e-10, atol=1e-9, err_msg=name
             )
 
+    def test_far_out(self):
+        """Slips of 1e-300 to 1000, slopes of 1e-12 to 1e6 times μ: never an error, never a NaN."""
+        n, rng = 20_000, np.random.default_rng(0)
+
+        def spread(low, high):
+            return 10 ** rng.uniform(low, high, n)
+
+        def either(*choices):
+            return np.choose(rng.integers(len(choices), size=n), choices)
+
+        mu, sign = spread(-6, 4), rng.choice([-1.0, 1.0], (4, n))
+        corner = rng.choice([0.0, 1.0, 3.5], n) * (1 + sign[0] * spread(-16, -3))
+        tau = either(corner, rng.uniform(0, 6, n), spread(-12, 6))
+        v_y = sign[1] * either(0.0, spread(-300, 0), spread(-20, -6), spread(-12, 3))
+        v_x = sign[2] * either(0.0, spread(-30, 0), spread(-12, 3))
+        c, r = spread(-8, 4), spread(-4, 0)
+        m = solve(tau * mu, -v_y, mu, c, r, 0.0, (c - v_x) / r)
+        assert (m.time > 0).all()
+        assert not any(np.isnan(field).any() for name, field in fields_of(m) if "slip" not in name)
+        assert (m.reached <= 1).all()
+
     def test_a_sphere_whose_backspin_uses_up_its_speed_stops(self):
         # It would roll with (5 c + 2 r ω_y) / 7 = 0.
         m = solve(0.0, 0.0, 1.0, 0.25, 0.125, 0.0, -5.0, 0.0)
@@ -278,6 +299,7 @@ class TestStall:
         m = solve(0.0, 0.5, 0.4, 0.25, 0.125, 4.0, -5.0)
         assert np.isinf(m.time)
         np.testing.assert_allclose(m.reached, 0.25**2 / 0.8, rtol=1e-9)
+        assert np.isnan([m.slip_end, m.slip_time]).all()
 
 
 slopes = st.floats(0, 2)

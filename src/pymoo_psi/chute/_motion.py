@@ -163,7 +163,7 @@ def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
     shape, n = columns[0].shape, columns[0].size
     flat = [column.reshape(-1) for column in columns]
     fields = [np.empty((n, 3) if k == 4 else n) for k in range(8)]  # number 4 is exit_spin
-    # One design is a number: NumPy computes with numbers several times as fast as with arrays of 1
+    # One design is taken as numbers: with arrays of length 1 NumPy needs four times as long.
     parts: Any = [0] if n == 1 else [slice(i, i + _CHUNK) for i in range(0, n, _CHUNK)]
     with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
         for part in parts:
@@ -187,9 +187,10 @@ def _solve(
     stalled_at = np.minimum(1.0 - end.left / length, 1.0 - 1e-16)
     reached = choose(end.stalls, np.maximum(stalled_at, 0.0), 1.0)
 
-    # Energy: D = a x + W - dE with E = (v_C^2 + 0.4 (r omega)^2)/2
-    turned = end.vy - vy0
-    spun = end.speed - end.vx  # r omega_Y
+    # D = a x + W − ΔE with E = ½ (v_C² + 0.4 (r ω)²), ω_Z constant. Differences of squares are
+    # written as products: nearly equal numbers would cancel.
+    turned = end.vy - vy0  # r ω_X
+    spun = end.speed - end.vx  # r ω_Y
     lost = a * length * reached - 0.5 * (end.speed - c) * (end.speed + c)
     lost -= 0.2 * ((spun - wy0) * (spun + wy0) + turned * (end.vy + vy0))
     spin = np.array([(end.vy + v_p) / r, spun / r, wz0]).T
@@ -235,15 +236,16 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
     """
     invariant = c + 0.4 * wy0
     time, vx, y, left, how = follow_slip(b, tau, invariant, way, c - wy0, np.abs(vy0), c)
-    # After slip: rolling, Eq. (2.20), or, for tau > 3.5, sliding straight down from rho = 0.
+    # After slip: rolling, Eq. (2.20), or beyond (2.12), τ > 3.5, sliding straight down from ρ = 0.
     free, steep = how == ROLLS, tau > 3.5
-    rolls = free & ~steep
     rest = np.maximum(left, 0.0) * free
-    speed = np.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)
+    speed = np.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
     push = choose(steep, a - b, a / 1.4)
     final = np.sqrt(speed * speed + 2.0 * push * rest)
     dt = 2.0 * rest / (speed + final + TINY)
-    stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))  # u1 = 0, no speed left
+    # On a level chute the slip may use up all speed: the sphere stalls where it would roll.
+    stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))
+    rolls = free & ~steep & ~stalls
     return State(
         time=time + dt,
         speed=final * ~stalls,
@@ -252,7 +254,7 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
         left=left * stalls,
         stalls=stalls,
         grip_time=choose(rolls, time, np.nan),
-        grip_way=choose(rolls, way - left, np.nan),
+        grip_way=choose(rolls, way - rest, np.nan),
     )
 
 

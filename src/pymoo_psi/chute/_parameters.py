@@ -69,6 +69,7 @@ class ChuteParameters:
 
 
 def _kept(array: NDArray[np.float64]) -> float | NDArray[np.float64]:
+    """Return a number as such, and of an array a copy that nobody can change."""
     if array.ndim == 0:
         return float(array)
     array = array.copy()

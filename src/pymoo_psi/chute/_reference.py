@@ -111,7 +111,7 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> tuple[float, 
             rtol=rtol,
             atol=np.array([atol, atol, atol, _NOISE, _NOISE, atol]),
         )
-        y = solution.y[:, -1]
+        y = solution.y[:, -1]  # at the event, which SciPy locates to rounding
         ends = [len(times) > 0 for times in solution.t_events or ()]
         slips_out, stalls = not ends[2], ends[1]
 
@@ -120,7 +120,7 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> tuple[float, 
     if stalls:
         t, reached, v_c = math.inf, x / length, 0.0
     elif not slips_out:
-        if tau <= 3.5:
+        if tau <= 3.5:  # (2.12): friction can hold the contact point
             slip_end, slip_time, a, slide = x / length, t, u1 / length / 1.4, 0.0
         else:
             a = u1 / length - b

@@ -24,7 +24,7 @@ keeps its sign; so the exit, the end of slip and a stall are simple roots, and a
 far shows and is taken again, half as long.
 
 Every operation is elementwise, on (n,) arrays or on NumPy numbers alike. One design, as numbers,
-then costs a third of what it costs as arrays of length 1, and has the same bits in any company.
+then costs a quarter of what it costs as arrays of length 1, and has the same bits in any company.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ Array = NDArray[np.float64]
 
 ROLLS, SLIPS, STALLS = 0, 1, 2  # how slip ends; ROLLS is ρ = 0, whatever follows
 TINY = 1e-200  # added where 0/0 has a limit, as in log1p(w)/w
-# Slip that is none: v_P − r ω_X may err by that much where a sphere is to roll from the start.
-NONE = 1e-15
+# Slip that is none, in units of b: rounding of v_P − r ω_X where a sphere is to roll from the
+# start. What is left of such a slip takes less time than that.
+NONE = 1e-14
 # An aim with a smaller `_error` is the last. As a speed that is far below rounding; but next to
 # θ = π the error is that of sin²θ, while what counts is sin θ to the power 1.45 and more: the
 # share of ρ that is left when the direction turns, (3.5 + τ)/(1 + τ) for τ <= 4.5.
@@ -50,7 +51,7 @@ EXACT = 1e-18
 # Longest step, in units of 1/`_rate`. Measured over τ in [0, 4.5] and all θ: the quadratures of
 # dt and v_x dt then err by 5e-14 of their scales ρ/b and ρ²/b; at 16 it is 5e-12.
 REACH = 12.0
-BLOCK = 1024  # designs in one quadrature: its arrays of 24 nodes stay in the cache
+BLOCK = 1024  # designs in one quadrature: its arrays, 24 nodes each, stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 
 
@@ -199,10 +200,11 @@ def _aim(slip: Slip) -> Aim:
     dt, w, _ = reach(c, c)
     turn = sine * sine * (tau - c) * rate * dt / (1.0 + 0.5 * np.maximum(w, -1.0))
     limit = np.abs(np.minimum(tau, 1.0) - c)  # to the direction in which the slip ends
-    turn = np.maximum(np.minimum(turn, limit), -limit)
+    turn = np.maximum(np.minimum(turn, limit), -limit)  # far from the exit the order does not hold
     dt, w, stops = reach(c + turn / 3.0, c + turn / 2.0)
+    w = choose(rho > NONE * b, w, -np.inf)
     held = np.maximum(w, -1.0 + 1e-16)  # ρ = 0 is at w = -1, ds infinite: let it be 37
-    dt = dt * (held / w) * ((w > -1.0) | (rho > NONE))
+    dt = dt * (held / w)
     return Aim(rho, dt, np.log1p(held) / held * rate * dt, w, turn, stops)
 
 
@@ -243,7 +245,7 @@ def _next(slip: Slip, aim: Aim) -> Slip:
     # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
     bend = 2.0 * (tau - vx / aim.rho) * aim.ds + TINY
     step = np.minimum(2.0 * aim.ds / (1.0 + q * bend / np.expm1(bend)), longest)
-    step = np.minimum(step, REACH / _rate(tau, q))
+    step = np.minimum(step, REACH / _rate(tau, q))  # back past the exit steps are short
     dt, slid, vx1, y1 = _along(vx, y, aim.rho, q, b, tau, step)
     a = b * tau
     v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
@@ -274,7 +276,7 @@ def _along(
         Time taken, integral of v_x dt, v_x and |v_y| at the step's end.
     """
     nodes, weights = NODES, WEIGHTS
-    if step.ndim:
+    if step.ndim:  # nodes along the first axis, designs along the second
         nodes, weights = nodes[:, None], weights[:, None]
         if step.size > BLOCK:
             columns = np.array([vx, y, rho, q, b, tau, step])
