@@ -98,7 +98,7 @@ def test_json_out(rank, tmp_path):
 def test_json_has_null_for_what_is_no_number(rank, tmp_path):
     """Distances of a dominated design that lies farther out than numbers reach."""
     out = tmp_path / "far.json"
-    assert rank("cost\n1e308\n-1e308\n", "--out", out)[0] == 0
+    assert rank("cost\n1e308\n-1e308\n", "--objectives", "cost", "--out", out)[0] == 0
     content = json.loads(out.read_text("utf-8"), parse_constant=pytest.fail)
     assert [design["mu1"] for design in content["designs"]] == [0, None]
 
@@ -149,9 +149,9 @@ def test_one_row(rank):
 
 
 def test_an_objective_called_row(rank):
-    code, printed, _ = rank("row,b\n1,2\n2,1\n")
-    assert code == 0
-    assert "Objectives: b; not as objectives: row" in printed
+    code, _, err = rank("row,b\n1,2\n2,1\n")
+    assert code == 2
+    assert "'b' is the only column that can be an objective" in err
     code, printed, _ = rank("row,b\n1,2\n2,1\n", "--objectives", "row,b")
     assert code == 0
     head = next(line for line in printed.splitlines() if line.startswith("┃"))
@@ -173,7 +173,7 @@ def test_a_name_with_a_comma(rank):
 
 
 def test_columns_of_text_are_carried_along(rank):
-    code, printed, _ = rank("id,f\nx1,2\nx2,1\n")
+    code, printed, _ = rank("id,f\nx1,2\nx2,1\n", "--objectives", "f")
     assert code == 0
     assert "x2" in printed
     code, _, _ = rank("id,f,g\n1,2,1\n2b,1,2\n", "--objectives", "f,g")
@@ -218,19 +218,27 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         (
             "a,b\n1,2\n2,x1\n",
             [],
-            "row 2 (line 3) holds text in the number column 'b': 'x1'; correct it",
+            "row 2 (line 3) holds 'x1' in the column 'b', text among numbers; correct it",
         ),
-        ("#\na,b\n\n1,2\n2,1_0\n", [], "row 2 (line 5) holds text in the number column 'b': '1_0'"),
-        ("a;b\n1;2,5\n2;1.5\n", [], "row 1 (line 2) holds text in the number column 'b': '2,5'"),
+        (
+            "#\na,b\n\n1,2\n2,1_0\n",
+            [],
+            "row 2 (line 5) holds '1_0' in the column 'b', text among numbers",
+        ),
+        (
+            "a;b\n1;2,5\n2;1.5\n",
+            [],
+            "row 2 (line 3) holds '1.5' in the column 'b', with the decimal mark",
+        ),
         (
             "a,b\n1,2\n2,\n",
             [],
-            "row 2 (line 3) holds no number in the column 'b'; leave out designs",
+            "row 2 (line 3) holds no number in the column 'b'; leave out such designs",
         ),
         (
             "a,b\n1,2\n2,-inf\n",
             [],
-            "row 2 (line 3) holds -inf in the column 'b'; leave out designs",
+            "row 2 (line 3) holds -inf in the column 'b'; leave out such designs",
         ),
         ("a,b\n1,nan\n2,NaN\n", [], "its column 'b' holds no number at all; leave it out, or name"),
         ("a,b\nnan,nan\n", [], "its column 'a' holds no number at all"),
@@ -241,7 +249,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("a,b,a\n1,2,3\n", [], "its header names the column 'a' 2 times"),
         (",a,\n1,2,3\n", [], "its header names not all columns"),
         ("a,b\n1,2\n1,2,3\n", [], "row 2 (line 3) has 3 cells, the header 2"),
-        ("a,b\n1\n", [], "row 1 (line 2) has 1 cells, the header 2"),
+        ("a,b\n1\n", [], "row 1 (line 2) has 1 cell, the header 2"),
         (b"a,b\n\xff\xfe,1\n", [], "it is no UTF-8 text"),
         ("a,b\n" + 200_000 * "x" + ",1\n", [], "it is no text in rows and columns: field larger"),
         (DESIGNS, ["--objectives", "mass"], "--objectives must be one of"),

@@ -98,6 +98,21 @@ Maximize: TypeAlias = Annotated[
 Limits: TypeAlias = Annotated[
     list[str] | None, typer.Option(metavar="A=2.5,B<=1", help="Limits on criteria.")
 ]
+DecimalMark: TypeAlias = Annotated[
+    str | None, typer.Option(metavar=".|,", help="Decimal mark of the file [as its numbers tell].")
+]
+ThousandsMark: TypeAlias = Annotated[
+    str | None, typer.Option(metavar=".|,|'", help="Mark between thousands, likewise.")
+]
+Encoding: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Of the file, such as cp1252 [UTF-8].")
+]
+SkippedRows: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="1,3,…", help="Lines of the file to leave out: titles, units.")
+]
+DropIncomplete: TypeAlias = Annotated[
+    bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
+]
 PlainDistances: TypeAlias = Annotated[
     bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
 ]
@@ -248,13 +263,19 @@ def rank(
         _path("FILE", "Write all designs, .csv or .json."),
     ] = None,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+    decimal: DecimalMark = None,
+    thousands: ThousandsMark = None,
+    encoding: Encoding = None,
+    skip_rows: SkippedRows = None,
+    drop_incomplete: DropIncomplete = False,
 ) -> int:
     """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli._options import ColumnOptions
+    from pymoo_psi.cli._options import ColumnOptions, FileOptions
     from pymoo_psi.cli._rank import run_rank
 
     columns = ColumnOptions(objectives or (), maximize or ())
-    return run_rank(file, columns, normalize=not no_normalize, out=out, top=top)
+    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
+    return run_rank(file, columns, written, normalize=not no_normalize, out=out, top=top)
 
 
 @app.command()
@@ -274,17 +295,24 @@ def page(
     no_normalize: PlainDistances = False,
     limits: Limits = None,
     title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
+    decimal: DecimalMark = None,
+    thousands: ThousandsMark = None,
+    encoding: Encoding = None,
+    skip_rows: SkippedRows = None,
+    drop_incomplete: DropIncomplete = False,
 ) -> int:
     """Make a page to decide on a Pareto set with: one HTML file that works offline."""
-    from pymoo_psi.cli._options import ColumnOptions
+    from pymoo_psi.cli._options import ColumnOptions, FileOptions
     from pymoo_psi.cli._page import run_page
 
     columns = ColumnOptions(
         objectives or (), maximize or (), variables or (), units or (), limits or ()
     )
+    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_page(
-        file, columns, prototype=prototype, normalize=not no_normalize, title=title, out=out
-    )
+        file, columns, written,
+        prototype=prototype, normalize=not no_normalize, title=title, out=out,
+    )  # fmt: skip
 
 
 def _chute(

@@ -33,7 +33,32 @@ class ColumnOptions:
     limits: Sequence[str] = ()
 
 
-def designs_of(path: Path, columns: ColumnOptions) -> tuple[DesignFile, Roles, list[str]]:
+@dataclass(frozen=True)
+class FileOptions:
+    """What the options say of how a file of designs is written, as it is typed."""
+
+    decimal: str | None = None
+    thousands: str | None = None
+    encoding: str | None = None
+    skip_rows: str | None = None
+    drop_incomplete: bool = False
+
+    def read(self, path: Path) -> DesignFile:
+        """Return the designs of a file; see :func:`pymoo_psi.table.read_designs`."""
+        rule = "numbers of lines to leave out, such as 1,3"
+        skip_rows = numbers_in("--skip-rows", self.skip_rows, rule) if self.skip_rows else ()
+        return read_designs(
+            path,
+            decimal=self.decimal,
+            thousands=self.thousands,
+            encoding=self.encoding,
+            skip_rows=skip_rows,
+        )
+
+
+def designs_of(
+    path: Path, columns: ColumnOptions, written: FileOptions
+) -> tuple[DesignFile, Roles, list[str]]:
     """Read a file and settle which of its columns are what.
 
     Returns:
@@ -43,7 +68,7 @@ def designs_of(path: Path, columns: ColumnOptions) -> tuple[DesignFile, Roles, l
         PsiError: The file holds no designs, or an option names no column of it.
         OSError: It cannot be opened.
     """
-    file = read_designs(path)
+    file = written.read(path)
     objectives = names_in("--objectives", columns.objectives, file.names)
     variables = names_in("--variables", columns.variables, file.names)
     roles = file.roles(objectives or None, variables or None)
@@ -52,7 +77,9 @@ def designs_of(path: Path, columns: ColumnOptions) -> tuple[DesignFile, Roles, l
         rule = f"one of the objectives {', '.join(roles.objectives)}"
         raise invalid("--maximize", rule, other[0])
     remarks = [file.told(roles)] if not objectives else []
-    remarks += [file.remark] if file.remark else []
+    if written.drop_incomplete:
+        file = file.complete(roles.objectives)
+    remarks += file.remarks
     return file, replace(roles, maximize=tuple(maximize)), remarks
 
 

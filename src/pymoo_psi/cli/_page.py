@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi.cli._options import ColumnOptions, designs_of, limits_in, units_in
+from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of, limits_in, units_in
 from pymoo_psi.cli._output import counted, require_output, say
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import read_designs
+from pymoo_psi.table import DesignFile
 
 
 def run_page(
     path: Path,
     columns: ColumnOptions,
+    written: FileOptions,
     *,
     prototype: Path | None,
     normalize: bool,
@@ -26,24 +28,29 @@ def run_page(
     Args:
         path: The file of designs.
         columns: What its columns are, with their units and the limits that the page opens with.
+        written: How it is written, and but for lines to skip the prototype, too.
         prototype: A file of existing designs to compare with, beside those that ``path`` has.
         normalize: Rank with each objective in units of its range.
         title: Heading of the page; the file's name unless given.
         out: The HTML file to write.
     """
     require_output(out, (), path, prototype)
-    file, roles, remarks = designs_of(path, columns)
+    file, roles, remarks = designs_of(path, columns, written)
     frame = file.frame(roles.objectives)
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     existing = file.prototype
     if prototype is not None:
-        existing = _named_designs(prototype, roles.objectives)
+        existing = _named_designs(
+            replace(written, skip_rows=None).read(prototype), roles.objectives
+        )
+    names = [*roles.objectives, *roles.variables]
+    units = {name: file.columns[name].unit for name in names}
     page = decision_page(
         frame,
         roles.objectives,
         variables=roles.variables,
         maximize=roles.maximize,
-        units=units_in(columns.units, [*roles.objectives, *roles.variables]),
+        units=units | units_in(columns.units, names),
         label=roles.label,
         normalize=normalize,
         prototype=existing,
@@ -58,9 +65,8 @@ def run_page(
     return 0
 
 
-def _named_designs(path: Path, objectives: tuple[str, ...]) -> pd.DataFrame:
+def _named_designs(file: DesignFile, objectives: tuple[str, ...]) -> pd.DataFrame:
     """Return the designs of a file under the names that they have in it."""
-    file = read_designs(path)
     file.require_columns("--objectives", objectives)
     frame = file.frame(objectives)
     label = file.label

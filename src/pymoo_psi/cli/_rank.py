@@ -12,7 +12,7 @@ import pandas as pd
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import integer
-from pymoo_psi.cli._options import ColumnOptions, designs_of
+from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of
 from pymoo_psi.cli._output import counted, print_frame, require_output, say, write_csv
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
@@ -21,13 +21,20 @@ from pymoo_psi.table._design_file import Roles, unfit
 
 
 def run_rank(
-    path: Path, columns: ColumnOptions, *, normalize: bool, out: Path | None, top: int
+    path: Path,
+    columns: ColumnOptions,
+    written: FileOptions,
+    *,
+    normalize: bool,
+    out: Path | None,
+    top: int,
 ) -> int:
     """Rank the designs of a file, write all if a file is named, and print the best.
 
     Args:
         path: The file; see :func:`pymoo_psi.table.read_designs`.
         columns: Its columns that are objectives, and those of them to be maximised.
+        written: How it is written.
         normalize: Measure each objective in units of its range.
         out: Where to write all designs, CSV or JSON by its suffix.
         top: How many designs to print.
@@ -35,16 +42,16 @@ def run_rank(
     top = integer("--top", top, minimum=1)
     if out is not None:
         require_output(out, (".csv", ".json"), path)
-    file, roles, remarks = designs_of(path, columns)
+    file, roles, remarks = designs_of(path, columns, written)
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
     F = pd.DataFrame(file.values(names), columns=names)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
-    frame = _ranked(file, ranking)
+    frame = _ranked(file.cells, ranking)
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
-            _write_json(file, roles, ranking, frame, out)
+            _write_json(file, roles, ranking, out)
         else:
             write_csv(frame, out)
     for remark in remarks:
@@ -55,13 +62,13 @@ def run_rank(
     return 0
 
 
-def _ranked(file: DesignFile, ranking: EfficiencyRanking) -> pd.DataFrame:
-    """Return the cells of the file with the ranking beside them, the best design first.
+def _ranked(cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
+    """Return designs with the ranking beside them, the best first.
 
     ``row`` counts the designs of the file from 1, unless the file has a column of that name.
     Columns of an earlier ranking are replaced.
     """
-    frame = file.cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
+    frame = cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
         frame.insert(0, "row", np.arange(1, len(frame) + 1))
     frame[["mu1", "mu2", "mu3"]] = ranking.criteria
@@ -92,9 +99,8 @@ def _print(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, best: pd.
     print_frame(shown, title, spare=others)
 
 
-def _write_json(
-    file: DesignFile, roles: Roles, ranking: EfficiencyRanking, frame: pd.DataFrame, out: Path
-) -> None:
+def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out: Path) -> None:
+    frame = _ranked(file.frame(roles.objectives), ranking)
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
         "file": os.fsencode(file.path.name).decode("utf-8", "replace"),
@@ -114,14 +120,7 @@ def _write_json(
 
 
 def _value(cell: Any) -> Any:
-    """Return what a cell says: a number, None for nothing or no finite number, else its text."""
-    if not isinstance(cell, str):
-        return None if isinstance(cell, float) and not np.isfinite(cell) else cell
-    for kind in (int, float):
-        try:
-            value = kind(cell)
-        except ValueError:
-            continue
-        if "_" not in cell:
-            return value if np.isfinite(value) else None
-    return cell or None
+    """Return a cell as JSON can hold it: None for nothing, or for what is no finite number."""
+    if isinstance(cell, float) and not np.isfinite(cell):
+        return None
+    return None if cell == "" else cell

@@ -1,45 +1,68 @@
-"""From the text of a CSV file to columns of cells: separator, comments, decimal commas.
+"""The one parser of numbers, booleans and blanks in files.
 
-Lines that begin with ``#`` may stand above the line that names the columns; below it comes one
-line for each design. Cells are kept as they are written, but for decimal commas.
+:func:`real`, :func:`integer` and :func:`boolean` read what programs write. :func:`read_columns`
+reads what people write: decimal commas, thousands, currencies, units, %, the minus of typesetters.
+A number is read only where there is one reading of it. The rules for marks, a point or a comma:
+
+1. Where ``decimal`` or ``thousands`` is given, it decides.
+2. Two different marks in a number, one of them several times, a mark with other than three digits
+   behind it or more than three before it, behind a leading zero or before an exponent: each leaves
+   one reading, and with it one for every cell of the column.
+3. Otherwise, as in ``1.250``, the mark is the decimal one if the other columns of the file say so;
+   or in a file that is divided by commas if it is a point with three digits behind it in every
+   number of the column, as programs print three decimals. Else nothing is certain.
 """
 
 from __future__ import annotations
 
-import csv
+import math
 import re
-from collections import Counter
-from collections.abc import Sequence
-from io import StringIO
-from typing import Literal, NamedTuple, TypeAlias
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-Kind: TypeAlias = Literal["number", "blank", "text"]
+import numpy as np
+from numpy.typing import NDArray
 
-_SEPARATORS = ",;\t"
-_EMPTY = "it is empty; it must hold a line of column names, then the designs"
-_BLANK = {"", "nan", "na", "n/a", "null", "none"}
-_WITH_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*")
+from pymoo_psi._validation import invalid
 
-
-class UnfitError(Exception):
-    """The text is no table; the reader of the file says which file."""
-
-
-class Cells(NamedTuple):
-    """The cells of a table.
-
-    Attributes:
-        columns: The n cells of each column by its name, in the file's order; n >= 1. One column
-            may have no name, as data frames write their row labels.
-        lines: The line of the file on which each row ends.
-
-    Example:
-        >>> Cells({"cost": ["1.5", "2"]}, [2, 3]).columns
-        {'cost': ['1.5', '2']}
-    """
-
-    columns: dict[str, list[str]]
-    lines: list[int]
+BLANKS = {
+    *("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "–", "—", "?"),
+    *("#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!"),  # of spreadsheets
+}
+_MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))
+_GAPS = " '’\u00a0\u2009\u202f"  # that divide thousands and nothing else
+_CODES = (
+    "EUR|USD|GBP|CHF|JPY|CNY|INR|AUD|CAD|NZD|SEK|NOK|DKK|PLN|CZK|HUF|RON|TRY|RUB|UAH|BRL|MXN|ZAR|"
+    "KRW|SGD|HKD|ILS"
+)
+_CURRENCY = rf"(?:[A-Z]{{0,3}}[$€£¥₹₽₩₺₴₪¢]|{_CODES}|kr|zł|Kč|Fr\.)"
+_BASES = (
+    "kg|mg|[µμu]g|mm|cm|dm|km|[µμu]m|nm|ms|[µμu]s|ns|min|kN|MN|mN|Nm|Pa|kPa|MPa|GPa|hPa|bar|mbar|"
+    "psi|kJ|MJ|GJ|kWh|MWh|Wh|kW|MW|GW|mW|kV|mV|mA|kA|kHz|MHz|GHz|Hz|rad|mrad|deg|rpm|mol|ml|mL|dB|"
+    "lbs?|ft|in|°[CF]?|[mgshNJWVAKtlLΩÅd]"
+)
+_UNIT = rf"(?:{_BASES})(?:[²³]|\^?-?[23])?"
+_SIZE = rf"(?:%|‰|ppm|{_CURRENCY}|{_UNIT}(?:[/·*]{_UNIT})*)"
+_NUMBER = re.compile(
+    rf"(?P<sign>[+-]?)\s*(?P<before>{_CURRENCY})?\s*(?P<inner>[+-]?)"
+    rf"(?P<body>[1-9]\d{{0,2}}(?:(?P<gap>[{_GAPS}])\d{{3}})(?:(?P=gap)\d{{3}})*(?:[.,]\d*)?"
+    r"|[\d.,]*\d[\d.,]*)"
+    rf"(?P<exponent>[eE][+-]?\d+)?(?P<space>\s*)(?P<after>{_SIZE})?"
+)
+_INFINITE = re.compile(r"[+-]?(?:inf|infinity|∞)", re.IGNORECASE)
+# What a human takes for a number at the first glance, though it may be none.
+_NUMBERLIKE = re.compile(rf"\W*(?:(?:{_CURRENCY}|ca|circa|approx|about)\W*)?\d")
+_DATE = re.compile(
+    r"\d{4}-\d\d?-\d\d?(?:[T ]\d\d?:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)?"
+    r"|\d\d?[./]\d\d?[./](?:\d{4}|\d\d)|\d\d?:\d\d(?::\d\d)?"
+)
+_BODY = re.compile(
+    r"\d+[.,]?\d*|[.,]\d+|[1-9]\d{0,2}(?:\.\d{3})+(?:,\d*)?"
+    r"|[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?"
+)
+_OPEN = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")  # as many digits as thousands have, and decimals may
+_PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 def real(text: str) -> float:
@@ -64,99 +87,303 @@ def boolean(text: str) -> bool:
     return word == "true"
 
 
-def kind_of(cell: str) -> Kind:
-    """Return what a cell is; ``nan``, ``n/a`` and the like are blank.
+def is_blank(cell: Any) -> bool:
+    """Say whether a cell holds nothing, or a word for it."""
+    if isinstance(cell, str):
+        return cell.strip().lower() in BLANKS
+    return cell is None or cell != cell
 
-    Example:
-        >>> [kind_of(cell) for cell in ("1e-3", "N/A", "oak")]
-        ['number', 'blank', 'text']
+
+def is_number(cell: Any) -> bool:
+    """Say whether a cell is a number as people write it, whatever its marks mean."""
+    return not is_blank(cell) and _number(cell) is not None
+
+
+def is_numberlike(cell: Any) -> bool:
+    """Say whether a cell is a number, or what a human may take for one."""
+    if not isinstance(cell, str):
+        return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+    text = cell.strip().translate(_MINUS)
+    return bool(_INFINITE.fullmatch(text)) or bool(
+        _NUMBERLIKE.match(text) and not _DATE.fullmatch(text)
+    )
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is said of the marks in numbers.
+
+    Attributes:
+        decimal: ``"."`` or ``","``; ``None`` where the cells tell.
+        thousands: ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
     """
-    text = cell.strip()
-    if text.lower() in _BLANK:
-        return "blank"
-    try:
-        float(text)
-    except ValueError:
-        return "text"
-    return "text" if "_" in text else "number"  # Python alone reads 1_000 as a number
+
+    decimal: str | None = None
+    thousands: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the marks, and conclude from one to the other."""
+        if self.decimal not in (None, ".", ","):
+            raise invalid("decimal", "'.' or ','", self.decimal)
+        if self.thousands not in (None, ".", ",", " ", "'"):
+            raise invalid("thousands", "'.', ',', ' ' or \"'\"", self.thousands)
+        if self.decimal is not None and self.decimal == self.thousands:
+            raise invalid("thousands", "another mark than decimal", self.thousands)
+        other = {".": ",", ",": "."}
+        if self.decimal is None and self.thousands in other:
+            object.__setattr__(self, "decimal", other[self.thousands])
+        elif self.thousands is None and self.decimal in other:
+            object.__setattr__(self, "thousands", other[self.decimal])
 
 
-def parsed(text: str) -> Cells:
-    r"""Return the cells of a text in rows and columns.
+class Problem(NamedTuple):
+    """Why a column cannot be read as numbers, though it may be one of numbers.
 
-    Raises:
-        UnfitError: It is no table of named columns with one row or more.
-
-    Example:
-        >>> parsed("# a comment\ncost;mass\n1,5;4\n")
-        Cells(columns={'cost': ['1.5'], 'mass': ['4']}, lines=[3])
+    Attributes:
+        row: Index of the cell; -1 if its row has been left out.
+        cell: The cell.
+        what: What it is.
+        remedy: What settles it; ``{line}`` stands for the line of the cell.
     """
-    lines = list(StringIO(text, newline=""))
-    skipped = next((i for i, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    body = lines[skipped:]
-    first = next((line for line in body if line.strip()), None)
-    if first is None:
-        raise UnfitError(_EMPTY)
-    candidates = [mark for mark in _SEPARATORS if mark in first] or [","]
+
+    row: int
+    cell: Any
+    what: str
+    remedy: str
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column of a file.
+
+    Attributes:
+        cells: n cells as they were written; a number that programs might read otherwise as its
+            digits with a decimal point.
+        numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if it is no column of them.
+        unit: Behind or before every number; often empty.
+        problem: Why its numbers, if they are some, cannot be read.
+    """
+
+    cells: list[Any]
+    numbers: NDArray[np.float64] | None = None
+    unit: str = ""
+    problem: Problem | None = None
+
+
+def read_columns(
+    columns: Mapping[str, Sequence[Any]], marks: Marks, divider: str = ""
+) -> dict[str, Column]:
+    """Return columns with their numbers.
+
+    Args:
+        columns: n cells each, texts or the values of a file whose cells have types.
+        marks: What is said of the marks in numbers.
+        divider: The mark between the cells of a line; empty if there is none.
+    """
+    scanned = {name: _scanned(list(cells)) for name, cells in columns.items()}
+    decimals: set[str] = set()
+    for scan in scanned.values():
+        decimals |= _decimals_said(scan)
+    points = divider == "," and not decimals
+    return {name: _read(scan, marks, decimals, points) for name, scan in scanned.items()}
+
+
+class _Number(NamedTuple):
+    sign: str
+    body: str  # digits with points and commas, gaps removed
+    exponent: str
+    unit: str
+    gap: str
+
+
+class _Scan(NamedTuple):
+    """The cells of a column with what they say of its marks."""
+
+    cells: list[Any]
+    found: list[_Number | float | None]  # None where a cell is blank or text
+    texts: list[int]  # rows of texts
+    decimals: set[str]
+    thousands: set[str]
+
+
+def _scanned(cells: list[Any]) -> _Scan:
+    scan = _Scan(cells, [], [], set(), set())
+    for i, cell in enumerate(cells):
+        number = None if is_blank(cell) else _number(cell)
+        if number is None and not is_blank(cell):
+            scan.texts.append(i)
+        if isinstance(number, _Number):
+            for kind, mark in _marks_in(number):
+                (scan.decimals if kind == "decimal" else scan.thousands).add(mark)
+        scan.found.append(number)
+    return scan
+
+
+def _number(cell: Any) -> _Number | float | None:
+    """Return the number in a cell that is not blank, or None."""
+    if not isinstance(cell, str):
+        if isinstance(cell, bool) or not isinstance(cell, (int, float)):
+            return None
+        try:
+            return float(cell)
+        except OverflowError:
+            return math.inf if cell > 0 else -math.inf
+    text = cell.strip().translate(_MINUS)
+    if _INFINITE.fullmatch(text):
+        return -math.inf if text.startswith("-") else math.inf
+    match = _NUMBER.fullmatch(text)
+    if match is None or (match["sign"] and match["inner"]):
+        return None
+    before, after = match["before"] or "", match["after"] or ""
+    if (before and after) or (after.isalpha() and len(after) == 1 and not match["space"]):
+        return None  # "304L" is rather a steel than 304 litres
+    body, gap = match["body"], match["gap"] or ""
+    for mark in _GAPS:
+        body = body.replace(mark, "")
+    if not _BODY.fullmatch(body):
+        return None  # a date, a version, an address
+    return _Number(
+        match["sign"] or match["inner"], body, match["exponent"] or "", before or after, gap
+    )
+
+
+def _marks_in(number: _Number) -> list[tuple[str, str]]:
+    """Return what the marks in a number can only be: pairs of kind and mark."""
+    body = number.body
+    marks = {mark for mark in body if mark in ".,"}
+    if len(marks) == 2:
+        last = body[max(body.rfind("."), body.rfind(","))]
+        return [("decimal", last), ("thousands", "," if last == "." else ".")]
+    for mark in marks:
+        if body.count(mark) > 1:
+            return [("thousands", mark)]
+        if number.gap or number.exponent or not _OPEN.fullmatch(body):
+            return [("decimal", mark)]
+    return []
+
+
+class _UnreadableError(Exception):
+    """A column cannot be read; the arguments are row, what and remedy of :class:`Problem`."""
+
+
+def _read(scan: _Scan, marks: Marks, of_file: set[str], points: bool) -> Column:
     try:
-        tables = {mark: _rows(body, mark) for mark in candidates}
-    except csv.Error as error:
-        raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    separator = max(tables, key=lambda mark: _likelihood(tables[mark]))
-    if not tables[separator][0]:
-        raise UnfitError(_EMPTY)
-    (first_row, *designs), (_, *ends) = tables[separator]
-    header, ends = [name.strip() for name in first_row], [skipped + end for end in ends]
-    _require_rectangle(header, designs, ends)
-    columns = _named(header, [list(column) for column in zip(*designs, strict=True)])
-    if separator == ";":
-        columns = {name: _with_points(cells) for name, cells in columns.items()}
-    return Cells(columns, ends)
+        numbers = _numbers_of(scan)
+        if not numbers:
+            return Column(scan.cells)
+        decimal, thousands = _marks_of(scan, numbers, marks, of_file, points)
+        values, cells = np.full(len(scan.cells), np.nan), list(scan.cells)
+        for i, number in numbers.items():
+            if isinstance(number, float):
+                values[i] = number
+                continue
+            digits = _digits(number, decimal, thousands)
+            if digits is None:
+                what = f"no number with the decimal mark {decimal}"
+                raise _UnreadableError(i, what, "correct it, or see --decimal and --thousands")
+            values[i], text = float(digits), scan.cells[i].strip()
+            if not _PLAIN.fullmatch(text) or float(text) != values[i]:
+                cells[i] = digits
+    except _UnreadableError as error:
+        row, what, remedy = error.args
+        return Column(scan.cells, problem=Problem(row, scan.cells[row], what, remedy))
+    unit = next((n.unit for n in numbers.values() if isinstance(n, _Number)), "")
+    return Column(cells, values, unit)
 
 
-_Rows: TypeAlias = tuple[list[list[str]], list[int]]
+def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
+    """Return the numbers of a column by row, none if it is text; refuse what is neither."""
+    numbers = {i: number for i, number in enumerate(scan.found) if number is not None}
+    if scan.texts and numbers:
+        remedy = (
+            "correct it, leave out its line by --skip-rows {line}, or name the objectives by "
+            "--objectives"
+        )
+        raise _UnreadableError(scan.texts[0], "text among numbers", remedy)
+    for i in scan.texts:
+        if is_numberlike(scan.cells[i]):
+            remedy = "write the number alone, or name the objectives by --objectives"
+            raise _UnreadableError(
+                i, "like a number, but none that can be read for certain", remedy
+            )
+    units = {i: n.unit if isinstance(n, _Number) else "" for i, n in numbers.items()}
+    first = next(iter(units.values()), "")
+    for i, unit in units.items():
+        if unit != first:
+            what = f"in {unit or 'no unit'}, while the first of the column is in {first or 'none'}"
+            raise _UnreadableError(i, what, "give all numbers of a column in one unit")
+    return numbers
 
 
-def _rows(lines: Sequence[str], separator: str) -> _Rows:
-    """Return the rows that are not blank, and the line on which each ends."""
-    reader = csv.reader(lines, delimiter=separator, skipinitialspace=separator != "\t")
-    found = [(row, reader.line_num) for row in reader if any(cell.strip() for cell in row)]
-    return [row for row, _ in found], [end for _, end in found]
+def _marks_of(
+    scan: _Scan,
+    numbers: Mapping[int, _Number | float],
+    marks: Marks,
+    of_file: set[str],
+    points: bool,
+) -> tuple[str, str]:
+    """Return the decimal mark and that of thousands; see the rules on top.
+
+    Args:
+        scan: The column.
+        numbers: Its numbers by row.
+        marks: What is said of them.
+        of_file: The decimal marks of which the columns of the file leave no doubt.
+        points: Whether points in front of three digits are decimal marks where all numbers of the
+            column have them.
+    """
+    written = {i: number for i, number in numbers.items() if isinstance(number, _Number)}
+    decimal = marks.decimal
+    if decimal is None:
+        said = _decimals_said(scan)
+        if marks.thousands is not None:  # a gap, so that points and commas are decimal marks
+            said = said | {
+                mark for number in written.values() for mark in number.body if mark in ".,"
+            }
+        if len(said) > 1:
+            raise _contradiction(written)
+        unsettled = [i for i, n in written.items() if _OPEN.fullmatch(n.body) and not _marks_in(n)]
+        used = {mark for i in unsettled for mark in written[i].body if mark in ".,"}
+        printed = points and all(re.fullmatch(r"\d+\.\d{3}", n.body) for n in written.values())
+        if unsettled and not said and used != of_file and not printed:
+            body = written[unsettled[0]].body
+            mark = "." if "." in body else ","
+            whole, decimals = body.replace(mark, ""), body.replace(mark, ".")
+            what = f"either {whole} or {decimals}"
+            remedy = f"settle it by --thousands '{mark}' or --decimal '{mark}'"
+            raise _UnreadableError(unsettled[0], what, remedy)
+        decimal = next(iter(said or used or "."))
+    return decimal, marks.thousands or ("," if decimal == "." else ".")
 
 
-def _likelihood(table: _Rows) -> tuple[bool, int]:
-    """Order readings of a text: all rows as long as the header, then many columns."""
-    rows, _ = table
-    return len({len(row) for row in rows}) == 1, len(rows[0]) if rows else 0
+def _decimals_said(scan: _Scan) -> set[str]:
+    """Return the decimal marks that a column leaves no doubt about; thousands tell, too."""
+    return scan.decimals | {"," if mark == "." else "." for mark in scan.thousands}
 
 
-def _require_rectangle(header: list[str], rows: list[list[str]], ends: list[int]) -> None:
-    for i, (row, end) in enumerate(zip(rows, ends, strict=True)):
-        if len(row) != len(header):
-            where = f"row {i + 1} (line {end})"
-            raise UnfitError(f"{where} has {len(row)} cells, the header {len(header)}")
-    if all(kind_of(name) == "number" for name in header):
-        remedy = "put a line of names above them"
-        raise UnfitError(f"its first line must name the columns, and holds numbers; {remedy}")
-    if not rows:
-        raise UnfitError("it holds column names, but no row")
+def _contradiction(written: Mapping[int, _Number]) -> _UnreadableError:
+    first: tuple[int, str] | None = None
+    for i, number in written.items():
+        for kind, mark in _marks_in(number):
+            decimal = mark if kind == "decimal" else {".": ",", ",": "."}[mark]
+            first = first or (i, decimal)
+            if decimal != first[1]:
+                what = (
+                    f"with the decimal mark {decimal}, while others of the column have {first[1]}"
+                )
+                return _UnreadableError(i, what, "give all numbers of a column with the same marks")
+    raise AssertionError("marks that contradict each other are in two numbers")
 
 
-def _named(header: list[str], columns: list[list[str]]) -> dict[str, list[str]]:
-    named = [
-        (name, column)
-        for name, column in zip(header, columns, strict=True)
-        if name or any(cell.strip() for cell in column)  # a comma at the end of every line
-    ]
-    for name, count in Counter(name for name, _ in named).items():
-        if count > 1:
-            what = f"names the column {name!r} {count} times" if name else "names not all columns"
-            raise UnfitError(f"its header {what}")
-    return dict(named)
-
-
-def _with_points(cells: list[str]) -> list[str]:
-    """Return a column with decimal points for decimal commas, unless it has both."""
-    if any("." in cell and kind_of(cell) == "number" for cell in cells):
-        return cells
-    return [cell.replace(",", ".") if _WITH_COMMA.fullmatch(cell) else cell for cell in cells]
+def _digits(number: _Number, decimal: str, thousands: str) -> str | None:
+    """Return a number as programs write it, or None if it does not have these marks."""
+    whole, _, fraction = number.body.partition(decimal)
+    if thousands in ".," and thousands in whole:
+        if number.gap or not re.fullmatch(
+            rf"[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+", whole
+        ):
+            return None
+        whole = whole.replace(thousands, "")
+    if not (whole + fraction).isdecimal():
+        return None
+    return f"{number.sign}{whole}{'.' if fraction else ''}{fraction}{number.exponent}"

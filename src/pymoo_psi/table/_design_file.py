@@ -1,18 +1,12 @@
-"""What the columns of a file of designs are, as far as their names tell.
-
-A file of designs that has been read: its columns, what they are, their numbers.
-
-Reading a file of designs: a reader per kind of file, chosen by how the file begins.
-"""
+"""Designs from any file: what its columns are, their numbers, and what may be said of both."""
 
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,16 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import known_name
-from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
-from pymoo_psi.table._cells import UnfitError, kind_of, parsed
+from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
+from pymoo_psi.table._designs import INT64
+from pymoo_psi.table._exchange import table_of
+from pymoo_psi.table._files import MARK, read_csv, read_parquet
+from pymoo_psi.table._layout import is_writable
+from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
 from pymoo_psi.table._table import STATUSES, TestTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
+_WHOLE = re.compile(r"[+-]?\d{1,18}")
+_CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -43,10 +43,6 @@ class Roles:
         variables: Names of the columns with design variables.
         label: Name of the column with the designs' numbers or names; ``None`` if there is none.
         maximize: The objectives that the file says are to be maximised.
-
-    Example:
-        >>> Roles(("cost", "mass"), label="id").variables
-        ()
     """
 
     objectives: tuple[str, ...] = ()
@@ -65,12 +61,6 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     Args:
         names: Names of all columns.
         holds_numbers: Whether a column is one of numbers.
-
-    Example:
-        >>> guessed_roles(["id", "x1", "f1", "f2", "rank"], lambda name: True)
-        Roles(objectives=('f1', 'f2'), variables=('x1',), label='id', maximize=())
-        >>> guessed_roles(["cost", "metal"], lambda name: name == "cost").objectives
-        ('cost',)
     """
     labels = [name for name in names if name.strip().lower() in _LABELS]
     labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
@@ -83,59 +73,64 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
 
 
-_WHOLE = re.compile(r"[+-]?\d{1,18}")
-
-
 @dataclass(frozen=True, eq=False)
 class DesignFile:
-    """The designs of a file.
+    r"""The designs of a file.
 
     Attributes:
         path: The file.
-        cells: One row per design, one or more; texts as they are written, or the values of a
-            test table.
+        columns: The n cells of each column by its name, n >= 1, with their numbers.
         lines: The line of the file on which each row ends; empty if it has no lines.
         known: The roles of the columns, where the file tells them.
         prototype: Rows of existing designs under the names of the columns, their index the
             designs' names; ``None`` if there are none.
-        remark: What a reader must know about the rows, as a sentence; often empty.
+        remarks: What a reader must know about the rows, in sentences.
 
     Example:
-        >>> from pathlib import Path
-        >>> import pandas as pd
-        >>> cells = pd.DataFrame({"id": ["A", "B"], "cost": ["1.5", "2"]}, dtype=object)
-        >>> file = DesignFile(Path("set.csv"), cells)
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = Path(folder, "set.csv")
+        ...     _ = path.write_text("id,cost,mass\nA,1.5,4\nB,2,1\n", encoding="utf-8")
+        ...     file = read_designs(path)
         >>> file.names, file.label, file.roles().objectives
-        (['id', 'cost'], 'id', ('cost',))
+        (['id', 'cost', 'mass'], 'id', ('cost', 'mass'))
     """
 
     path: Path
-    cells: pd.DataFrame
+    columns: Mapping[str, Column]
     lines: Sequence[int] = ()
     known: Roles | None = None
     prototype: pd.DataFrame | None = None
-    remark: str = ""
+    remarks: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        """Return the number of designs."""
+        return len(next(iter(self.columns.values())).cells)
 
     @property
     def names(self) -> list[str]:
-        """The names of the columns.
+        """The names of the columns."""
+        return list(self.columns)
 
-        Example:
-            >>> import pandas as pd
-            >>> DesignFile(Path("set.csv"), pd.DataFrame({"id": ["A"], "cost": ["1.5"]})).names
-            ['id', 'cost']
+    @property
+    def cells(self) -> pd.DataFrame:
+        """One row per design, every cell as it was written.
+
+        Numbers that a program might read otherwise, such as ``1.250,5``, have a decimal point
+        only. Cells of files whose cells have types keep these.
         """
-        return [str(name) for name in self.cells.columns]
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                name: _objects(c.cells) if any(isinstance(v, str) for v in c.cells) else _plain(c)
+                for name, c in self.columns.items()
+            }
+        )
 
     @property
     def label(self) -> str | None:
-        """The column with the designs' numbers or names, as far as its name tells.
-
-        Example:
-            >>> import pandas as pd
-            >>> DesignFile(Path("set.csv"), pd.DataFrame({"id": ["A"], "cost": ["1.5"]})).label
-            'id'
-        """
+        """The column with the designs' numbers or names, as far as its name tells."""
         return guessed_roles(self.names, lambda name: False).label
 
     def roles(
@@ -148,17 +143,8 @@ class DesignFile:
             variables: Names of the columns with design variables, likewise.
 
         Raises:
-            ArgumentValueError: There is no such column, one is named twice, or there is no
-                column of numbers to take.
-
-        Example:
-            >>> import pandas as pd
-            >>> cells = pd.DataFrame({"x1": ["0"], "f1": ["1"], "f2": ["2"]}, dtype=object)
-            >>> file = DesignFile(Path("set.csv"), cells)
-            >>> file.roles()
-            Roles(objectives=('f1', 'f2'), variables=('x1',), label=None, maximize=())
-            >>> file.roles(["f2"]).objectives
-            ('f2',)
+            ArgumentValueError: There is no such column, one is named twice, a column may hold
+                numbers that cannot be read for certain, or there is but one column to take.
         """
         for argument, names in (("objectives", objectives), ("variables", variables)):
             self.require_columns(argument, names or ())
@@ -173,6 +159,10 @@ class DesignFile:
             chosen = tuple(name for name in chosen if name not in kept)
             if not chosen:
                 raise unfit(self.path, "no column holds numbers that can be objectives")
+            if len(chosen) == 1 and self.known is None:
+                what = f"{chosen[0]!r} is the only column that can be an objective"
+                remedy = f"if you mean to rank by it alone, say --objectives {chosen[0]!r}"
+                raise unfit(self.path, f"{what}; {remedy}")
         label = None if found.label in {*chosen, *kept} else found.label
         return Roles(chosen, kept, label, tuple(n for n in found.maximize if n in chosen))
 
@@ -181,14 +171,6 @@ class DesignFile:
 
         Raises:
             ArgumentValueError: There is such a name.
-
-        Example:
-            >>> import pandas as pd
-            >>> file = DesignFile(Path("set.csv"), pd.DataFrame({"cost": ["1"], "mass": ["2"]}))
-            >>> file.require_columns("objectives", ["cots"])
-            Traceback (most recent call last):
-            ...
-            pymoo_psi.errors.ArgumentValueError: objectives must be one of 'cost', 'mass', ...
         """
         for name in names:
             known_name(argument, name, self.names, f"see {self.path}")
@@ -196,159 +178,167 @@ class DesignFile:
             raise unfit(self.path, f"{argument} names the column {twice[0]!r} twice")
 
     def told(self, roles: Roles) -> str:
-        """Say in a line which columns were taken as objectives, and which were left out.
-
-        Example:
-            >>> import pandas as pd
-            >>> cells = pd.DataFrame({"id": ["A"], "cost": ["1"]}, dtype=object)
-            >>> file = DesignFile(Path("set.csv"), cells)
-            >>> file.told(file.roles())
-            'Objectives: cost; not as objectives: id'
-        """
+        """Say in a line which columns were taken as objectives, in what, and which were not."""
+        units = {name: self.columns[name].unit for name in roles.objectives}
+        taken = [f"{name} (in {unit})" if unit else name for name, unit in units.items()]
         rest = [name or "(no name)" for name in self.names if name not in roles.objectives]
         left_out = f"; not as objectives: {', '.join(rest)}" if rest else ""
-        return f"Objectives: {', '.join(roles.objectives)}{left_out}"
+        return f"Objectives: {', '.join(taken)}{left_out}"
+
+    def complete(self, names: Sequence[str]) -> DesignFile:
+        """Return the designs with a finite number in each of some columns.
+
+        Raises:
+            ArgumentValueError: A column cannot be read, or no design is complete.
+        """
+        F = np.column_stack([self._numbers(name) for name in names])
+        kept = np.flatnonzero(np.isfinite(F).all(axis=1))
+        if len(kept) == len(F):
+            return self
+        if len(kept) == 0:
+            raise unfit(self.path, f"none of its {len(F)} designs is complete")
+        n = len(F) - len(kept)
+        rows = "1 incomplete design is" if n == 1 else f"{n} incomplete designs are"
+        return replace(
+            self,
+            columns={name: _rows_of(column, kept) for name, column in self.columns.items()},
+            lines=[self.lines[i] for i in kept.tolist()] if self.lines else (),
+            remarks=(*self.remarks, f"{rows} left out."),
+        )
 
     def values(self, names: Sequence[str]) -> NDArray[np.float64]:
         """Return the ``(n, m)`` values of columns, every digit as it is written.
 
         Raises:
-            ArgumentValueError: A cell holds no finite number.
-
-        Example:
-            >>> import pandas as pd
-            >>> cells = pd.DataFrame({"cost": ["1.5", "2"], "mass": ["4", "1e1"]}, dtype=object)
-            >>> DesignFile(Path("set.csv"), cells).values(["mass", "cost"])
-            array([[ 4. ,  1.5],
-                   [10. ,  2. ]])
+            ArgumentValueError: A cell holds no finite number, or none that is certain.
         """
-        return np.column_stack([self._numbers(name) for name in names])
+        F = np.column_stack([self._numbers(name) for name in names])
+        for i, j in np.argwhere(~np.isfinite(F)):
+            cell = self.columns[names[j]].cells[i]
+            blank = is_blank(cell)
+            what = "no number" if blank else str(cell).strip()
+            remedy = "leave out such designs by --drop-incomplete"
+            raise unfit(
+                self.path, f"{self._where(i)} holds {what} in the column {names[j]!r}; {remedy}"
+            )
+        return F
 
     def frame(self, objectives: Sequence[str]) -> pd.DataFrame:
-        """Return the designs with numbers for texts, in every column of numbers.
+        """Return the designs with numbers and booleans for texts, wherever these are certain.
 
         Args:
             objectives: Names of the columns that must be complete.
 
         Raises:
-            ArgumentValueError: A cell of an objective holds no finite number.
-
-        Example:
-            >>> import pandas as pd
-            >>> cells = pd.DataFrame({"id": ["A", "B"], "cost": ["1.5", "2"]}, dtype=object)
-            >>> DesignFile(Path("set.csv"), cells).frame(["cost"])["cost"].tolist()
-            [1.5, 2.0]
+            ArgumentValueError: A cell of an objective holds no finite number, or none that is
+                certain.
         """
-        frame = self.cells.copy()
-        for name in self.names:
-            if name in objectives:
-                frame[name] = self._numbers(name)
-            elif frame[name].dtype == object:
-                frame[name] = _plain(frame[name].tolist())
-        return frame
+        import pandas as pd
+
+        values = dict(zip(objectives, self.values(objectives).T, strict=True)) if objectives else {}
+        plain = {name: values.get(name, _plain(column)) for name, column in self.columns.items()}
+        return pd.DataFrame(plain)
+
+    def _where(self, i: int) -> str:
+        if i < 0:
+            return "a row that is left out"
+        return f"row {i + 1}" + (f" (line {self.lines[i]})" if self.lines else "")
 
     def _holds_numbers(self, name: str) -> bool:
-        """Say whether a column is one of numbers; a text among numbers is told of later."""
-        if self.cells[name].dtype != object:
-            return bool(self.cells[name].dtype.kind in "iuf")
-        kinds = {kind_of(str(cell)) for cell in self.cells[name]}
-        if kinds == {"blank"}:
+        """Say whether a column is one of numbers; refuse one of which that is not certain."""
+        column = self.columns[name]
+        if all(map(is_blank, column.cells)):
             remedy = "leave it out, or name the objectives by --objectives"
             raise unfit(self.path, f"its column {name!r} holds no number at all; {remedy}")
-        return "number" in kinds
+        self._require_read(name)
+        return column.numbers is not None
+
+    def _require_read(self, name: str) -> None:
+        column = self.columns[name]
+        if (problem := column.problem) is not None:
+            line = self.lines[problem.row] if self.lines else problem.row + 1
+            remedy = problem.remedy.replace("{line}", str(line))
+            cell = f"{self._where(problem.row)} holds {problem.cell!r:.40}"
+            raise unfit(self.path, f"{cell} in the column {name!r}, {problem.what}; {remedy}")
 
     def _numbers(self, name: str) -> NDArray[np.float64]:
-        column = self.cells[name]
-        if column.dtype.kind in "biuf" and np.isfinite(column.to_numpy(np.float64)).all():
-            return column.to_numpy(np.float64)
-        cells = [str(cell) for cell in column]
-        kinds = [kind_of(cell) for cell in cells]
-        if "number" not in kinds:
+        self._require_read(name)
+        numbers = self.columns[name].numbers
+        if numbers is None:
             raise unfit(self.path, f"its column {name!r} holds no number at all")
-        for i, (kind, cell) in enumerate(zip(kinds, cells, strict=True)):
-            where = f"row {i + 1}" + (f" (line {self.lines[i]})" if self.lines else "")
-            if kind == "text":
-                remedy = "correct it, or name the objectives by --objectives"
-                what = f"{where} holds text in the number column {name!r}: {cell!r:.40}; {remedy}"
-                raise unfit(self.path, what)
-            if kind == "blank" or not math.isfinite(float(cell)):
-                what = "no number" if kind == "blank" else cell.strip()
-                remedy = "leave out designs that failed"
-                raise unfit(self.path, f"{where} holds {what} in the column {name!r}; {remedy}")
-        return np.array([float(cell) for cell in cells])
+        return numbers
 
 
 def unfit(path: object, what: str) -> ArgumentValueError:
-    """Compose the error for a file that cannot be used; the caller raises it.
-
-    Example:
-        >>> unfit("set.csv", "no column holds numbers")
-        ArgumentValueError('set.csv: no column holds numbers')
-    """
+    """Compose the error for a file that cannot be used; the caller raises it."""
     return ArgumentValueError(f"{path}: {what}")
 
 
-def _plain(cells: list[Any]) -> NDArray[Any]:
-    """Return cells as numbers or booleans if they all are such, or blank; else as they are."""
-    kinds = {kind_of(cell) if isinstance(cell, str) else "text" for cell in cells}
-    if kinds == {"number"} and all(_WHOLE.fullmatch(cell.strip()) for cell in cells):
-        return np.array([int(cell) for cell in cells])
-    if kinds <= {"number", "blank"} and "number" in kinds:
-        return np.array([float(c) if kind_of(c) == "number" else math.nan for c in cells])
-    texts = {str(cell).strip() for cell in cells}
-    if texts <= {"True", "False"}:
-        return np.array([str(cell).strip() == "True" for cell in cells])
-    plain = np.empty(len(cells), dtype=object)
-    plain[:] = cells
-    return plain
+def read_designs(
+    path: str | PathLike[str],
+    *,
+    decimal: str | None = None,
+    thousands: str | None = None,
+    encoding: str | None = None,
+    skip_rows: Collection[int] = (),
+) -> DesignFile:
+    r"""Read the designs of a file, which is read once, so that it may be a pipe.
 
-
-_TEST_TABLE = b"pymoo_psi_test_table"
-
-
-def read_designs(path: str | PathLike[str]) -> DesignFile:
-    r"""Read the designs of a file.
+    A number of which more than one reading is possible, such as ``1.250`` where nothing else tells
+    whether points divide thousands, is refused when its column is asked for, with the option
+    that settles it; so is a column that looks like numbers but cannot be read. The command line
+    has the same options.
 
     Args:
-        path: A CSV with commas, semicolons (with decimal commas or points) or tabs, comments
-            (``#``) above its header or none; a test table, CSV or Parquet, or a study, of which
-            the feasible designs are taken; a ranking that ``pymoo-psi rank --out`` wrote as CSV
-            or JSON; what the decision page exported.
+        path: Text with commas, semicolons, tabs, bars or spaces between its cells, comments
+            (``#``) above its header or none; a workbook (.xlsx); a test table, CSV or Parquet,
+            or a study, of which the feasible designs are taken; a ranking that
+            ``pymoo-psi rank --out`` wrote as CSV or JSON; what the decision page exported.
+        decimal: The decimal mark of its numbers, ``"."`` or ``","``; as they tell unless given.
+        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
+        encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
+        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
 
     Raises:
         OSError: The file cannot be opened.
         ArgumentValueError: It is no table of named columns with one design or more.
+        ArgumentTypeError: ``skip_rows`` holds no numbers.
         StudyError: It is a database but no study, or a damaged one.
+        PsiError: A package that reads such files is not installed.
 
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = Path(folder, "set.csv")
-        ...     _ = path.write_text("id;cost;mass\nA;1,5;4\nB;2;1\n", encoding="utf-8")
-        ...     file = read_designs(path)
-        >>> file.values(["cost", "mass"])
-        array([[1.5, 4. ],
-               [2. , 1. ]])
+        ...     _ = path.write_text("id;cost;mass\nA;1,5;1.250\nB;2;980\n", encoding="utf-8")
+        ...     file = read_designs(path, decimal=",")
+        >>> file.values(["cost", "mass"]).tolist()
+        [[1.5, 1250.0], [2.0, 980.0]]
     """
-    path = Path(path)
+    path, marks = Path(path), Marks(decimal, thousands)
+    skipped = frozenset(skip_rows)
+    if not all(isinstance(line, int) and not isinstance(line, bool) for line in skipped):
+        raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
     with path.open("rb") as file:
-        start = file.read(4096)
-    if start.startswith(b"SQLite format 3\0"):
-        return _of_tests(path, TestTable.read_study(path))
-    if start.startswith(b"PAR1"):
-        return _of_tests(path, TestTable.read_parquet(path))
-    if start.startswith(b"PK\x03\x04"):
-        raise unfit(path, "it is a workbook or an archive; save the sheet as CSV")
-    if _TEST_TABLE in start.partition(b"\n")[0]:
-        return _of_tests(path, TestTable.read_csv(path))
+        content = file.read(16)
+        if content.startswith(b"SQLite format 3\0"):
+            return _of_tests(path, TestTable.read_study(path))
+        content += file.read()
     try:
-        with path.open(encoding="utf-8-sig", newline="") as lines:
-            text = lines.read()
-    except UnicodeDecodeError as error:
-        raise unfit(path, f"it is no UTF-8 text: {error.reason}; save it as CSV UTF-8") from None
-    if text.lstrip().startswith(("{", "[")):
-        return _of_json(path, text)
-    return _of_csv(path, text)
+        if content.startswith(b"PAR1"):
+            return _of_tests(path, table_of(*read_parquet(path, content), path, TestTable))
+        if content.startswith(b"PK\x03\x04"):
+            return _of_sheet(path, sheet_of_workbook(content, skipped), marks)
+        if content.startswith(b"\xd0\xcf\x11\xe0"):
+            raise UnfitError("it is a workbook of old; save it as .xlsx or CSV")
+        text = decoded(content, encoding)
+        if MARK in text.partition("\n")[0]:
+            return _of_tests(path, table_of(*read_csv(path, text), path, TestTable))
+        if text.lstrip().startswith(("{", "[")):
+            return _of_json(path, text, marks)
+        return _of_sheet(path, sheet_of_text(text, skipped), marks)
+    except UnfitError as error:
+        raise unfit(path, str(error)) from None
 
 
 def _of_tests(path: Path, table: TestTable) -> DesignFile:
@@ -368,62 +358,127 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         rows = pd.DataFrame([cells], index=[prototype.name])
     frame = table.rows(feasible).to_frame().reset_index()
     frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
+    columns = {str(name): _column(frame[name].tolist()) for name in frame.columns}
     n, others = len(feasible), len(table) - len(feasible)
-    remark = f"{n} of {len(table)} tests are feasible; the others are left out." if others else ""
+    remark = (
+        f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
+    )
     roles = Roles(layout.objectives, layout.variables, "test_point")
-    return DesignFile(path, frame, (), roles, rows, remark)
+    return DesignFile(path, columns, (), roles, rows, (remark,) if others else ())
 
 
-def _of_csv(path: Path, text: str) -> DesignFile:
-    """Return the designs of a CSV, without those that it says are prototypes, or not feasible."""
+def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
+    """Return the designs of a sheet, without those that it says are prototypes, or not feasible."""
     import pandas as pd
 
-    try:
-        columns, lines = parsed(text)
-    except UnfitError as error:
-        raise unfit(path, str(error)) from None
-    frame = pd.DataFrame(columns, dtype=object)
-    feasible = np.ones(len(frame), dtype=bool)
+    columns = dict(sheet.columns)
+    feasible = existing = np.zeros(len(sheet.lines), dtype=bool)
     if set(columns.get("status", ["?"])) <= set(STATUSES):
-        feasible = (frame["status"] == "ok").to_numpy()
-    existing = np.zeros(len(frame), dtype=bool)
+        feasible = np.array([cell == "ok" for cell in columns["status"]])
+    else:
+        feasible = ~feasible
     if {"mark", *RANKING_COLUMNS[:-1]} <= set(columns):  # the page's export
-        existing = (frame.pop("mark") == "prototype").to_numpy()
-    kept = feasible & ~existing
-    if not kept.any():
-        raise unfit(path, f"none of its {len(kept)} designs is feasible, or all are prototypes")
-    others = int((~feasible).sum())
-    remark = f"{others} designs that are not feasible are left out." if others else ""
-    cells = frame[kept].reset_index(drop=True)
-    found = DesignFile(path, cells, [lines[i] for i in np.flatnonzero(kept)], remark=remark)
-    if not existing.any():
+        existing = np.array([cell == "prototype" for cell in columns.pop("mark")])
+    if not (feasible & ~existing).any():
+        n = len(feasible)
+        raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
+    taken = np.flatnonzero(feasible | existing)
+    whole = read_columns(
+        {name: [cells[i] for i in taken] for name, cells in columns.items()}, marks, sheet.divider
+    )
+    kept, old = np.flatnonzero(~existing[taken]), np.flatnonzero(existing[taken])
+    n = int((~feasible & ~existing).sum())
+    left = (
+        "1 design that is not feasible is" if n == 1 else f"{n} designs that are not feasible are"
+    )
+    found = DesignFile(
+        path,
+        {name: _rows_of(column, kept) for name, column in whole.items()},
+        [sheet.lines[i] for i in taken[kept]],
+        remarks=(f"{left} left out.",) if n else (),
+    )
+    if len(old) == 0:
         return found
-    rows = DesignFile(path, frame[existing]).frame(())
+    rows = DesignFile(path, {n: _rows_of(column, old) for n, column in whole.items()}).frame(())
     names = rows[found.label].astype(str) if found.label else ["prototype"] * len(rows)
     rows.index = pd.Index(names)
     return replace(found, prototype=rows)
 
 
-def _of_json(path: Path, text: str) -> DesignFile:
+def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     """Return a ranking that was written as JSON, with the objectives it names."""
-    import pandas as pd
-
     try:
-        content: Any = json.loads(text)
-        objectives = tuple(map(str, content["objectives"]))
-        maximized = tuple(map(str, content["maximized"]))
-        designs = content["designs"]
-        rows = [{str(name): _cell(cell) for name, cell in row.items()} for row in designs]
+        content: Any = json.loads(text, object_pairs_hook=_distinct)
+        objectives, maximized = content["objectives"], content["maximized"]
+        rows = [dict(row) for row in content["designs"]]
+        names = [*objectives, *maximized, *(name for row in rows for name in row)]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
-        raise unfit(path, f"{what}; give the designs as CSV") from None
-    if not rows or any({*row} != {*rows[0]} for row in rows) or not {*objectives} <= {*rows[0]}:
-        raise unfit(path, "its designs are missing, or lack columns; rank the designs anew")
-    found = DesignFile(path, pd.DataFrame(rows, dtype=object))
-    return replace(found, known=Roles(objectives, (), found.label, maximized))
+        raise UnfitError(f"{what}; give the designs as CSV") from None
+    cells = [cell for row in rows for cell in row.values()]
+    texts = [value for value in (*names, *cells) if isinstance(value, str)]
+    if (
+        not rows
+        or any({*row} != {*rows[0]} for row in rows)
+        or not all(isinstance(name, str) for name in names)
+        or not {*objectives} <= {*rows[0]}
+        or any(len({*group}) < len(group) for group in (objectives, maximized))
+        or not {*maximized} <= {*objectives}
+        or not all(map(is_writable, texts))
+        or not all(isinstance(cell, (str, int, float, type(None))) for cell in cells)
+    ):
+        what = "its designs are missing, lack columns, or hold what no table can"
+        raise UnfitError(f"{what}, or its objectives are named twice; rank the designs anew")
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    file = DesignFile(path, read_columns(columns, marks))
+    return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized)))
 
 
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    return value if isinstance(value, str) else repr(value)
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the members of an object; of two with one name JSON would keep the last in silence."""
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        raise ValueError("a name occurs twice")
+    return members
+
+
+def _column(cells: list[Any]) -> Column:
+    """Return a column of a test table, whose cells have types."""
+    if all(isinstance(cell, (int, float)) and not isinstance(cell, bool) for cell in cells):
+        return Column(cells, np.array(cells, dtype=np.float64))
+    return Column(cells)
+
+
+def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
+    """Return some cells of a column, read as the whole column is."""
+    places = {int(row): k for k, row in enumerate(rows)}
+    problem = column.problem
+    if problem is not None:
+        problem = problem._replace(row=places.get(problem.row, -1))
+    return replace(
+        column,
+        cells=[column.cells[i] for i in rows],
+        numbers=None if column.numbers is None else column.numbers[rows],
+        problem=problem,
+    )
+
+
+def _plain(column: Column) -> NDArray[Any]:
+    """Return cells as numbers or booleans if they all are such, or blank; else as they are."""
+    texts = [cell.strip() if isinstance(cell, str) else cell for cell in column.cells]
+    coded = any(isinstance(cell, str) and _CODE.fullmatch(cell) for cell in texts)
+    if column.numbers is not None and not coded:
+        whole = all(
+            _WHOLE.fullmatch(cell) if isinstance(cell, str) else type(cell) is int and cell in INT64
+            for cell in texts
+        )
+        return np.array([int(cell) for cell in texts]) if whole else column.numbers
+    if all(isinstance(cell, (str, bool)) and str(cell) in ("True", "False") for cell in texts):
+        return np.array([str(cell) == "True" for cell in texts])
+    return _objects(column.cells)
+
+
+def _objects(cells: Sequence[Any]) -> NDArray[np.object_]:
+    array = np.empty(len(cells), dtype=object)
+    array[:] = cells
+    return array

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
-from io import StringIO
+from io import BytesIO, StringIO
 from itertools import islice
 from os import PathLike
 from typing import Any, TypeAlias
@@ -106,8 +106,8 @@ def write_parquet(path: Path, head: Head, columns: Columns) -> None:
         frame.to_parquet(written, engine="pyarrow", index=False)
 
 
-def read_parquet(path: Path) -> tuple[Head, Columns]:
-    """Return head and columns of a table.
+def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Columns]:
+    """Return head and columns of a table, of its bytes if these have been read already.
 
     Raises:
         PsiError: pyarrow is not installed.
@@ -117,9 +117,11 @@ def read_parquet(path: Path) -> tuple[Head, Columns]:
     _require_pyarrow()
     import pandas as pd
 
-    os.stat(path)  # a file that is not there is no damaged file
+    if content is None:
+        os.stat(path)  # a file that is not there is no damaged file
     try:
-        frame = pd.read_parquet(path, engine="pyarrow")
+        source = path if content is None else BytesIO(content)
+        frame = pd.read_parquet(source, engine="pyarrow")
     except Exception as error:  # pyarrow has errors of many kinds
         raise damaged(path, f"it cannot be read as Parquet: {error}") from None
     head, n, kinds, old_texts = _parsed_head(path, str(frame.attrs.get(_ATTRIBUTE, "")))

@@ -1,0 +1,274 @@
+"""From the bytes of a file to rows of cells under names: encoding, dividers, header."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from io import BytesIO, StringIO
+from typing import Any
+
+from pymoo_psi._validation import invalid
+from pymoo_psi.errors import PsiError
+from pymoo_psi.table._cells import is_blank, is_number
+
+_DIVIDERS = ",;\t|"
+_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
+_EMPTY = "it is empty; it must hold a line of column names, then the designs"
+# The longer marks first: that of UTF-16 begins that of UTF-32.
+_BYTE_ORDER_MARKS = {
+    b"\xef\xbb\xbf": "utf-8-sig",
+    b"\xff\xfe\x00\x00": "utf-32",
+    b"\x00\x00\xfe\xff": "utf-32",
+    b"\xff\xfe": "utf-16",
+    b"\xfe\xff": "utf-16",
+}
+
+
+class UnfitError(Exception):
+    """The content is no table; the reader of the file says which file."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The cells of a file.
+
+    Attributes:
+        columns: The n cells of each column by its name, in the file's order; n >= 1. One column
+            may have no name, as data frames write their row labels.
+        lines: The line of the file on which each row ends.
+        divider: The mark between cells; empty if cells have places of their own.
+    """
+
+    columns: dict[str, list[Any]]
+    lines: list[int]
+    divider: str
+
+
+def decoded(content: bytes, encoding: str | None) -> str:
+    """Return the text in the bytes of a file.
+
+    Args:
+        content: The bytes.
+        encoding: Its encoding; as a byte-order mark says, or UTF-8, unless given.
+
+    Raises:
+        UnfitError: It is no such text.
+        ArgumentValueError: There is no such encoding.
+    """
+    marked = next(
+        (name for mark, name in _BYTE_ORDER_MARKS.items() if content.startswith(mark)), ""
+    )
+    try:
+        text = content.decode(encoding or marked or "utf-8")
+    except LookupError:
+        raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
+    except (UnicodeError, ValueError) as error:
+        if encoding or marked:
+            raise UnfitError(f"it is no text in {encoding or marked}: {error}") from None
+        remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
+        raise UnfitError(
+            f"it is no UTF-8 text: {getattr(error, 'reason', error)}; {remedy}"
+        ) from None
+    if "\0" in text:
+        remedy = "give its encoding, such as --encoding utf-16-le"
+        raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+    return text.removeprefix("\ufeff")
+
+
+def sheet_of_text(text: str, skip_rows: Collection[int]) -> Sheet:
+    """Return the cells of a text.
+
+    Lines that begin with ``#`` may stand above the line that names the columns. If that line holds
+    numbers, the names are taken from the comment above it.
+
+    Raises:
+        UnfitError: It is no table of named columns with one row or more.
+    """
+    lines = list(enumerate(StringIO(text, newline=""), start=1))
+    _require_lines(skip_rows, len(lines))
+    lines = [(number, line) for number, line in lines if number not in skip_rows]
+    while lines and not lines[0][1].strip():
+        lines.pop(0)
+    divider = ""
+    if lines and (found := _SEPARATOR_LINE.fullmatch(lines[0][1])):
+        divider = found[1]
+        lines.pop(0)
+    comments = []
+    while lines and (lines[0][1].startswith("#") or not lines[0][1].strip()):
+        comments.append(lines.pop(0)[1])
+    if not lines:
+        raise UnfitError(_EMPTY)
+    divider = divider or _divider(lines)
+    rows, ends = _rows(lines, divider)
+    if not rows:
+        raise UnfitError(_EMPTY)
+    if comments and any(map(is_number, rows[0])):
+        names = _cells_of(comments[-1].lstrip("# "), divider)
+        if len(names) == len(rows[0]) and not any(map(is_number, names)):
+            rows, ends = [names, *rows], [ends[0], *ends]
+    return _sheet(rows, ends, divider)
+
+
+def sheet_of_workbook(content: bytes, skip_rows: Collection[int]) -> Sheet:
+    """Return the cells of an .xlsx, by pandas and openpyxl.
+
+    Raises:
+        UnfitError: It is no table of named columns with one row or more.
+        PsiError: openpyxl is not installed.
+    """
+    try:
+        import_module("openpyxl")
+    except ImportError:
+        raise PsiError(
+            "a workbook needs openpyxl, which is not installed; pip install openpyxl, or save the "
+            "sheet as CSV"
+        ) from None
+    import pandas as pd
+
+    try:
+        sheets = pd.read_excel(
+            BytesIO(content), sheet_name=None, header=None, dtype=object, engine="openpyxl"
+        )
+    except Exception as error:  # of zip, XML, openpyxl
+        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+    filled = {name: frame for name, frame in sheets.items() if not frame.empty}
+    if len(filled) != 1:
+        what = f"{len(filled)} sheets with cells: {', '.join(map(str, filled)) or 'none'}"
+        raise UnfitError(f"it has {what}; save the one with the designs as a file of its own")
+    (frame,) = filled.values()
+    _require_lines(skip_rows, len(frame))
+    rows, ends = [], []
+    for number, cells in enumerate(frame.to_numpy(dtype=object).tolist(), start=1):
+        row = [_typed(cell) for cell in cells]
+        if number not in skip_rows and any(cell != "" for cell in row):
+            rows.append(row)
+            ends.append(number)
+    if not rows:
+        raise UnfitError(_EMPTY)
+    return _sheet(rows, ends, "")
+
+
+def _require_lines(skip_rows: Collection[int], n: int) -> None:
+    if other := [number for number in skip_rows if not 1 <= number <= n]:
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0])
+
+
+def _typed(cell: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
+    if cell is None or cell != cell:
+        return ""
+    return cell if isinstance(cell, (bool, int, float, str)) else str(cell)
+
+
+def _divider(lines: Sequence[tuple[int, str]]) -> str:
+    """Return the mark between cells: the one with which all rows are as long as the header.
+
+    Spaces divide cells only where no mark does.
+    """
+    ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
+    readings: dict[str, list[list[str]]] = {}
+    for mark in _DIVIDERS:
+        with suppress(UnfitError):  # quotation marks that stand elsewhere than at cells
+            if mark in ends and (rows := _rows(lines, mark)[0]):
+                readings[mark] = rows
+    even = {
+        mark: len(rows[0])
+        for mark, rows in readings.items()
+        if len({len(row) for row in rows}) == 1 and len(rows[0]) > 1
+    }
+    if len(even) > 1:  # names or decimals with commas: the cells tell which reading is meant
+        shares = {mark: _share_of_numbers(readings[mark]) for mark in even}
+        even = {mark: n for mark, n in even.items() if shares[mark] == max(shares.values())}
+    if even:
+        return max(even, key=lambda mark: even[mark])
+    if readings:
+        return max(readings, key=lambda mark: Counter(map(len, readings[mark])).most_common(1)[0])
+    spaced, _ = _rows(lines, " ")
+    divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
+    # Unless all rows can be one number each, such as 1 250.
+    return " " if divided and not all(is_number(" ".join(row)) for row in spaced[1:]) else ","
+
+
+def _share_of_numbers(rows: Sequence[Sequence[str]]) -> float:
+    cells = [cell for row in rows[1:] for cell in row]
+    return sum(map(is_number, cells)) / max(1, len(cells))
+
+
+def _cells_of(line: str, divider: str) -> list[str]:
+    """Return the cells of one line, none if it has none."""
+    try:
+        rows, _ = _rows([(1, line)], divider)
+    except UnfitError:
+        return []
+    return rows[0] if rows else []
+
+
+def _rows(lines: Sequence[tuple[int, str]], divider: str) -> tuple[list[list[str]], list[int]]:
+    """Return the rows that are not blank, and the line on which each ends."""
+    if divider == " ":
+        filled = [(line.split(), number) for number, line in lines if line.strip()]
+        return [row for row, _ in filled], [number for _, number in filled]
+    reader = csv.reader(
+        (line for _, line in lines),
+        delimiter=divider,
+        skipinitialspace=divider != "\t",
+        strict=True,
+    )
+    rows, ends = [], []
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append(row)
+                ends.append(lines[reader.line_num - 1][0])
+    except csv.Error as error:
+        number = lines[min(reader.line_num, len(lines)) - 1][0]
+        raise UnfitError(f"it is no text in rows and columns: {error} in line {number}") from None
+    return rows, ends
+
+
+def _sheet(rows: list[list[Any]], ends: list[int], divider: str) -> Sheet:
+    """Return rows as columns under the names in the first row."""
+    _require_rectangle(rows, ends)
+    header = [cell.strip() if isinstance(cell, str) else cell for cell in rows[0]]
+    if numbers := [cell for cell in header if is_number(cell)]:
+        remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
+        raise UnfitError(
+            f"its first line must name the columns, and holds numbers, {numbers[0]!r:.40}; {remedy}"
+        )
+    if len(rows) == 1:
+        raise UnfitError("it holds column names, but no row")
+    columns = [list(column) for column in zip(*rows[1:], strict=True)]
+    named = [
+        (str(name), column)
+        for name, column in zip(header, columns, strict=True)
+        if name != "" or not all(map(is_blank, column))  # a comma at the end of every line
+    ]
+    for name, count in Counter(name for name, _ in named).items():
+        if count > 1:
+            what = f"names the column {name!r} {count} times" if name else "names not all columns"
+            remedy = f"; leave line {ends[0]} out by --skip-rows {ends[0]} if it is a title"
+            raise UnfitError(f"its header {what}{'' if name else remedy}")
+    return Sheet(dict(named), ends[1:], divider)
+
+
+def _require_rectangle(rows: list[list[Any]], ends: list[int]) -> None:
+    """Refuse rows that are not as long as the header; titles above the header are told apart."""
+    lengths = [len(row) for row in rows]
+    if len(set(lengths)) == 1:
+        return
+    body = lengths[-1]
+    titles = next(i for i, n in enumerate(lengths) if n == body)
+    if titles and set(lengths[titles:]) == {body} and titles < len(rows) - 1:
+        out = ",".join(map(str, ends[:titles]))
+        raise UnfitError(
+            f"line {ends[0]} has {lengths[0]} {'cell' if lengths[0] == 1 else 'cells'}, the lines "
+            f"below {body}; if it is a title, leave it out by --skip-rows {out}"
+        )
+    i = next(i for i, n in enumerate(lengths) if n != lengths[0])
+    cells = f"{lengths[i]} {'cell' if lengths[i] == 1 else 'cells'}"
+    raise UnfitError(f"row {i} (line {ends[i]}) has {cells}, the header {lengths[0]}")
