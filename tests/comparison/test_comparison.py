@@ -158,6 +158,18 @@ def test_what_is_returned_can_be_measured_instead():
     assert (returned["n_nondominated"][1:] < seen["n_nondominated"][1:]).all()
 
 
+def test_designs_that_a_model_changes_are_kept_as_they_were():
+    class Spoiling(Counted):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out)
+            X[:] = 7.0
+
+    algorithms = ["psi", "nsga2", "psi+nsga3"]
+    result = compare(Spoiling(), n_evaluations=64, seeds=1, algorithms=algorithms, polish=False)
+    for run in result.runs:
+        np.testing.assert_array_equal((run.X**2).sum(axis=1), run.F[:, 0])
+
+
 def test_mixed_variables_are_compared_without_polishing():
     class Beam(ElementwiseProblem):
         def __init__(self):

@@ -169,6 +169,8 @@ def test_a_method_from_elsewhere():
     assert McdmMethod(topsis()).do(F3[1]).tolist() == [0]
     constant = np.column_stack([F3, [7.0] * 3])
     assert McdmMethod(topsis()).do(constant).tolist() == [1]
+    noisy = np.column_stack([F3, [0.3, 0.1 + 0.2, 0.1 + 0.2]])  # constant but for rounding
+    assert McdmMethod(topsis()).do(noisy).tolist() == [1]
     assert McdmMethod(topsis()).do(np.ones((3, 2))).tolist() == [0, 1, 2]
     assert McdmMethod(topsis()).do(F3[[0, 2]]).tolist() == [0, 1]  # a tie
 

@@ -1,7 +1,7 @@
 """The algorithms that are compared: each spends a budget on a problem and returns what it found.
 
 ``psi``
-    Parameter Space Investigation with the LPτ points, which leave nothing to chance: one run.
+    Parameter Space Investigation with the LPτ points. Deterministic: one run.
 ``psi-scrambled``
     The same with SciPy's scrambled Sobol' points, whose seed shows the spread that the choice of
     points makes.
@@ -44,6 +44,7 @@ Array = NDArray[np.float64]
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
+# By short name the module and the class, which are imported when they are asked for.
 _PYMOO = {
     "moead": "moead:MOEAD",
     "nsga2": "nsga2:NSGA2",
@@ -60,7 +61,7 @@ class NamedAlgorithm:
     Attributes:
         name: What tables call it.
         search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
-            objectives of the feasible designs that the algorithm presents as its result.
+            objectives of the feasible designs that the algorithm returns.
         seeded: Whether the seed makes a difference.
         known: Whether it goes by a name of this module, and is not a function of the user's.
     """
@@ -120,7 +121,7 @@ class _Investigating:
 
 
 def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
-    return _presented(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
+    return _returned(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ class _ThenNSGA3:
 
     def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
         n_points = n_evaluations // 2
-        if n_points == 0:
+        if n_points == 0:  # of a budget of 1 nothing is left for a start
             return _nsga3(problem, n_evaluations, seed)
         tested = minimize(problem, PSI(n_points, sampling=self.sampling), seed=seed).pop
         left = n_evaluations - n_points
@@ -145,7 +146,7 @@ class _ThenNSGA3:
             random_state=np.random.default_rng(seed),
         )
         result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
-        return _presented(result, problem.n_obj)
+        return _returned(result, problem.n_obj)
 
 
 _SCRAMBLED = QMCSampling("sobol")
@@ -192,10 +193,10 @@ def _searched(algorithm: Any, problem: Any, n_evaluations: int, seed: int) -> Ar
     algorithm.seed = seed
     if algorithm.termination is None:  # the budget ends it
         algorithm.termination = NoTermination()
-    return _presented(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+    return _returned(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
 
 
-def _presented(result: Any, n_obj: int) -> Array:
+def _returned(result: Any, n_obj: int) -> Array:
     """Return the objectives of a pymoo result, none where no feasible design was found."""
     if result.F is None:
         return np.zeros((0, n_obj))

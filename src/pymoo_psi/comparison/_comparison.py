@@ -110,10 +110,11 @@ class Comparison:
         """Return one row per run.
 
         Returns:
-            Columns ``algorithm``, ``evaluations``, ``seed`` (missing where nothing is left to
-            chance), ``evaluated`` (designs, counted by the problem), ``hypervolume`` (share of the
-            box from U to the reference point), ``igd_plus``, ``epsilon``, ``optimum_distance``,
-            ``n_nondominated``, ``seconds``, ``evaluation_seconds``.
+            Columns ``algorithm``, ``evaluations``, ``seed`` (missing where the
+            algorithm is deterministic), ``evaluated`` (designs, counted by the problem),
+            ``hypervolume`` (share of the box from U to the reference point), ``igd_plus``,
+            ``epsilon``, ``optimum_distance``, ``n_nondominated``, ``seconds``,
+            ``evaluation_seconds``.
 
         Example:
             >>> from pymoo.problems import get_problem
@@ -151,7 +152,8 @@ class Comparison:
     def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
         """Return for every pair of algorithms and every budget which is better, and how surely.
 
-        See :mod:`pymoo_psi.comparison._statistics` for the tests.
+        By Mann-Whitney's rank-sum test, or by the sign test where one of the two is deterministic,
+        with exact p values, ties or not.
 
         Args:
             indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
@@ -226,11 +228,16 @@ def compare(
         problem: A pymoo problem with two or more objectives and finite bounds. One whose designs
             may fail goes as ``FailureTolerant(problem)``.
         n_evaluations: The budgets, each 1 or more.
-        seeds: The seeds, or their number n for 1 to n. An algorithm that leaves nothing to chance,
-            such as ``"psi"``, runs once.
-        algorithms: Names (:mod:`pymoo_psi.comparison._algorithms`), or a mapping from names
-            of your own to such names or to functions that take the number of evaluations and
-            return a pymoo algorithm: ``{"psi": "psi", "small": lambda n: NSGA2(pop_size=20)}``.
+        seeds: The seeds, or their number n for 1 to n. A deterministic algorithm, such as
+            ``"psi"``, runs once.
+        algorithms: Names, or a mapping from names of your own to such names or to functions that
+            take the number of evaluations and return a pymoo algorithm:
+            ``{"psi": "psi", "small": lambda n: NSGA2(pop_size=20)}``. The names are ``"psi"``,
+            ``"nsga3"``, ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
+            NSGA-III), ``"psi-scrambled"`` and ``"psi-scrambled+nsga3"`` (scrambled Sobol' points
+            for the LPτ points, which begin with the corner and the middle of the box, where many
+            test problems have optimal designs), and pymoo's ``"nsga2"``, ``"unsga3"``,
+            ``"moead"``, ``"sms"`` and ``"spea2"``.
         assess: What is measured. ``"evaluated"``: the non-dominated feasible designs among all
             that a run evaluated, for every algorithm alike, which gives one that returns only its
             last population the benefit of all it has seen; ``"returned"``: what it returned.
@@ -303,11 +310,11 @@ def compare(
     finally:
         if bar is not None:
             bar.close()
-    in_order = tuple(runs[task] for task in tasks)
+    done = tuple(runs[task] for task in tasks)
     if reference is None:
-        reference = Reference.of(problem, in_order, reference_front, polish=polish)
-    measures = _measures(in_order, reference, assess, n_jobs)
-    return Comparison(problem.name(), problem.n_obj, in_order, assess, reference, measures)
+        reference = Reference.of(problem, done, reference_front, polish=polish)
+    measures = _measures(done, reference, assess, n_jobs)
+    return Comparison(problem.name(), problem.n_obj, done, assess, reference, measures)
 
 
 def _require_problem(reference: Reference, problem: Any) -> None:

@@ -160,7 +160,7 @@ def _method(comparison: Comparison) -> list[str]:
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
         f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",
         "- Differences are tested by Mann-Whitney's U with exact p values, by the exact sign test "
-        "where one algorithm leaves nothing to chance; p values are corrected by Holm's method "
+        "where one algorithm is deterministic; p values are corrected by Holm's method "
         "over all pairs and budgets of an indicator; the effect is the probability that a run of "
         f"the first is the better one. A difference is claimed at p < {SIGNIFICANCE}.",
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 import time
@@ -39,7 +40,7 @@ class Task:
     Attributes:
         algorithm: Name of the algorithm.
         n_evaluations: The budget.
-        seed: The seed; ``None`` if the algorithm leaves nothing to chance.
+        seed: The seed; ``None`` if the algorithm is deterministic.
     """
 
     algorithm: str
@@ -101,7 +102,7 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
         raise
     except Exception as error:
         raise RunError(str(task), f"{type(error).__name__}: {error}") from error
-    seconds = time.perf_counter() - began - observed.bookkeeping_seconds
+    seconds = time.perf_counter() - began - observed.counting_seconds
     X, F = observed.front()
     return Run(
         task,
@@ -126,7 +127,7 @@ def _warm_up(algorithm: NamedAlgorithm) -> None:
 class ObservedProblem(Problem):
     """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
 
-    The problem counts, so that no algorithm keeps its own books.
+    That the problem counts, not the algorithm, makes the cost of all algorithms the same thing.
 
     Args:
         problem: The problem that is wrapped, whose variables, bounds, objectives and constraints
@@ -137,7 +138,7 @@ class ObservedProblem(Problem):
         wrapped: The problem.
         n_evaluated: Designs evaluated so far.
         evaluation_seconds: Wall time spent in the problem.
-        bookkeeping_seconds: Wall time spent here, which is no part of the algorithm's.
+        counting_seconds: Wall time spent here, which is no part of the algorithm's.
     """
 
     def __init__(self, problem: Any, budget: int) -> None:
@@ -150,12 +151,13 @@ class ObservedProblem(Problem):
             replace_nan_values_by=problem.replace_nan_values_by,
             **problem.data,
         )
+        # pymoo's constructor would turn bounds into floats: they are taken over as they are.
         self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
         if hasattr(problem, "vars"):
             self.vars = problem.vars
         self.wrapped, self.budget = problem, budget
         self.n_evaluated = 0
-        self.evaluation_seconds = self.bookkeeping_seconds = 0.0
+        self.evaluation_seconds = self.counting_seconds = 0.0
         self._kept: list[tuple[Any, Array]] = []
 
     def name(self) -> str:
@@ -164,6 +166,7 @@ class ObservedProblem(Problem):
 
     def __getattr__(self, name: str) -> Any:
         """Give what only the wrapped problem has, to repairs and operators that ask for it."""
+        # While it is unpickled there is no wrapped problem yet, and the search would not end.
         if name.startswith("_") or "wrapped" not in self.__dict__:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         return getattr(self.wrapped, name)
@@ -171,21 +174,23 @@ class ObservedProblem(Problem):
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         began = time.perf_counter()
-        if self.n_evaluated + len(X) > self.budget:
+        if self.n_evaluated + len(X) > self.budget:  # before a design beyond it is evaluated
             raise BudgetSpentError(
                 f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
                 f"for {self.n_evaluated + len(X)}"
             )
+        # Constraints too, whatever is asked for: which designs count depends on them.
         wanted = list(dict.fromkeys([*return_values_of, "F", "G", "H"]))
+        designs = copy.deepcopy(X)  # before a model may change those that it is given
         asked = time.perf_counter()
         out: dict[str, Any] = self.wrapped.do(X, wanted, *args, **kwargs)
         answered = time.perf_counter()
         self.n_evaluated += len(X)
         F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
         rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
-        self._kept.append((X[rows], F[rows]))
+        self._kept.append((designs[rows], F[rows]))
         self.evaluation_seconds += answered - asked
-        self.bookkeeping_seconds += asked - began + time.perf_counter() - answered
+        self.counting_seconds += asked - began + time.perf_counter() - answered
         return out
 
     def front(self) -> tuple[Any, Array]:
@@ -261,6 +266,7 @@ class RunStore:
     def _path(self, task: Task) -> Path:
         """Return a name that can be read, and that no other task has."""
         plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)
+        # The user's names may differ in what no file name may hold, such as "a/b" and "a b".
         if plain != task.algorithm:
             plain = f"{plain}.{sha256(task.algorithm.encode()).hexdigest()[:8]}"
         seed = "" if task.seed is None else f"_seed{task.seed}"

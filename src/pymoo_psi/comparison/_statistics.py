@@ -2,7 +2,7 @@
 
 Of two algorithms with runs by chance, the rank-sum test of Wilcoxon, Mann and Whitney asks whether
 the runs of one tend to be better; ties share their mean rank, and the p value is exact with them,
-too. An algorithm that leaves nothing to chance has one value; the exact sign test then asks
+too. A deterministic algorithm has one value; the exact sign test then asks
 whether the median run of the other is better than it. The p values of all pairs and budgets are
 corrected together by Holm's method (Scand. J. Statist. 6, 1979), which bounds the probability of
 even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Behav. Stat. 25,
@@ -60,7 +60,7 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
     Args:
         a: Values of the runs of one.
         b: Values of the runs of the other.
-        fixed: Which of the two leave nothing to chance; NaN if both do.
+        fixed: Which of the two are deterministic; NaN if both are.
     """
     from scipy.stats import binomtest, mannwhitneyu  # heavy to import
 
@@ -118,8 +118,8 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
     """Compare every pair of algorithms at every budget.
 
     Args:
-        measures: One row per run: ``algorithm``, ``evaluations``, ``seed`` (missing where nothing
-            is left to chance) and the indicator.
+        measures: One row per run: ``algorithm``, ``evaluations``, ``seed`` (missing where the
+            algorithm is deterministic) and the indicator.
         indicator: One of :data:`INDICATORS`.
 
     Returns:

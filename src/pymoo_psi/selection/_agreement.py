@@ -94,6 +94,7 @@ class SelectorComparison:
         table = self.ranking.to_frame().drop(columns="pareto")
         table.insert(0, "design", table.index)
         table = table.set_axis(self.ranking.order).assign(votes=pd.Series(self.votes))
+        # -1 is no row, so that reindexing leaves the line of a selector without a choice empty.
         rows = {name: i if len(i) else [-1] for name, i in self.chosen.items()}
         selectors = [name for name, indices in rows.items() for _ in indices]
         wanted = [index for indices in rows.values() for index in indices]
@@ -169,6 +170,7 @@ def compare_selectors(
     values = ranking.objectives.minimized[front]
     chosen = {}
     for name, selector in selectors.items():
+        # A copy, as a selector may write into what it is given.
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             answer = selector.do(values.copy())
         chosen[name] = front[_indices(name, answer, len(front))]
@@ -196,11 +198,13 @@ def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:
     if wrong or ((indices < 0) | (indices >= n)).any():
         rule = f"a selector that returns indices from 0 to {n - 1}"
         raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
+    # Each once, in the selector's own order, which may be its order of preference.
     _, first = np.unique(indices, return_index=True)
     return indices[np.sort(first)].astype(np.intp)
 
 
 def _agreement(choices: list[NDArray[np.intp]]) -> Array:
     """Return the Jaccard index of every pair of choices; 0 where both are empty."""
+    # max(..., 1): two empty choices have nothing in common, and nothing to divide by.
     sets = [set(choice.tolist()) for choice in choices]
     return np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])

@@ -73,6 +73,7 @@ class McdmMethod(Indicator):
         if len(weights) != F.shape[1]:
             rule = f"{F.shape[1]} numbers, one for each objective"
             raise invalid("weights", rule, Received(f"{len(weights)}"))
+        # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
         counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
         if not counts.any():  # nothing tells one design from another
             return np.arange(len(F))
@@ -82,7 +83,8 @@ class McdmMethod(Indicator):
     def _ranks(self, F: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         name = type(self.method).__name__
         try:
-            with np.errstate(all="ignore"):
+            with np.errstate(all="ignore"):  # what comes of it is told by the scores
+                # pymcdm's types: -1 is a cost.
                 scores = np.asarray(self.method(F, weights, -np.ones(F.shape[1], dtype=int)))
             usable = scores.shape == (len(F),) and bool(np.isfinite(scores).all())
         except ValueError as error:

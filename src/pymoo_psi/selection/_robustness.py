@@ -43,7 +43,7 @@ def robustness(
         X: ``(n, n_var)`` designs, or a list of mappings for a problem with named variables.
         uncertainty: For each parameter its distribution, from ``scipy.stats`` or anything else
             with the quantile function ``ppf`` or ``icdf``; the parameters are independent.
-        n_scenarios: How many scenarios, taken as quasi-random points (see :func:`scenarios`).
+        n_scenarios: How many scenarios: LPτ points, taken through the quantile functions.
         normalize: Measure each objective in units of its range in the scenario, as for
             :func:`pymoo_psi.rank_of_efficiency`.
         keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
