@@ -1,1 +1,1 @@
-"""Measurements too long for the tests; each prints what it measures: ``python -m benchmarks.NAME``."""
+"""Measurements too long for the tests; each prints its results: ``python -m benchmarks.NAME``."""

@@ -62,8 +62,8 @@ def test_optima_without_rank_6_are_marked_and_told():
 
 
 def test_looks_are_those_of_the_figures():
+    from pymoo_psi._markers import MARKERS
     from pymoo_psi.page._bokeh import look
-    from pymoo_psi.plots._style import MARKERS
 
     for rank in (3, 4, 5, 6):
         assert look(rank).colour == MARKERS[rank].colour

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from pymoo_psi import PsiError
+from pymoo_psi._markers import MARKERS
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
@@ -18,7 +19,6 @@ from pymoo_psi.plots._paper import (
     draw_points,
     draw_surface,
 )
-from pymoo_psi.plots._style import MARKERS
 from tests.plots.drawn import assert_whole, texts
 
 

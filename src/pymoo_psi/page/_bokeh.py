@@ -44,8 +44,8 @@ from bokeh.plotting import figure
 from markupsafe import escape
 from numpy.typing import NDArray
 
+from pymoo_psi._markers import MARKERS, Marker
 from pymoo_psi.page._data import DOMINATED, PROTOTYPE, Column, PageData, columns_with
-from pymoo_psi.plots._style import MARKERS, Marker
 
 _FADED = 0.10  # opacity of what is not selected
 _MOST_AXES = 12  # of the parallel coordinates; more have no room for their names

@@ -17,8 +17,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import instance
-from pymoo_psi.plots._style import GREY, MARKERS, Marker, literal, view
+from pymoo_psi.plots._style import literal, view
 from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds, values_in_order
 from pymoo_psi.table._layout import Limits

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from pymoo_psi._markers import MARKERS
 from pymoo_psi._validation import instance, integer, invalid
 from pymoo_psi.pareto import Robustness
-from pymoo_psi.plots._style import CURVES, MARKERS, legend_below, new_page
+from pymoo_psi.plots._style import CURVES, legend_below, new_page
 
 
 def robustness_page(

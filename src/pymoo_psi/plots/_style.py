@@ -1,8 +1,6 @@
-"""How every figure looks: colours with their markers, pages, legends, names; pages as files.
+"""How every figure looks: curves, pages, legends, names; and pages as files.
 
-The colours are those of Okabe and Ito, which colour-blind readers can tell apart. No distinction
-rests on colour alone: each goes with a marker or a line style of its own, so that a grey print
-says the same.
+Each colour goes with a marker or a line style of its own, so that a grey print says the same.
 """
 
 from __future__ import annotations
@@ -12,7 +10,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib import rc_context
@@ -26,30 +24,6 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import integer
-
-GREY = "0.68"
-
-
-class Marker(NamedTuple):
-    """How the designs of one rank are drawn.
-
-    ``size`` is the diameter in points; of two markers the one of the higher level is on top.
-    """
-
-    shape: str
-    colour: str
-    size: float
-    level: float
-
-
-# By rank of efficiency, the rarer ranks on top; ranks 1 and 2 do not occur.
-MARKERS = {
-    0: Marker(".", GREY, 2.0, level=2.0),
-    3: Marker("^", "#56B4E9", 5.0, level=4.0),
-    4: Marker("s", "#0072B2", 3.4, level=3.0),
-    5: Marker("D", "#E69F00", 5.0, level=5.0),
-    6: Marker("*", "#D55E00", 11.0, level=6.0),
-}
 
 # The first, second and third curve on the same axes.
 CURVES: tuple[dict[str, Any], ...] = (
