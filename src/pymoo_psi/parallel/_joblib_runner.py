@@ -153,7 +153,8 @@ class JoblibRunner:
     def _by_joblib(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
         """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched."""
         results: list[Any] = [None] * len(designs)
-        watch = self.timeout is not None
+        # Where a cluster has one worker, joblib uses none and calls the function here.
+        watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
         try:
             self._collect(results, f, designs, workers, watch=watch)
         except EvaluationError:
