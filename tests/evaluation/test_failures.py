@@ -23,7 +23,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.evaluation._failures import _VIOLATION
 
@@ -344,6 +344,14 @@ def test_arguments():
         ArgumentValueError, match="failed_as must be one of 'constraint', 'penalty', got 'nan'"
     ):
         FailureTolerant(Together(), failed_as="nan")
+
+
+@pytest.mark.parametrize("solve", [lambda p: minimize(p, PSI(16)), lambda p: investigate(p, 16)])
+def test_psi_stops_at_a_failure_if_the_problem_is_to_stop(solve):
+    problem = OneByOne(0, 0)
+    assert solve(FailureTolerant(problem)) is not None
+    with pytest.raises(EvaluationError, match="cannot be evaluated"):
+        solve(FailureTolerant(problem, on_failure="raise"))
 
 
 def test_a_problem_is_made_tolerant_once():

@@ -24,7 +24,7 @@ from pymoo_psi.algorithms._memory import Memory, fingerprint
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._failures import without_tolerance
+from pymoo_psi.evaluation._failures import FailureTolerant
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._pymoo import require_problem
@@ -94,7 +94,6 @@ def investigate(
         True
     """
     require_problem(problem)
-    problem = without_tolerance(problem)
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
     if block_size is None:
@@ -107,6 +106,8 @@ def investigate(
         n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
     )
     stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
+    if isinstance(problem, FailureTolerant):  # its failures are those of the table
+        problem, stop = problem.wrapped, stop or problem.on_failure == "raise"
     tests = Investigation(problem, space, Memory.of(study, retry), stop)
     if tests.memory.study is not None:
         identity = fingerprint(problem, space, sampling, n_points, seed, study_key)

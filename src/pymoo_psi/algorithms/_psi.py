@@ -26,7 +26,7 @@ from pymoo_psi.algorithms._investigate import FAILURE_ACTIONS, Investigation
 from pymoo_psi.algorithms._memory import Memory, fingerprint
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
 from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._failures import without_tolerance
+from pymoo_psi.evaluation._failures import FailureTolerant, without_tolerance
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._design_space import design_space
@@ -143,7 +143,8 @@ class PSI(Algorithm):
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
-        problem = without_tolerance(problem)
+        if isinstance(problem, FailureTolerant):  # its failures are those of the table
+            problem, self.stop = problem.wrapped, self.stop or problem.on_failure == "raise"
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))

@@ -54,7 +54,7 @@ class FailureTolerant(Problem):
 
     The reason is kept with the individual, ``pop.get("failure")``, empty for a design that did not
     fail, and with the design in ``problem.failures``, which also knows designs that an algorithm
-    has long dropped.
+    has long dropped. PSI and ``investigate`` keep failures in their table instead.
 
     A vectorised problem that raises for many designs is evaluated again one by one, so that only
     the culprits fail. The model gets copies of the designs, which it may change. Bounds,
