@@ -105,6 +105,8 @@ class ProcessPool:
                 yield from batch.results(self._idle)
             except BaseException:
                 for worker in batch.workers:
+                    worker.disconnect()
+                for worker in batch.workers:  # all of them end at the same time
                     worker.kill()
                 raise
             self._idle.extend(batch.workers)
@@ -209,8 +211,10 @@ class _Worker:
         except ValueError:
             return f"exit code {self._process.returncode}"
 
-    def kill(self) -> None:
-        """End the process and what it has started, whatever they do."""
+    def disconnect(self) -> None:
+        """Tell the process to end, with what it has started, whatever they do."""
+        if self.pipe.closed:
+            return
         if sys.platform == "win32":
             self._process.kill()
         else:  # its guard kills; a disconnection reaches it even if a fork holds the pipe open
@@ -218,6 +222,10 @@ class _Worker:
             with contextlib.suppress(OSError), socket.socket(fileno=same) as pipe:
                 pipe.shutdown(socket.SHUT_RDWR)
         self.pipe.close()
+
+    def kill(self) -> None:
+        """Disconnect and wait for the end."""
+        self.disconnect()
         try:
             self._process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:  # the guard itself is stuck
