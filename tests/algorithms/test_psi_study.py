@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.errors import EvaluationError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.storage import _database
 
 
 class Counted(ElementwiseProblem):
@@ -133,7 +135,7 @@ def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
     assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
 
 
-@pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 33)])
+@pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 32)])
 def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
     """Of a slow model no more is lost than what was being evaluated, here one design."""
     monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", seconds)
@@ -243,6 +245,97 @@ def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
     assert run(rest, 64, path, retry="failed").equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 
+def test_each_test_is_written_once(tmp_path, written):
+    run(Counted(broken={7}), 50, tmp_path / "s.db")
+    assert sum(written) == 50
+    investigate(Counted(), 60, study=tmp_path / "s.db")
+    assert sum(written) == 60
+    run(Counted(), 60, tmp_path / "s.db", retry="failed")
+    assert sum(written) == 61
+
+
+@pytest.fixture
+def written(monkeypatch):
+    """How many tests each transaction writes."""
+    counts, put_tests = [], _database.put_tests
+
+    def noted(db, facts, cells, new, replaced):
+        counts.append(int(new.sum()))
+        return put_tests(db, facts, cells, new, replaced)
+
+    monkeypatch.setattr(_database, "put_tests", noted)
+    return counts
+
+
+@pytest.mark.parametrize("first_by", ["psi", "investigate"])
+@pytest.mark.parametrize("then_by", ["psi", "investigate"])
+def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, then_by):
+    path = tmp_path / "s.db"
+    go = {
+        "psi": lambda problem: minimize(problem, PSI(100, study=path)),
+        "investigate": lambda problem: investigate(problem, 100, study=path),
+    }
+    go[first_by](Counted(broken={3}))
+    state = path.read_bytes(), path.stat().st_mtime_ns, tmp_path.stat().st_mtime_ns
+    again = Counted()
+    go[then_by](again)
+    assert again.seen == []
+    assert state == (path.read_bytes(), path.stat().st_mtime_ns, tmp_path.stat().st_mtime_ns)
+
+
+def test_a_fast_vectorised_model_is_stored_in_large_blocks(tmp_path, monkeypatch, written):
+    """A commit takes some milliseconds, as many as a thousand of its tests."""
+    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", 1e9)
+    investigate(get_problem("zdt1", n_var=2), 20_000, study=tmp_path / "s.db")
+    assert written == [64, 6400, 13_536]
+
+
+def test_a_slow_vectorised_model_loses_little(tmp_path, monkeypatch):
+    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", 0.0)
+
+    class Interrupted(Holed):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if len(TestTable.read_study(tmp_path / "s.db")) == 128:
+                raise KeyboardInterrupt
+            out["F"] = x
+
+    with pytest.raises(KeyboardInterrupt):
+        investigate(Interrupted(), 1000, study=tmp_path / "s.db")
+    assert len(TestTable.read_study(tmp_path / "s.db")) == 128
+
+
+@pytest.mark.parametrize("by", ["psi", "investigate"])
+def test_threads_share_a_study(tmp_path, by):
+    path, problem = tmp_path / "s.db", Counted()
+    whole = minimize(Counted(), PSI(127)).algorithm.table
+
+    def work(_):
+        if by == "psi":
+            return minimize(problem, PSI(127, study=path, block_size=16)).algorithm.table
+        return investigate(problem, 127, study=path, block_size=16)
+
+    with ThreadPoolExecutor(4) as threads:
+        tables = list(threads.map(work, range(4)))
+    assert len(problem.seen) == 127
+    assert all(table.equals(whole) for table in tables)
+    assert os.listdir(tmp_path) == ["s.db"]
+
+
+def test_a_study_that_is_replaced_while_a_run_reads_it_is_noticed(tmp_path):
+    """Results of two models never come together, in the file or in the table."""
+    path, other = tmp_path / "s.db", tmp_path / "other.db"
+    run(Counted(), 32, path)
+    run(Counted(), 64, other, study_key="v2")
+
+    def replace(algorithm):
+        if algorithm.n_tested == 32:
+            os.replace(other, path)
+
+    with pytest.raises(StudyMismatchError, match="another study has taken its place"):
+        run(Counted(), 64, path, callback=replace)
+    assert len(TestTable.read_study(path)) == 64
+
+
 def test_history_copies_and_pickles_hold_no_connection(tmp_path):
     result = minimize(Counted(), PSI(48, study=tmp_path / "s.db", block_size=16), save_history=True)
     assert [entry.n_tested for entry in result.history] == [16, 32, 48]
@@ -268,49 +361,80 @@ class Logged(ElementwiseProblem):
         out["G"] = [x[0] - 0.9]
 
 for line in sys.stdin:
-    pid = os.fork()
-    if pid:
-        print(pid, flush=True)
-        print(os.waitpid(pid, 0)[1], flush=True)
-    else:
-        minimize(Logged(line.strip()), PSI(400, study=sys.argv[1], block_size=5))
-        os._exit(0)
+    pids = []
+    for log in line.split():
+        pids.append(os.fork())
+        if not pids[-1]:
+            minimize(Logged(log), PSI(400, study=sys.argv[1], block_size=5))
+            os._exit(0)
+    print(*pids, flush=True)
+    print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of this test are forks")
-def test_a_study_killed_thirty_times_is_the_study_of_one_run(tmp_path):
-    """SIGKILL at random moments: the finished table is that of an uninterrupted run, bit for bit,
-    and no run evaluates a point that was committed before it."""
-    path = tmp_path / "s.db"
-    rng, kills, ended = random.Random(1), 0, None
-    whole = minimize(Counted(), PSI(400)).algorithm.table
-    by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
-    server = subprocess.Popen(
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    path = tmp_path_factory.mktemp("shared") / "s.db"
+    process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, str(path)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
-    with server:
-        while kills < 30 or ended != 0:
-            committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
-            if ended == 0:  # finished before its kill: begin a new study
-                path.unlink()
-                committed = set()
-            log = tmp_path / f"log{kills}"
-            log.unlink(missing_ok=True)
-            print(log, file=server.stdin, flush=True)
-            pid = int(server.stdout.readline())
-            if kills < 30:
-                time.sleep(rng.uniform(0, 0.12))
-                os.kill(pid, signal.SIGKILL)
-            ended = int(server.stdout.readline())
-            kills += ended == signal.SIGKILL
-            assert ended in (0, signal.SIGKILL)
-            assert not _evaluated(log, by_design) & committed
+    with process:
+        yield process, path
+        process.stdin.close()
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return minimize(Counted(), PSI(400)).algorithm.table
+
+
+forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of these tests are forks")
+
+
+@forks
+def test_processes_share_a_study_and_test_nothing_twice(server, whole):
+    process, path = server
+    logs = [path.with_name(f"shared{k}") for k in range(3)]
+    print(*logs, file=process.stdin, flush=True)
+    process.stdout.readline()
+    assert process.stdout.readline().split() == ["0"] * 3
+    lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
+    assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
     assert TestTable.read_study(path).equals(whole)
-    assert [p.name for p in tmp_path.glob("s.db*")] == ["s.db"]
+    path.unlink()
+
+
+KILLS = 6
+
+
+@forks
+def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
+    """SIGKILL at random moments: the finished table is that of an uninterrupted run, bit for bit,
+    and no run evaluates a point that was committed before it."""
+    process, path = server
+    rng, kills, ended = random.Random(1), 0, None
+    by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
+    while kills < KILLS or ended != 0:
+        committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
+        if ended == 0:  # finished before its kill: begin a new study
+            path.unlink()
+            committed = set()
+        log = path.with_name(f"log{kills}")
+        log.unlink(missing_ok=True)
+        print(log, file=process.stdin, flush=True)
+        pid = int(process.stdout.readline())
+        if kills < KILLS:
+            time.sleep(rng.uniform(0, 0.12))
+            os.kill(pid, signal.SIGKILL)
+        ended = int(process.stdout.readline())
+        kills += ended == signal.SIGKILL
+        assert ended in (0, signal.SIGKILL)
+        assert not _evaluated(log, by_design) & committed
+    assert TestTable.read_study(path).equals(whole)
+    assert [p.name for p in path.parent.glob("s.db*")] == ["s.db"]
 
 
 def _evaluated(log, by_design):

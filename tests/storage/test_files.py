@@ -91,7 +91,7 @@ def test_a_file_cannot_be_made_below_a_file_or_nowhere(tmp_path):
     for name in ("file/s.db", "missing/s.db"):
         with pytest.raises(
             StudyAccessError,
-            match=rf"study .*{name}-lock cannot be used: .*; check that its folder exists and that you may write",
+            match=rf"study .*{name}.pymoo-psi-lock cannot be used: .*; check that its folder exists and that you may write",
         ):
             begun(tmp_path / name)
     assert os.listdir(tmp_path) == ["file"]
@@ -99,8 +99,8 @@ def test_a_file_cannot_be_made_below_a_file_or_nowhere(tmp_path):
 
 # Files beside a study
 
-TAKEN = ("-lock", "-journal", "-wal", "-shm")  # names that SQLite or the lock needs
-SUFFIXES = (*TAKEN, "-new", "-format-1", ".tmp")
+TAKEN = (".pymoo-psi-lock", "-journal", "-wal", "-shm")  # names that SQLite or the lock needs
+SUFFIXES = (*TAKEN, "-lock", "-new", "-format-1", ".tmp")
 MINE = {
     "a text": lambda path: path.write_text("my notes\n" * 100),
     "nothing": lambda path: path.write_bytes(b""),
@@ -109,12 +109,15 @@ MINE = {
 }
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-@pytest.mark.parametrize("make", MINE.values(), ids=MINE)
-def test_a_study_is_begun_without_touching_files_beside_it(tmp_path, suffix, make):
+# An empty file of the lock's name is what a process leaves that is killed while it makes the lock.
+CASES = [(s, m) for s in SUFFIXES for m in MINE if (s, m) != (".pymoo-psi-lock", "nothing")]
+
+
+@pytest.mark.parametrize(("suffix", "what"), CASES)
+def test_a_study_is_begun_without_touching_files_beside_it(tmp_path, suffix, what):
     """It is begun, or refused because of a name that SQLite or the lock needs."""
     beside = tmp_path / f"door{suffix}"
-    make(beside)
+    MINE[what](beside)
     before = beside.read_bytes(), beside.stat().st_mtime_ns
     refused = suffix in TAKEN
     with pytest.raises(StudyError, match=str(beside)) if refused else nullcontext():
@@ -138,6 +141,13 @@ def test_a_study_is_continued_without_touching_files_beside_it(study, suffix, ma
     beside.unlink()
     study.append(block(9, 2))
     assert bits(read_study(study.path)[1]) == bits(block(1, 10))
+    assert os.listdir(Path(study.path).parent) == ["door"]
+
+
+def test_an_empty_lock_is_taken(study):
+    """As a process leaves it that is killed before it has written who it is."""
+    Path(f"{study.path}.pymoo-psi-lock").touch()
+    assert study.append(block(9, 2)) == 2
     assert os.listdir(Path(study.path).parent) == ["door"]
 
 
@@ -300,6 +310,31 @@ def test_a_file_of_the_first_format_is_continued_and_kept(tmp_path):
     assert exact(table.rows([0, 1, 2, 4])) == exact(first_table())
     assert sorted(os.listdir(tmp_path)) == ["s.db", "s.db-format-1"]
     assert (tmp_path / "s.db-format-1").read_bytes() == FIXTURE.read_bytes()
+
+
+def test_the_log_of_a_file_of_the_first_format_is_not_lost(tmp_path):
+    """As a killed writer leaves it, whose last block is in the log only."""
+    path, killed = tmp_path / "s.db", tmp_path / "killed"
+    shutil.copy(FIXTURE, path)
+    with closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.execute("PRAGMA wal_autocheckpoint = 0")
+        db.execute("UPDATE study SET seal = seal || ''")
+        db.execute("UPDATE study SET seal = CAST(seal AS BLOB)")
+        killed.mkdir()
+        for file in tmp_path.glob("s.db*"):
+            shutil.copy(file, killed)
+    assert (killed / "s.db-wal").stat().st_size > 0
+    assert exact(TestTable.read_study(killed / "s.db")) == exact(first_table())
+    study = Study(killed / "s.db")
+    study.begin(
+        head_of(TestTable.empty(first_layout(kinds=["real", "choice", "choice"])))
+        | {"problem": FIRST}
+    )
+    more = TestTable.of([4], [[0.2, "S", 1]], [[1, 2]], [[0]], [[0]], layout=first_layout())
+    study.append(columns_of(more) | {"n": np.array(["1"], dtype=object)})
+    table = TestTable.read_study(study.path)
+    assert exact(table.rows([0, 1, 2, 4])) == exact(first_table())
+    assert sorted(os.listdir(killed)) == ["s.db", "s.db-format-1"]
 
 
 def test_a_file_of_the_first_format_is_not_continued_over_another(tmp_path):

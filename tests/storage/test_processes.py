@@ -139,7 +139,8 @@ def test_a_study_killed_many_times_is_that_of_one_run(tmp_path, workers):
         if word == "committed":
             committed.add(first)
             assert written == ["4"]
-    left = [name for name in os.listdir(tmp_path) if not name.startswith(".s.db.")]  # while made
+    # A kill in the middle of the file's creation leaves what was to become it.
+    left = [name for name in os.listdir(tmp_path) if not name.startswith(".")]
     assert sorted(left) == ["log", "s.db"]
 
 
@@ -198,7 +199,7 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
         until(lambda: len(lines(ready)) > n)  # noqa: B023
         os.kill(pid, signal.SIGKILL)
         workers.wait(pid)
-        assert Path(f"{path}-lock").exists()
+        assert Path(f"{path}.pymoo-psi-lock").exists()
         assert study.append(block(1 + 4 * n, 4)) == 4
     assert sorted(os.listdir(tmp_path)) == ["ready", "s.db"]
 
@@ -358,9 +359,11 @@ def test_a_read_only_folder_can_be_read_and_is_said_to_be_one(open_folder, worke
     appended, new = lines(report)
     assert (
         appended
-        == f"study {path}-lock cannot be used: Permission denied; check that its folder exists and that you may write the folder and the file"
+        == f"study {path}.pymoo-psi-lock cannot be used: Permission denied; check that its folder exists and that you may write the folder and the file"
     )
-    assert new.startswith(f"study {open_folder}/new.db-lock cannot be used: Permission denied;")
+    assert new.startswith(
+        f"study {open_folder}/new.db.pymoo-psi-lock cannot be used: Permission denied;"
+    )
     assert path.read_bytes() == before
 
 

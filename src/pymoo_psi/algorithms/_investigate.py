@@ -145,7 +145,7 @@ def _sift(kept: list[TestTable], limits: Limits | None) -> None:
         kept.append(_wanted(kept.pop().extended(last), "pareto", limits))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Investigation:
     """The testing of a problem: its points are evaluated, or taken from a study.
 
@@ -154,12 +154,14 @@ class Investigation:
         space: Its variables.
         memory: The study, if there is one.
         stop: Whether a design that fails ends the run.
+        piece: How many designs take a few seconds, as far as is known from earlier blocks.
     """
 
     problem: Any
     space: DesignSpace
     memory: Memory
     stop: bool
+    piece: int = 1
 
     @cached_property
     def layout(self) -> Layout:
@@ -227,12 +229,14 @@ class Investigation:
             least = 1 if one_by_one else active_workers(getattr(runner, "n_jobs", -1)).count
         else:
             least = _LEAST
-        start, size = 0, least
+        start = 0
         while start < len(rows):
             began = time.monotonic()
+            size = max(least, self.piece)
             yield rows[start : start + size]
+            size = min(size, len(rows) - start)
             start += size
             if not (one_by_one and self.stop):
                 took = max(time.monotonic() - began, 1e-6)
                 # a first design, which loads libraries, says little: at most 100 times as many
-                size = max(least, min(len(rows), int(size * min(_SECONDS / took, 100))))
+                self.piece = int(size * min(_SECONDS / took, 100))

@@ -198,9 +198,13 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
 
 
 def _checkpoint(db: sqlite3.Connection) -> None:
-    """Bring the log into the file; a reader in the middle of a query leaves it to the next one."""
-    db.execute(f"PRAGMA busy_timeout = {_CHECKPOINT_PATIENCE}")
-    db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+    """Bring the log into the file, or leave that to the next transaction; both are committed.
+
+    A reader in the middle of a query may be in the way, or a full disk.
+    """
+    with suppress(sqlite3.OperationalError):
+        db.execute(f"PRAGMA busy_timeout = {_CHECKPOINT_PATIENCE}")
+        db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
 
 
 def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
@@ -211,13 +215,13 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     """
     with told(path):
         _require_there(path)
-        while (stamp := _stamp(path)) is not None:
+        while (before := stamp(path)) is not None:
             try:
                 return _asked(path, "mode=ro&immutable=1", query)
             except (sqlite3.Error, StudyError, UnicodeDecodeError):
                 # Damage, or a transaction changed the file meanwhile. A file just written may be
                 # written again within a tick of its clock, and keep its stamp.
-                if stamp == _stamp(path) and abs(time.time() - stamp[0] / 1e9) > _TICK:
+                if before == stamp(path) and abs(time.time() - before[0] / 1e9) > _TICK:
                     raise
                 time.sleep(_TICK)
         _require_own(path)
@@ -237,7 +241,7 @@ def _connected(path: str, options: str) -> sqlite3.Connection:
     return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
 
 
-def _stamp(path: str) -> tuple[int, ...] | None:
+def stamp(path: str) -> tuple[int, ...] | None:
     """Return what changes whenever the file does; None if not all of its content lies in it."""
     for suffix in ("-wal", "-journal"):
         with suppress(FileNotFoundError):

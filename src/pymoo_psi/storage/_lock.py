@@ -1,8 +1,8 @@
-"""One writer of a study at a time: the file ``<study>-lock``, which says who its owner is.
+"""One writer of a study at a time: a lock beside it, a file that says who its owner is.
 
 The operating system releases the lock when its process ends, however it ends. The threads of a
-process take turns. A file of that name which is not such a lock belongs to somebody else: it is
-left alone, and the study is not written.
+process take turns. A file of the lock's name with anything else in it is left alone, and the study
+is not written.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+_SUFFIX = ".pymoo-psi-lock"  # behind the name of the study; nobody else uses it
 _MARK = "pymoo-psi study in use by "  # how every lock begins
 _SIZE = 512  # bytes of a lock: all are written at once, over those of an owner that was killed
 _PAUSE = 0.05  # seconds between two attempts
@@ -56,7 +57,6 @@ def locked(path: str, wait: float) -> Iterator[None]:
     Raises:
         StudyLockedError: Another process is still writing; the message says which.
         StudyAccessError: Another file has the lock's name, or the folder cannot be written.
-
     """
     turn = _TURNS.setdefault((os.getpid(), path), _Turn())
     with turn.thread:
@@ -68,15 +68,15 @@ def locked(path: str, wait: float) -> Iterator[None]:
         finally:
             turn.depth -= 1
             if turn.depth == 0:
-                _release(f"{path}-lock", turn.descriptor)
+                _release(path + _SUFFIX, turn.descriptor)
 
 
 def _taken(path: str, wait: float) -> int:
     """Return the descriptor of the lock, whose owner is this process now."""
     deadline = time.monotonic() + wait
     while True:
-        with told(f"{path}-lock"):
-            found = _attempt(f"{path}-lock")
+        with told(path + _SUFFIX):
+            found = _attempt(path + _SUFFIX)
         if not isinstance(found, str):
             return found
         if time.monotonic() >= deadline:
@@ -89,15 +89,7 @@ def _taken(path: str, wait: float) -> int:
 
 def _attempt(lock: str) -> int | str:
     """Return the descriptor of the lock, or who has it."""
-    new = True
-    try:
-        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-    except FileExistsError:
-        new = False
-        try:
-            descriptor = os.open(lock, os.O_RDWR)
-        except FileNotFoundError:  # its owner has just removed it
-            return "another process"
+    descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
     owned = False
     try:
         text = os.read(descriptor, _SIZE).decode("utf-8", "replace")
@@ -106,16 +98,12 @@ def _attempt(lock: str) -> int | str:
                 f"{lock} must be free for the lock of a study, but it is another file; it was left "
                 "as it is: move it away, or give the study another name"
             )
-        if not new and not text:
-            # It is just being made, or its maker was killed then, or it is somebody's empty file.
-            return f"an unknown process, or by none if {lock} stays empty: then remove it"
-        if not _lock(descriptor):
+        mine = False
+        with suppress(FileNotFoundError):
+            # The name may have passed to another file since this one was opened.
+            mine = _lock(descriptor) and os.path.samestat(os.stat(lock), os.fstat(descriptor))
+        if not mine:
             return text.removeprefix(_MARK).strip() or "another process"
-        if not new:  # the name may have passed to another file since this one was opened
-            with suppress(FileNotFoundError):
-                new = os.path.samestat(os.stat(lock), os.fstat(descriptor))
-            if not new:
-                return "another process"
         since = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
         owner = f"{_MARK}process {os.getpid()} on {socket.gethostname()} since {since}"
         os.lseek(descriptor, 0, os.SEEK_SET)
@@ -124,8 +112,6 @@ def _attempt(lock: str) -> int | str:
         return descriptor
     finally:
         if not owned:
-            if new:
-                os.unlink(lock)
             os.close(descriptor)
 
 

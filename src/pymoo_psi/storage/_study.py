@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import os
 import secrets
@@ -18,7 +19,12 @@ from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import finite_number, invalid
-from pymoo_psi.errors import ArgumentTypeError, StudyAccessError, StudyMismatchError
+from pymoo_psi.errors import (
+    ArgumentTypeError,
+    StudyAccessError,
+    StudyLockedError,
+    StudyMismatchError,
+)
 from pymoo_psi.storage import _database as database
 from pymoo_psi.storage._database import Columns, Head
 from pymoo_psi.storage._format_1 import head_of_format_1, read_format_1
@@ -74,7 +80,7 @@ class Study:
                 "what fingerprint() of a problem returns must hold plain values, numbers, texts, "
                 f"True, False, None, lists and dicts of Python: {error}"
             ) from None
-        self._kinds = asked["kinds"]
+        self._kinds, self._seen = asked["kinds"], None
         if not os.path.lexists(self.path):
             with self.writing():
                 if not os.path.lexists(self.path):
@@ -84,7 +90,6 @@ class Study:
             facts["kinds"] = asked["kinds"]
         differences = list(_differences(_by_variable(_head(facts)), _by_variable(asked)))
         if differences:
-            self._seen = None
             raise StudyMismatchError(
                 f"study {self.path} belongs to another problem: {'; '.join(differences)}. Give the "
                 "name of another file, or the problem (and study_key) with which it was begun"
@@ -185,30 +190,35 @@ class Study:
                 )
         if facts["format"] == 1:
             return facts | head_of_format_1(db, self.path)[0]
-        if self._seen is None:
-            self._seen = (facts["id"], facts["tests"])
+        self._seen = (facts["id"], facts["tests"])
         return facts
 
     def _convert(self) -> None:
         """Give a study of the first format today's; the old file stays, as ``<study>-format-1``."""
         kept = f"{self.path}-format-1"
-        with self.writing():
+        with self.writing(), database.told(self.path):
+            if database.read(self.path, self._facts)["format"] > 1:
+                return  # another process has done so
             head, columns = database.read(
                 self.path, lambda db: read_format_1(db, self.path, self._kinds)
             )
-            if os.path.lexists(kept):
+            with database.transaction(self.path):
+                pass  # which ends with a checkpoint
+            if database.stamp(self.path) is None:  # its log must not lie beside the new file
+                raise StudyLockedError(
+                    f"study {self.path} has format 1 and cannot be continued while another "
+                    "program reads it; close that program, then run again"
+                )
+            if os.path.lexists(kept) and not filecmp.cmp(kept, self.path, shallow=False):
                 raise StudyAccessError(
                     f"study {self.path} has format 1 and cannot be continued: {kept} is there, "
                     "the name under which it would be kept; move that file away"
                 )
-            with database.transaction(self.path):
-                pass  # its log must not lie beside the new file
-            with database.told(self.path):
-                with whole_file(kept) as copy:
-                    shutil.copyfile(self.path, copy)
-                with whole_file(self.path) as new:
-                    database.create(str(new), _begun() | head)
-                    Study(new).append(columns)
+            with whole_file(kept) as copy:
+                shutil.copyfile(self.path, copy)
+            with whole_file(self.path) as new:
+                database.create(str(new), _begun() | head)
+                Study(new).append(columns)
 
 
 def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
