@@ -22,6 +22,7 @@ class Exact:
     rank: list
     salukvadze: list
     criteria: np.ndarray
+    noise: np.ndarray  # of each criterion
     decided: bool
 
 
@@ -122,9 +123,10 @@ def exact_ranking(F, *, normalize=True, maximize=()):
         for j in range(len(span))
     ]
     shares = [[Fraction(1)] * len(e2), [sum(e2) - x for x in e2], e2]
-    columns = []
+    columns, noise = [], []
     for column, share in zip(zip(*(every[row] for row in front), strict=True), shares, strict=True):
         tolerance = LAST_PLACES * root(sum(s * x for s, x in zip(size2, share, strict=True)))
+        noise.append(as_float(tolerance))
         columns.append(numbered(oracle.groups(column, lambda v, t=tolerance: t)))
     levels = np.array(columns).T
     p12, p13, p23 = best_in(levels, 0, 1), best_in(levels, 0, 2), best_in(levels, 1, 2)
@@ -132,4 +134,4 @@ def exact_ranking(F, *, normalize=True, maximize=()):
     nearest = iter(levels[:, 0] == 0)
     rank = [next(ranks) if is_in else 0 for is_in in pareto]
     salukvadze = [i for i, is_in in enumerate(pareto) if is_in and next(nearest)]
-    return Exact(pareto, rank, salukvadze, criteria, oracle.decided)
+    return Exact(pareto, rank, salukvadze, criteria, np.array(noise), oracle.decided)

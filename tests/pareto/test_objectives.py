@@ -25,6 +25,7 @@ def senses_of(m):
     return st.lists(st.integers(0, m - 1), unique=True)
 
 
+@settings(max_examples=40)
 @given(data=st.data(), F=sets, normalize=st.booleans())
 def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
     maximize = data.draw(senses_of(F.shape[1]))
@@ -42,6 +43,7 @@ def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
     np.testing.assert_array_equal(ranking.nadir, np.where(upwards, low, high))
 
 
+@settings(max_examples=40)
 @given(data=st.data(), F=sets, normalize=st.booleans())
 def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
     maximize = data.draw(senses_of(F.shape[1]))
@@ -55,6 +57,7 @@ def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
     np.testing.assert_array_equal(asked.to_frame()[["f1", "f2"]].sort_index(), F[:, :2])
 
 
+@settings(max_examples=40)
 @given(data=st.data(), F=sets, normalize=st.booleans())
 def test_the_order_of_objectives_does_not_matter(data, F, normalize):
     m = F.shape[1]
@@ -67,6 +70,7 @@ def test_the_order_of_objectives_does_not_matter(data, F, normalize):
     np.testing.assert_array_equal(other.ideal, straight.ideal[order])
 
 
+@settings(max_examples=40)
 @given(data=st.data(), F=sets)
 def test_units_rows_and_dominated_rows_do_not_matter(data, F):
     """Positive rescaling, another order and dominated rows at once, some objectives maximised."""
@@ -81,6 +85,7 @@ def test_units_rows_and_dominated_rows_do_not_matter(data, F):
     assert other.rank.tolist() == [expected[i] for i in rows]
 
 
+@settings(max_examples=40)
 @given(data=st.data(), F=sets)
 def test_given_points_are_in_the_users_sense(data, F):
     maximize = data.draw(senses_of(F.shape[1]))

@@ -281,19 +281,6 @@ def test_no_design_is_feasible():
     assert result.optimum_share.sum() == 0
 
 
-def test_the_chute_at_full_size():
-    """256 scenarios of 4096 designs, within seconds."""
-    designs = np.array([1.05, 5.9]) * lp_tau(4096, 2) + [0, 0.1]
-    result = robustness(
-        lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
-        designs,
-        uncertainty={"mu": stats.uniform(0.3, 0.2), "c": stats.uniform(0.25, 0.14)},
-    )
-    assert result.scenarios.shape == (256, 2)
-    assert result.optimum_share.sum() == pytest.approx(1)
-    assert result.infeasible_share.max() == 0
-
-
 @pytest.mark.parametrize("elementwise", [True, False])
 def test_a_model_that_changes_its_designs_changes_no_other_scenario(elementwise):
     class Wheels(Problem):
