@@ -1,9 +1,11 @@
 """A worker process, seen from inside: a guard, and its child that evaluates what it is sent.
 
-The pool runs this file as a script. The guard does nothing but wait for the end of its child or
-of the pipe to the pool, and then kills the child and all that a model has started in it. So that
-nothing is left however the pool ends: by SIGKILL, while the model holds the interpreter's lock in
-C code, or with its own processes in other groups. What the pool wants to be ended it disconnects.
+The pool runs this file as a script. The guard only waits for the end of its child or of the pipe
+to the pool, and then kills the child with all that a model has started in it. A thread in the
+worker would do but for a model that holds the interpreter's lock in C code; a signal at the death
+of the parent (Linux) would come at the end of the thread that started the worker, and not reach
+what the model started. On Linux the guard finds these also where they left the worker's group.
+On Windows there is no guard: there a worker ends itself.
 
 Messages to the worker: ``("function", pickled)``, where None is the function it has;
 ``("designs", [(index, design), ...])``; ``("leave", None)``. Messages from it begin with the number
