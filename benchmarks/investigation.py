@@ -1,4 +1,4 @@
-"""``investigate`` at scale, beside pymoo's own loop over the same points, in one run.
+"""``investigate`` at scale, beside ``minimize(problem, PSI(n))`` over the same points, in one run.
 
     python -m benchmarks.investigation
 
@@ -57,7 +57,7 @@ def main() -> None:
     start = time.perf_counter()
     minimize(problem, PSI(SCALE // 16))
     took = time.perf_counter() - start
-    print(f"pymoo's loop, minimize(problem, PSI(2^16)): {took:.1f} s for a sixteenth of the points")
+    print(f"minimize(problem, PSI(2^16)): {took:.1f} s for a sixteenth of the points")
 
 
 if __name__ == "__main__":

@@ -413,6 +413,21 @@ def test_designs_by_name_are_copies_too():
     np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
 
 
+def test_designs_by_name_are_copies_also_for_a_vectorised_model():
+    class Mixed(Problem):
+        def __init__(self):
+            super().__init__(vars={"a": Real(bounds=(0, 1))}, n_obj=1)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.array([x.pop("a") for x in X])
+
+    result = minimize(Mixed(), PSI(8))
+    table = result.algorithm.table
+    np.testing.assert_array_equal(table.X.astype(float), table.F)
+    assert [x["a"] for x in result.pop.get("X")] == table.F[:, 0].tolist()
+    assert FailureTolerant(Mixed()).evaluate([{"a": 0.5}])[0].tolist() == [[0.5]]
+
+
 def test_problems_that_transform_designs_are_not_bypassed():
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 

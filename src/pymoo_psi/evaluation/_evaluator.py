@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -102,8 +101,8 @@ class _Model:
     def raw(self, X: Any) -> dict[str, Any]:
         """Return what a vectorised model gives for designs, as it gives it."""
         designs = copy.copy(X)
-        for i, x in enumerate(X):
-            if isinstance(x, Mapping):  # designs by name: the copy holds the same dictionaries
+        if isinstance(X, list) or (X.dtype == object and X.ndim == 1):  # dictionaries, by name
+            for i, x in enumerate(X):
                 designs[i] = copy.copy(x)
         out: dict[str, Any] = dict.fromkeys(self.sizes)
         with _OneProcess():
