@@ -115,6 +115,8 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
         raise ArgumentValueError(
             f"{name} must be a rectangular array of numbers: {error}"
         ) from error
+    if np.ma.is_masked(value):
+        raise ArgumentValueError(_message(name, "without masked cells", Received("some"), remedy))
     if array.dtype.kind not in "fiub":
         raise ArgumentTypeError(
             _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"), remedy)

@@ -12,10 +12,13 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable
 from pymoo_psi.table import (
+    Kind,
     Layout,
+    compare_with_prototype,
     constraint_as_criterion,
     constraint_costs,
     histogram,
+    section_points,
     violations,
 )
 
@@ -189,6 +192,56 @@ def test_joined_designs_keep_the_types_of_their_values(first, others):
         assert joined.rows([1]).equals(b)
 
 
+KINDS = Layout.of(["a", "b", "c", "d"], 1, kinds=["real", "integer", "binary", "choice"])
+
+
+def test_kinds_that_are_declared_hold_for_every_block():
+    """Whatever a block happens to hold: a choice between 1 and 2 is no integer, 1 no integer."""
+    one = TestTable.of([1], [[1, 2.0, 1, 1]], [[1.0]], layout=KINDS)
+    two = TestTable.of([2], [[0.5, 3, False, "oak"]], [[1.0]], layout=KINDS)
+    assert [(type(v), v) for v in one.X[0]] == [(float, 1.0), (int, 2), (bool, True), (int, 1)]
+    assert one.kinds == two.kinds == KINDS.kinds == tuple(Kind)
+    joined = one.extended(two)
+    assert joined.rows([0]).equals(one)
+    assert joined.refined_bounds()[0].tolist()[:2] == [0.5, 2.0]
+    assert np.isnan(joined.refined_bounds()[0][2:]).all()
+    whole = TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
+    assert whole.X.dtype == np.float64
+
+
+def test_what_is_declared_goes_before_what_designs_tell():
+    declared = TestTable.of([1], [[0.5]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
+    told = TestTable.of([2], [[1]], [[1.0]])
+    for joined in (declared.extended(told), told.extended(declared)):
+        assert joined.kinds == (Kind.REAL,)
+        assert joined.X.dtype == np.float64
+    other = TestTable.of([2], [[1]], [[1.0]], layout=Layout.of(1, 1, kinds=["integer"]))
+    with pytest.raises(
+        PsiError, match="of the table's layout, got kind of x1: real against integer"
+    ):
+        declared.extended(other)
+
+
+weird = st.recursive(
+    st.one_of(
+        st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=3), st.binary(max_size=2),
+        st.complex_numbers(), st.just(10**400), st.just(np.datetime64("2024-05-01")), st.just(np.ma.masked_array([[1.0]], [[True]])),
+    ),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=2), inner, max_size=2),
+    max_leaves=6,
+)  # fmt: skip
+
+
+@settings(max_examples=300)
+@given(X=weird, F=weird, numbers=st.one_of(st.just([1]), weird))
+def test_whatever_is_given_the_answer_is_a_table_or_a_message(X, F, numbers):
+    try:
+        table = TestTable.of(numbers, X, F)
+    except PsiError:
+        return
+    assert len(table) == len(table.X) == len(table.F)
+
+
 # Constraints
 
 
@@ -277,6 +330,20 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: PLAIN.rows([2]), ValueError, "selection must be a mask or indices of 2 rows, got index 2 is out"),
         (lambda: PLAIN.rows([True]), ValueError, "selection must be a mask or indices of 2 rows"),
         (lambda: PLAIN.rows([0.5]), TypeError, "selection must be a mask or indices, got dtype float64"),
+        (lambda: PLAIN.rows([[0, 1]]), TypeError, r"selection must be a mask or indices, got dtype int64, shape \(1, 2\)"),
+        (lambda: PLAIN.extended(None), TypeError, "block must be a TestTable, got None"),
+        (lambda: PLAIN.feasible({"f1": 10**400}), ValueError, "limit on 'f1' must be within what float64 reaches"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={"a": "why"}), TypeError, "a test point of reasons must be an integer >= 1, got 'a'"),
+        (lambda: TestTable.of([1], [[10**5000]], [[1.0]]), ValueError, "X must hold finite numbers, .* got an integer beyond float64"),
+        (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
+        (lambda: TestTable.of([1], [[2**70]], [[1.0]], layout=Layout.of(["n"], 1, kinds=["integer"])), TypeError, "X must hold integer values for n, got 1180"),
+        (lambda: TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["binary"])), TypeError, "X must hold binary values for x1, got 2"),
+        (lambda: Layout.of(1, 1, kinds=["text"]), ValueError, "kinds must be one of 'binary', 'choice', 'integer', 'real', got 'text'"),
+        (lambda: Layout.of(1, 1, kinds=["real", "real"]), ValueError, "kinds must be 1 kinds, one for each variable, got 2"),
+        (lambda: Layout.of(1, 1, kinds=3), TypeError, "kinds must be a list of kinds, got 3"),
+        (lambda: section_points(TestTable.of([1], [[1]], [[1.0]]), 1, 0, 3, 0, 1e300), ValueError, r"lower and upper must be within ±2\^53 for an integer"),
+        (lambda: compare_with_prototype(TestTable.of([1], [[0.0]], [[1.0, 2.0]], layout=Layout.of(1, ["f1", "gain_f1"])).with_prototype([0.0], [1, 2])), ValueError, "the criteria must be named unlike the columns of the comparison, got 'gain_f1'"),
+        (lambda: PLAIN.ranking().to_frame(names=["a", "a"]), ValueError, "names must be distinct, got 'a'; give others"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(PLAIN), ValueError, "distinct, got test point 1 twice"),
         (lambda: PLAIN.extended(constraint_as_criterion(PLAIN, 0)), ValueError, "block must be of the table's layout, got objectives f1, f2 against f1, f2, g1"),

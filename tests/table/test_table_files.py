@@ -150,6 +150,51 @@ def test_pandas_reads_the_csv(tmp_path):
     pd.testing.assert_frame_equal(frame, expected, check_dtype=False, rtol=1e-14)
 
 
+OLD = r"""# {"pymoo_psi_test_table": 1, "tests": 2, "variables": ["a", "b", "c", "d", "e"], "kinds": ["real", "integer", "boolean", "text", "mixed"], "objectives": ["f1"], "inequalities": ["g1"], "equalities": [], "lower": [0.0, NaN, NaN, NaN, NaN], "upper": [1.0, NaN, NaN, NaN, NaN], "eq_tolerance": 0.0001, "prototype": {"name": "old", "x": [0.5, 2, true, "12", 1], "f": [1.0], "g": [NaN], "h": []}}
+"test_point","a","b","c","d","e","f1","g1","status","broken","reason","pareto"
+1,0.5,12,True,"12","1.5",1.0,-1.0,"ok","","",True
+2,0.25,13,False,"oak","\""oak\""",2.0,0.5,"infeasible","g1","",False
+"""
+
+
+def test_a_file_of_the_first_format_is_read(tmp_path):
+    (tmp_path / "old.csv").write_text(OLD.replace('\\""', '""'), encoding="utf-8")
+    table = TestTable.read_csv(tmp_path / "old.csv")
+    assert table.X.tolist() == [[0.5, 12, True, "12", 1.5], [0.25, 13, False, "oak", "oak"]]
+    assert [kind.value for kind in table.kinds] == ["real", "integer", "binary", "choice", "choice"]
+    assert violations(table) == {2: ("g1",)}
+    assert table.prototype.x.tolist() == [0.5, 2, True, "12", 1]
+    table.to_csv(tmp_path / "new.csv")
+    assert TestTable.read_csv(tmp_path / "new.csv").equals(table)
+
+
+def test_options_that_could_be_taken_for_others_keep_their_types(tmp_path):
+    cells = [
+        "12",
+        12,
+        12.0,
+        True,
+        "true",
+        '"oak"',
+        "oak",
+        "NaN",
+        "[1]",
+        "{",
+        "",
+        " 7 ",
+        "1e5",
+        "null",
+    ]
+    table = TestTable.of(np.arange(1, 15), [[cell] for cell in cells], np.ones((14, 1)))
+    table.to_csv(tmp_path / "t.csv")
+    table.to_parquet(tmp_path / "t.parquet")
+    for read in (
+        TestTable.read_csv(tmp_path / "t.csv"),
+        TestTable.read_parquet(tmp_path / "t.parquet"),
+    ):
+        assert [(type(v), v) for v in read.X[:, 0]] == [(type(v), v) for v in cells]
+
+
 def test_rows_and_columns_may_be_rearranged_by_hand(tmp_path):
     path = tmp_path / "t.csv"
     EXAMPLE.to_csv(path)

@@ -139,7 +139,7 @@ class EfficiencyRanking:
 
         Raises:
             ArgumentValueError: ``F`` has another shape, the number of names differs, or an
-                objective has the name of one of the other columns.
+                objective has the name of another one or of one of the other columns.
 
         Example:
             >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
@@ -161,6 +161,8 @@ class EfficiencyRanking:
         if taken := [name for name in columns if name in RANKING_COLUMNS]:
             rule = "other than mu1, mu2, mu3, rank and pareto, which are columns of the ranking"
             raise invalid("names", rule, taken[0], "give others by names=[...]")
+        if twice := [name for name in columns if columns.count(name) > 1]:
+            raise invalid("names", "distinct", twice[0], "give others by names=[...]")
         frame = pd.DataFrame(values, columns=columns, index=pd.Index(shown.labels))
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto

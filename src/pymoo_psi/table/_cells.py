@@ -63,6 +63,8 @@ _BODY = re.compile(
 )
 _OPEN = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")  # as many digits as thousands have, and decimals may
 _PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+# A plain number whose point, if it has one, cannot divide thousands.
+_CERTAIN = re.compile(r"\s*[+-]?(?![1-9]\d{0,2}\.\d{3}\s*$)(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
 
 
 def real(text: str) -> float:
@@ -180,7 +182,7 @@ def read_columns(
         marks: What is said of the marks in numbers.
         divider: The mark between the cells of a line; empty if there is none.
     """
-    scanned = {name: _scanned(list(cells)) for name, cells in columns.items()}
+    scanned = {name: _scanned(list(cells), marks) for name, cells in columns.items()}
     decimals: set[str] = set()
     for scan in scanned.values():
         decimals |= _decimals_said(scan)
@@ -206,7 +208,13 @@ class _Scan(NamedTuple):
     thousands: set[str]
 
 
-def _scanned(cells: list[Any]) -> _Scan:
+def _scanned(cells: list[Any], marks: Marks) -> _Scan:
+    # The usual column of what programs write, told apart as it takes a tenth of the time.
+    if marks.decimal in (None, ".") and all(
+        isinstance(cell, str) and _CERTAIN.fullmatch(cell) for cell in cells
+    ):
+        decimals = {"."} if any("." in cell for cell in cells) else set()
+        return _Scan(cells, [float(cell) for cell in cells], [], decimals, set())
     scan = _Scan(cells, [], [], set(), set())
     for i, cell in enumerate(cells):
         number = None if is_blank(cell) else _number(cell)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import integer, known_name
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
@@ -316,9 +316,11 @@ def read_designs(
         [[1.5, 1250.0], [2.0, 980.0]]
     """
     path, marks = Path(path), Marks(decimal, thousands)
-    skipped = frozenset(skip_rows)
-    if not all(isinstance(line, int) and not isinstance(line, bool) for line in skipped):
+    if isinstance(skip_rows, str) or not isinstance(skip_rows, Collection):
         raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
+    skipped = frozenset(integer("a number in skip_rows", line, minimum=1) for line in skip_rows)
+    if not isinstance(encoding, (str, type(None))):
+        raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
     with path.open("rb") as file:
         content = file.read(16)
         if content.startswith(b"SQLite format 3\0"):
@@ -451,6 +453,8 @@ def _column(cells: list[Any]) -> Column:
 
 def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
     """Return some cells of a column, read as the whole column is."""
+    if len(rows) == len(column.cells):
+        return column
     places = {int(row): k for k, row in enumerate(rows)}
     problem = column.problem
     if problem is not None:

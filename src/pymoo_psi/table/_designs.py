@@ -6,7 +6,7 @@ a frame or a file with the type it had.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,12 +46,17 @@ def design_matrix(
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
     if not isinstance(value, np.ndarray):
+        if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+            raise ArgumentTypeError(f"{name} must be an array or rows, got {value!r:.80}")
         value = list(value)
-    if len(value) and isinstance(value[0], Mapping):
-        value = _from_mappings(name, value, list(value[0]) if variables is None else variables)
+    if np.ma.is_masked(value):
+        raise invalid(name, "without masked cells", value)
+    first = value[0] if (isinstance(value, list) or value.ndim) and len(value) else None
+    if isinstance(first, Mapping):
+        value = _from_mappings(name, value, list(first) if variables is None else variables)
     try:
         array = np.asarray(value)
-        if isinstance(value, list) and _has_lost_types(value, array):
+        if isinstance(value, list) and (len(set(kinds)) > 1 or _has_lost_types(value, array)):
             array = np.array(value, dtype=object)
     except ValueError as error:  # rows of unequal length
         raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
@@ -165,7 +170,7 @@ def _of_kinds(
 
 def _as_kind(cell: Any, kind: Kind) -> Any:
     """Return the number of a kind that is equal to a cell, or the cell if there is none."""
-    if type(cell) is int and kind is Kind.REAL and abs(cell) < 2**1023 and float(cell) == cell:
+    if type(cell) is int and kind is Kind.REAL and float(cell) == cell:
         return float(cell)
     if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and int(cell) in INT64:
         return int(cell)
@@ -187,12 +192,16 @@ def _kind(column: list[Any]) -> Kind:
 def _from_mappings(name: str, rows: Any, variables: Sequence[str]) -> NDArray[Any]:
     matrix = np.empty((len(rows), len(variables)), dtype=object)
     for i, row in enumerate(rows):
-        if set(row) != set(variables):
+        if not isinstance(row, Mapping) or set(row) != set(variables):
             rule = f"mappings of the variables {', '.join(variables)}"
-            raise invalid(name, rule, Received(", ".join(map(str, row)) or "an empty one"))
+            raise invalid(name, rule, _shown(row))
         for j, variable in enumerate(variables):
             matrix[i, j] = row[variable]
     return matrix
+
+
+def _shown(row: Any) -> object:
+    return Received(", ".join(map(str, row)) or "none") if isinstance(row, Mapping) else row
 
 
 def _has_lost_types(rows: list[Any], array: NDArray[Any]) -> bool:
@@ -207,10 +216,13 @@ def _plain(name: str, cell: object) -> float | int | bool | str:
         cell = cell.item()
     if isinstance(cell, str) and is_writable(cell):
         return str(cell)
-    if isinstance(cell, (bool, int)):
-        return bool(cell) if isinstance(cell, bool) else int(cell)
+    if isinstance(cell, bool):
+        return bool(cell)
+    if isinstance(cell, int) and abs(cell) < 2**1023:  # what float64 reaches
+        return int(cell)
     if isinstance(cell, float) and np.isfinite(cell):
         return float(cell)
-    rule = f"{name} must hold finite numbers, booleans or Unicode text, got {cell!r:.80}"
-    kind = ArgumentValueError if isinstance(cell, (float, str)) else ArgumentTypeError
+    found = "an integer beyond float64" if isinstance(cell, int) else f"{cell!r:.80}"
+    rule = f"{name} must hold finite numbers, booleans or Unicode text, got {found}"
+    kind = ArgumentValueError if isinstance(cell, (int, float, str)) else ArgumentTypeError
     raise kind(f"{rule}; name the options of a choice by text")

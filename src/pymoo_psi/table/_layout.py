@@ -133,7 +133,7 @@ class Layout:
             unknown if lower is None else real_array("lower", lower),
             unknown if upper is None else real_array("upper", upper),
             eq_tolerance,
-            tuple(kinds),  # type: ignore[arg-type]  # words become kinds when they are checked
+            kinds,  # type: ignore[arg-type]  # words become kinds when they are checked
         )
 
     @property
@@ -220,6 +220,8 @@ def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
 
 
 def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
+        raise ArgumentTypeError(f"kinds must be a list of kinds, got {kinds!r:.80}")
     words = [kind.value for kind in Kind]
     known = tuple(Kind(known_name("kinds", kind, words)) for kind in kinds)
     if len(known) not in (0, n_var):

@@ -36,7 +36,9 @@ def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
             raise invalid("limits", "given once a criterion", limits)
         if isinstance(limit, (bool, np.bool_)) or not isinstance(limit, numbers.Real):
             raise ArgumentTypeError(f"the limit on {key!r} must be a number, got {limit!r:.80}")
-        if np.isnan(limit):
+        if isinstance(limit, int) and abs(limit) >= 2**1023:
+            raise invalid(f"the limit on {key!r}", "within what float64 reaches", limit)
+        if np.isnan(float(limit)):
             hint = "leave the criterion out where it has no limit"
             raise invalid(f"the limit on {key!r}", "a number", Received("nan"), hint)
         result[j] = float(limit)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, finite_number, instance, invalid, real_array
+from pymoo_psi._validation import Received, finite_number, instance, integer, invalid, real_array
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
 from pymoo_psi.pareto._feasibility import competes, violated_constraints
@@ -376,10 +376,9 @@ class TestTable:
         chosen = np.asarray(selection)
         if chosen.size == 0 and chosen.dtype != bool:
             chosen = chosen.astype(np.intp)
-        if chosen.dtype.kind not in "biu":
-            raise ArgumentTypeError(
-                f"selection must be a mask or indices, got dtype {chosen.dtype}"
-            )
+        if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
+            found = f"dtype {chosen.dtype}, shape {chosen.shape}"
+            raise ArgumentTypeError(f"selection must be a mask or indices, got {found}")
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
@@ -398,12 +397,15 @@ class TestTable:
 
         Raises:
             ArgumentValueError: A block has another layout, or a test point occurs twice.
+            ArgumentTypeError: A block is no table.
 
         Example:
             >>> first, second = (TestTable.of([n], [[0.1 * n]], [[1.0]]) for n in (1, 2))
             >>> first.extended(second).numbers
             array([1, 2])
         """
+        for block in blocks:
+            instance("block", block, TestTable)
         tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
         if len(tables) < 2:
             return tables[0] if tables else self
@@ -461,7 +463,7 @@ class TestTable:
         new[theirs] = False
         return self.extended(other.rows(new))._by_number()
 
-    def equals(self, other: TestTable) -> bool:
+    def equals(self, other: object) -> bool:
         """Say whether another table is the same in everything; NaN is equal to NaN.
 
         Example:
@@ -470,7 +472,8 @@ class TestTable:
             (True, False)
         """
         return (
-            not self.layout.difference(other.layout)
+            isinstance(other, TestTable)
+            and not self.layout.difference(other.layout)
             and np.array_equal(self.numbers, other.numbers)
             and all(_same_cells(getattr(self, b), getattr(other, b)).all() for b in _BLOCKS)
             and dict(self.reasons) == dict(other.reasons)
@@ -729,8 +732,11 @@ def _counted(n: int, one: str, many: str) -> str:
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     """Return numbers of test points as an array of its own: integers from 1, each once."""
-    array = np.asarray(value)
-    if array.size and array.dtype.kind not in "iu":
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # lists of unequal length
+        raise ArgumentTypeError(f"numbers must be integers from 1: {error}") from error
+    if np.ma.is_masked(value) or (array.size and array.dtype.kind not in "iu"):
         raise ArgumentTypeError(f"numbers must be integers from 1, got dtype {array.dtype}")
     if array.ndim != 1:
         raise invalid("numbers", "one-dimensional", Received(f"shape {array.shape}"))
@@ -755,7 +761,10 @@ def _reason_texts(reasons: Mapping[int, str]) -> dict[int, str]:
     """Return reasons of failures by number of the test point, as texts that files can hold."""
     if not isinstance(reasons, Mapping):
         raise ArgumentTypeError(f"reasons must map test points to texts, got {reasons!r:.80}")
-    return {int(number): _readable(str(text)) for number, text in reasons.items()}
+    return {
+        integer("a test point of reasons", number, minimum=1): _readable(str(text))
+        for number, text in reasons.items()
+    }
 
 
 def _readable(reason: str) -> str:

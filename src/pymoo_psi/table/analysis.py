@@ -225,8 +225,12 @@ def section_points(
     end = finite_number("upper", float(table.layout.upper[j]) if upper is None else upper)
     if start > end:
         raise invalid("lower", "at most upper", Received(f"{start} > {end}"))
-    values = np.linspace(start, end, n)
     real = kind is Kind.REAL
+    if not real and max(abs(start), abs(end)) > 2**53:
+        raise invalid(
+            "lower and upper", "within ±2^53 for an integer", Received(f"{start} and {end}")
+        )
+    values = np.linspace(start, end, n)
     steps = values.tolist() if real else np.unique(np.rint(values)).astype(int).tolist()
     points = np.tile(row, (len(steps), 1))
     points[:, j] = steps
@@ -364,7 +368,8 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
         it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
 
     Raises:
-        ArgumentValueError: The table has no prototype.
+        ArgumentValueError: The table has no prototype, or a criterion is named like a further
+            column.
 
     Example:
         >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
@@ -382,6 +387,9 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
         )
     pareto = table.pareto(limits)
     names, F = table.layout.objectives, table.F[pareto]
+    added = ["better_in", "dominates", "better_in_all", *(f"gain_{name}" for name in names)]
+    if taken := [name for name in names if name in added]:
+        raise invalid("the criteria", "named unlike the columns of the comparison", taken[0])
     gain = table.prototype.f - F
     better = (gain > 0).sum(axis=1)
     dominates = (gain >= 0).all(axis=1) & (better > 0)
