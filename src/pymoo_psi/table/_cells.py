@@ -32,6 +32,8 @@ BLANKS = {
 }
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))
 _GAPS = " '’\u00a0\u2009\u202f"  # that divide thousands and nothing else
+# Words that may stand beside a number without a doubt that it is one: currencies and the units of
+# mechanics. A letter alone counts behind a space only: "304 L" is a volume, "304L" a steel.
 _CODES = (
     "EUR|USD|GBP|CHF|JPY|CNY|INR|AUD|CAD|NZD|SEK|NOK|DKK|PLN|CZK|HUF|RON|TRY|RUB|UAH|BRL|MXN|ZAR|"
     "KRW|SGD|HKD|ILS"
@@ -47,24 +49,30 @@ _SIZE = rf"(?:%|‰|ppm|{_CURRENCY}|{_UNIT}(?:[/·*]{_UNIT})*)"
 _NUMBER = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<before>{_CURRENCY})?\s*(?P<inner>[+-]?)"
     rf"(?P<body>[1-9]\d{{0,2}}(?:(?P<gap>[{_GAPS}])\d{{3}})(?:(?P=gap)\d{{3}})*(?:[.,]\d*)?"
-    r"|[\d.,]*\d[\d.,]*)"
+    r"|[\d.,]+)"
     rf"(?P<exponent>[eE][+-]?\d+)?(?P<space>\s*)(?P<after>{_SIZE})?"
 )
 _INFINITE = re.compile(r"[+-]?(?:inf|infinity|∞)", re.IGNORECASE)
 # What a human takes for a number at the first glance, though it may be none.
 _NUMBERLIKE = re.compile(rf"\W*(?:(?:{_CURRENCY}|ca|circa|approx|about)\W*)?\d")
+# Dates and times are text beyond doubt, though they begin like numbers.
 _DATE = re.compile(
     r"\d{4}-\d\d?-\d\d?(?:[T ]\d\d?:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)?"
     r"|\d\d?[./]\d\d?[./](?:\d{4}|\d\d)|\d\d?:\d\d(?::\d\d)?"
 )
+# Digits with at most one mark, or with one in front of every three and another one at most.
 _BODY = re.compile(
-    r"\d+[.,]?\d*|[.,]\d+|[1-9]\d{0,2}(?:\.\d{3})+(?:,\d*)?"
+    r"\d+(?:[.,]\d*)?|[.,]\d+|[1-9]\d{0,2}(?:\.\d{3})+(?:,\d*)?"
     r"|[1-9]\d{0,2}(?:,\d{3})+(?:\.\d*)?"
 )
 _OPEN = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")  # as many digits as thousands have, and decimals may
-_PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_DIGITS = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"  # as programs write them
+_PLAIN = re.compile(rf"[+-]?{_DIGITS}")
 # A plain number whose point, if it has one, cannot divide thousands.
-_CERTAIN = re.compile(r"\s*[+-]?(?![1-9]\d{0,2}\.\d{3}\s*$)(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
+_CERTAIN = re.compile(rf"\s*[+-]?(?![1-9]\d{{0,2}}\.\d{{3}}\s*$){_DIGITS}\s*")
+_LONGEST = (
+    100  # characters of a number with sign and unit; some expressions take its square in time
+)
 
 
 def real(text: str) -> float:
@@ -105,7 +113,7 @@ def is_numberlike(cell: Any) -> bool:
     """Say whether a cell is a number, or what a human may take for one."""
     if not isinstance(cell, str):
         return isinstance(cell, (int, float)) and not isinstance(cell, bool)
-    text = cell.strip().translate(_MINUS)
+    text = cell.strip().translate(_MINUS)[:_LONGEST]
     return bool(_INFINITE.fullmatch(text)) or bool(
         _NUMBERLIKE.match(text) and not _DATE.fullmatch(text)
     )
@@ -239,7 +247,7 @@ def _number(cell: Any) -> _Number | float | None:
     text = cell.strip().translate(_MINUS)
     if _INFINITE.fullmatch(text):
         return -math.inf if text.startswith("-") else math.inf
-    match = _NUMBER.fullmatch(text)
+    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None or (match["sign"] and match["inner"]):
         return None
     before, after = match["before"] or "", match["after"] or ""
