@@ -22,7 +22,7 @@ Kind = TypeVar("Kind")
 
 
 def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
-    """Compose the error for a value that breaks a rule; the caller raises it."""
+    """Compose the error for a value that violates a rule; the caller raises it."""
     return ArgumentValueError(_message(name, rule, received, remedy))
 
 

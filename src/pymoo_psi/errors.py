@@ -19,7 +19,7 @@ class PsiError(Exception):
 
 
 class ArgumentValueError(PsiError, ValueError):
-    """An argument has the right type but a value that breaks a rule.
+    """An argument has the right type but a value that violates a rule.
 
     Example:
         >>> from pymoo_psi import lp_tau

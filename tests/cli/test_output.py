@@ -96,6 +96,29 @@ def test_a_reader_who_has_seen_enough_is_no_error(tmp_path, words, code):
     assert ("--out" in words) == (tmp_path / "out.csv").exists()
 
 
+@posix
+@pytest.mark.parametrize(
+    ("stream", "words", "code"),
+    [
+        (">&-", "rank set.csv --out out.csv", 0),
+        ("2>&-", "rank set.csv --out out.csv", 0),
+        (">&-", "--help", 0),
+        ("2>&-", "rank absent.csv", 2),
+        (">/dev/full", "rank set.csv --out out.csv", 2),
+        ("2>/dev/full", "rank absent.csv", 2),
+    ],
+)
+def test_streams_that_are_closed_or_full(tmp_path, stream, words, code):
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    done = subprocess.run(
+        ["sh", "-c", f"exec {sys.executable} -m pymoo_psi {words} {stream}"],
+        cwd=tmp_path, capture_output=True,
+    )  # fmt: skip
+    assert done.returncode == code
+    assert b"Traceback" not in done.stderr + done.stdout
+    assert ("out.csv" in words) == (tmp_path / "out.csv").exists()
+
+
 MODEL = """
 import os, pathlib
 from pymoo.core.problem import ElementwiseProblem

@@ -13,8 +13,9 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from enum import Enum
-from io import TextIOWrapper
+from io import StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -352,20 +353,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if code == _INTERRUPTED:  # as later versions of typer return it
             return _interrupted()
         return code if isinstance(code, int) else 0
-    print(f"pymoo-psi: error: {' '.join(message.split())}", file=sys.stderr)
+    _tell(f"pymoo-psi: error: {' '.join(message.split())}")
     return 2
 
 
 def _interrupted() -> int:
-    print("pymoo-psi: interrupted", file=sys.stderr)
+    _tell("pymoo-psi: interrupted")
     return _INTERRUPTED
+
+
+def _tell(line: str) -> None:
+    with suppress(OSError):  # if nobody can be told, the code tells
+        print(line, file=sys.stderr, flush=True)
 
 
 def run() -> None:
     """Entry point of the console script."""
+    # A stream that the shell has closed is None, which nothing can be written to.
+    sys.stdout, sys.stderr = sys.stdout or StringIO(), sys.stderr or StringIO()
     code = main()
     try:
         sys.stdout.flush()
-    except BrokenPipeError:  # or Python would complain, and change the code, when it ends
+    except OSError:  # or Python would complain, and change the code, when it ends
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

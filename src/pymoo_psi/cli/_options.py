@@ -19,6 +19,7 @@ from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.table import DesignFile, read_designs
 from pymoo_psi.table._design_file import Roles
 
+# Without underscores in the number: Python reads 1_0 as 10.
 _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
 
 
@@ -69,6 +70,7 @@ def designs_of(
         OSError: It cannot be opened.
     """
     file = written.read(path)
+    # In the options' own words first, so that a message names the option.
     objectives = names_in("--objectives", columns.objectives, file.names)
     variables = names_in("--variables", columns.variables, file.names)
     roles = file.roles(objectives or None, variables or None)
@@ -128,6 +130,7 @@ def limits_in(
         known_name("--limits", name, known)
         if name in limits:
             raise invalid("--limits", "given once for each criterion", Received(part))
+        # "=" limits whichever side is the worse one; another sign must agree with that.
         right = ">=" if name in maximize else "<="
         if sign not in ("=", right):
             sense = "more" if name in maximize else "less"

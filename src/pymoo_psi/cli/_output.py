@@ -6,7 +6,7 @@ import errno
 import os
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, Literal
@@ -38,8 +38,12 @@ def say(text: str) -> None:
 
     Whoever reads them may have seen enough (``| head -1``), which is no error.
     """
-    with suppress(BrokenPipeError):
+    try:
         print(text, flush=True)
+    except BrokenPipeError:
+        pass
+    except OSError as error:  # a full disk
+        raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 def counted(n: int, thing: str) -> str:
@@ -48,7 +52,7 @@ def counted(n: int, thing: str) -> str:
 
 
 def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -> None:
-    """Print a frame as a table: numbers right-aligned, fractions with 4 decimals, nothing blank.
+    """Print a frame as a table: numbers to the right, with 4 decimals; missing ones blank.
 
     Args:
         frame: What to print.
@@ -56,14 +60,16 @@ def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -
         spare: Columns to leave out, saying so, where the terminal is too narrow for all.
     """
     console = Console(highlight=False, markup=False)  # "mass [kg]" is text
-    if not console.is_terminal:
+    if not console.is_terminal:  # a file has no width, and rich would take 80
         console = Console(highlight=False, markup=False, width=200)
     table = _table(frame)
+    # A cell that is cut would show a wrong number: rather leave out columns that are in the file.
     unlimited = console.options.update(max_width=10_000)
     left_out = spare and console.measure(table, options=unlimited).maximum > console.width
     if left_out:
         table = _table(frame.drop(columns=list(spare)))
     say(title)
+    # rich ends the process where a pipe is closed; what it captures is said as any other text.
     with console.capture() as printed:
         console.print(table)
     say(printed.get().rstrip("\n"))
@@ -98,7 +104,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
         *columns,
         console=error_console,
         disable=not error_console.is_terminal,
-        transient=True,
+        transient=True,  # the results stand alone when it is done
     )
 
 

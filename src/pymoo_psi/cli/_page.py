@@ -37,6 +37,7 @@ def run_page(
     require_output(out, (), path, prototype)
     file, roles, remarks = designs_of(path, columns, written)
     frame = file.frame(roles.objectives)
+    # Designs without a label go by their row, counted from 1 as spreadsheets do.
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     existing = file.prototype
     if prototype is not None:

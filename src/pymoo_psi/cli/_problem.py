@@ -73,7 +73,7 @@ def _from_module(name: str) -> Problem:
             value = getattr(value, part)
         problem = value if isinstance(value, Problem) else value()
         if isinstance(problem, Problem):
-            problem.name()  # a problem's own, which may raise as well
+            problem.name()  # the user's too, and needed in messages later on
     except PsiError:
         raise
     except (Exception, SystemExit) as error:  # whatever the user's module does

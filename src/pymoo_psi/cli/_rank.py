@@ -68,6 +68,7 @@ def _ranked(cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
     ``row`` counts the designs of the file from 1, unless the file has a column of that name.
     Columns of an earlier ranking are replaced.
     """
+    # The cells as they are written, not the numbers read from them: no digit changes.
     frame = cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
         frame.insert(0, "row", np.arange(1, len(frame) + 1))

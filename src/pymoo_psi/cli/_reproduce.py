@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
@@ -25,8 +26,9 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
 
         def step(done: str) -> None:
             bar.update(task, advance=1, description=done)
-            if bar.disable:
-                print(f"done: {done}", file=sys.stderr, flush=True)
+            if bar.disable:  # no terminal: a line each, so that a log shows that it goes on
+                with suppress(OSError):
+                    print(f"done: {done}", file=sys.stderr, flush=True)
 
         def advance(case: Case) -> None:
             step(f"mu = {case.mu}, {case.model} model")

@@ -53,7 +53,7 @@ class Search:
     retry: str | None = None
 
     def __post_init__(self) -> None:
-        """Refuse options that would have no effect."""
+        """Refuse options that would have no effect, before a problem is loaded."""
         for option, given in (("--study", self.study is not None), ("--limits", bool(self.limits))):
             if given and self.algorithm != "psi":
                 raise invalid(option, "used with --algorithm psi", self.algorithm)
@@ -109,6 +109,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     if search.algorithm == "nsga3":
         found = _by_nsga3(FailureTolerant(problem), search)
     elif search.study is None and not problem.elementwise:
+        # A million designs in seconds; as pymoo's individuals they would take minutes.
         found = _of_table(_on_arrays(problem, search.points, limits), limits, search.points)
     else:
         found = _by_psi(problem, search, limits)
@@ -145,12 +146,7 @@ def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
         remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
         return SolveResult(pd.DataFrame(), np.empty((0, 0)), counts, remarks)
     X, F = result.opt.get("X", "F")
-    named = len(X) > 0 and isinstance(X[0], dict)
-    designs = (
-        pd.DataFrame(list(X))
-        if named
-        else pd.DataFrame(X, columns=[f"x{j + 1}" for j in range(X.shape[1])])
-    )
+    designs = pd.DataFrame(X, columns=[f"x{j + 1}" for j in range(X.shape[1])])
     return SolveResult(designs, F, counts, failures)
 
 
@@ -166,7 +162,7 @@ def _last_tests(population: Any) -> TestTable:
 def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> TestTable:
     """Test a vectorised problem without an object for each design, in the blocks of ``PSI``."""
     points = integer("n_points", points, minimum=1)
-    size = max(64, -(-points // 32))
+    size = max(64, -(-points // 32))  # so that the bar moves 32 times
     blocks = []
     with run_bar(f"psi on {problem.name()}", points) as show:
         for start in range(0, points, size):

@@ -112,7 +112,7 @@ def scatter_plot(
                ResetTool(), hint],
         active_drag=brush,
         toolbar_location="right",
-        lod_threshold=10_000,
+        lod_threshold=10_000,  # of more points only some are drawn while the plot is dragged
         min_border=4,
     )  # fmt: skip
     plot.xaxis.ticker = BasicTicker(desired_num_ticks=6)
@@ -161,6 +161,7 @@ def parallel_plot(data: PageData, source: ColumnDataSource, ends: ColumnDataSour
     plot = figure(
         name="parallel",
         sizing_mode="stretch_both",
+        # Room for names beside the outer axes, and for the values at their ends.
         x_range=Range1d(start=-0.35, end=len(axes) - 0.65),
         y_range=Range1d(start=-0.12, end=1.12),
         tools=[pick],
@@ -205,7 +206,7 @@ def parallel_plot(data: PageData, source: ColumnDataSource, ends: ColumnDataSour
 
 def _axis_names(axes: list[Column]) -> list[str]:
     """Return the labels of the axes as far as there is room; in two rows if one is too narrow."""
-    room = 64 // len(axes)
+    room = 64 // len(axes)  # some 64 characters stand side by side on a laptop's screen
     labels = [column.label for column in axes]
     if all(len(label) <= room for label in labels):
         return labels
@@ -228,6 +229,7 @@ def limit_slider(
         group: ``(n,)`` groups of drawing.
         limit: Where the end of the worse values stands at first, if not at the end of the track.
     """
+    # Prototypes stay whatever the limits, so that their values do not stretch the track.
     values = column.values[group != PROTOTYPE]
     low, high = float(values.min()), float(values.max())
     if not low < high:
@@ -241,7 +243,7 @@ def limit_slider(
         start=low,
         end=high,
         value=bounds,
-        step=(high - low) / 1000,
+        step=(high - low) / 1000,  # finer than a pixel of the track
         format=PrintfTickFormatter(format=column.printf),
         sizing_mode="stretch_width",
         bar_color="#0072B2",
@@ -274,7 +276,7 @@ def table_of(data: PageData, source: ColumnDataSource, view: CDSView) -> DataTab
         index_position=None,
         autosize_mode="none",
         row_height=22,
-        frozen_columns=2,
+        frozen_columns=2,  # which design, and its rank, whatever is scrolled
         sizing_mode="stretch_both",
         reorderable=False,
         stylesheets=[_TABLE_STYLE],

@@ -54,7 +54,7 @@ _THEME = Theme(
                 "major_tick_line_color": "#BBBBBB",
                 "minor_tick_line_color": None,
             },
-            "BasicTickFormatter": {"power_limit_high": 7},
+            "BasicTickFormatter": {"power_limit_high": 7},  # as Column.notation has it
             "Grid": {"grid_line_color": "#EEEEEE"},
         }
     }
@@ -68,6 +68,7 @@ _NO_POLICY = '<meta http-equiv="Content-Security-Policy" content="">'  # as in p
 def html_of(data: PageData) -> str:
     """Return the page with all it needs inlined."""
     source = designs_source(data)
+    # One filter and one view for all: what a limit hides is hidden everywhere.
     shown = IndexFilter(indices=np.flatnonzero(data.group != DOMINATED).tolist(), name="shown")
     view = CDSView(filter=shown)
     scatters = [

@@ -168,6 +168,7 @@ def decision_page(
     if len(frame) < 2:
         rule = "of at least two designs to decide between"
         raise invalid("frame", rule, Received(f"{len(frame)} rows"))
+    # Ranked as criteria that are all minimised; shown as the user has them.
     sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
     F = np.column_stack([_numbers(frame, name, complete=True) for name in objectives])
     ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
@@ -246,7 +247,7 @@ def _groups(ranking: EfficiencyRanking) -> NDArray[np.int32]:
 def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     """Return the rows to show, the best last, and what is to be said about them."""
     group, mu1 = _groups(ranking), ranking.criteria[:, 0]
-    order = np.lexsort((-mu1, group))
+    order = np.lexsort((-mu1, group))  # the best last, since what is drawn last is on top
     remarks: list[str] = []
     if len(order) > MOST_ROWS:
         ranked = order[group[order] > 0]
