@@ -48,7 +48,7 @@ def run_rank(
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
     F = pd.DataFrame(file.values(names), columns=names)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
-    frame = _ranked(file.cells, ranking)
+    frame = _ranked(file.cells, ranking)  # as they are written: no digit changes
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
@@ -68,7 +68,6 @@ def _ranked(cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
     ``row`` counts the designs of the file from 1, unless the file has a column of that name.
     Columns of an earlier ranking are replaced.
     """
-    # The cells as they are written, not the numbers read from them: no digit changes.
     frame = cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
         frame.insert(0, "row", np.arange(1, len(frame) + 1))
