@@ -37,7 +37,8 @@ def test_exported_texts_are_no_formulas(tmp_path):
 
 def test_a_ranked_file_runs_nothing(tmp_path):
     (tmp_path / "set.csv").write_text('note,a,b\n"=cmd|""/C calc""!A0",-1,2\n-2+3,2,-1\n-,3,-2\n')
-    assert main(["rank", str(tmp_path / "set.csv"), "--out", str(tmp_path / "out.csv")]) == 0
+    words = ["--objectives", "a,b", "--out", str(tmp_path / "out.csv")]
+    assert main(["rank", str(tmp_path / "set.csv"), *words]) == 0
     written = pd.read_csv(tmp_path / "out.csv", dtype=str).set_index("row").sort_index()
     assert written["note"].tolist() == ['\'=cmd|"/C calc"!A0', "'-2+3", "-"]
     assert written["a"].tolist() == ["-1", "2", "3"]

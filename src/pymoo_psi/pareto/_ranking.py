@@ -341,7 +341,8 @@ class UtopianFrame:
         e = self._direction
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
             d = self.scaled(F)
-            unit = float(self.line[longest] or np.abs(d).max() or 1.0)
+            farthest = np.abs(d[np.isfinite(d)]).max(initial=0.0)
+            unit = float(self.line[longest] or farthest or 1.0)
             across_unit = float(np.delete(self.line, longest).max(initial=0.0) or unit)
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
