@@ -56,7 +56,7 @@ class StudyError(PsiError):
 
 
 class StudyMismatchError(StudyError):
-    """The study file belongs to another problem.
+    """The study file belongs to another problem, or another file has taken its place meanwhile.
 
     Example:
         >>> import os, tempfile

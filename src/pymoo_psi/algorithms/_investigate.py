@@ -196,8 +196,9 @@ class Investigation:
             new = np.flatnonzero(~np.isin(numbers, stored.numbers))
             blocks = []
             for piece in self._pieces(new):
+                began = time.monotonic()
                 block = self._evaluated(numbers[piece], X[piece])
-                self.memory.keep(block)
+                self.memory.keep(block, (time.monotonic() - began) / len(piece))
                 if self.stop:
                     for number, reason in block.reasons.items():
                         raise EvaluationError(block.X[block.numbers == number][0], reason)

@@ -74,10 +74,10 @@ class Memory:
             again &= np.isin(stored.numbers, list(self.retry))
         return stored.rows(~again)
 
-    def keep(self, block: TestTable) -> None:
-        """Store tests; those that are stored already are left alone."""
+    def keep(self, block: TestTable, seconds: float | None = None) -> None:
+        """Store tests, and what one took; those that are stored already are left alone."""
         if self.study is not None and len(block):
-            self.study.append(columns_of(block), origin=self.origin)
+            self.study.append(columns_of(block), origin=self.origin, seconds=seconds)
 
 
 def points_to_retry(name: str, value: object) -> frozenset[int] | None:

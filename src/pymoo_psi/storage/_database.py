@@ -1,10 +1,10 @@
 """The study file: an SQLite database of two tables that any program can read.
 
 ``tests`` has one row a test: ``number``, ``status``, ``reason`` (why it failed), ``origin`` (where
-its design comes from), ``seconds`` (what its evaluation took); then variables, criteria and
-constraints under their names, with ``_`` behind a name that is taken; then two for us,
-``negative_zeros`` and ``checksum``. ``facts`` has a name and a value, as JSON, for what holds of
-the whole study.
+its design comes from), ``seconds`` (what its evaluation took, the mean of designs evaluated
+together); then variables, criteria and constraints under their names, with ``_`` behind a name that
+is taken; then two for us, ``negative_zeros`` and ``checksum``. ``facts`` has a name and a value, as
+JSON, for what holds of the whole study.
 
 Values come back bit for bit. SQLite keeps every float64 but NaN, which is NULL here, and the sign
 of -0.0: ``negative_zeros`` lists the columns where it stood. No value of a test is ever missing,
@@ -440,7 +440,7 @@ def cells_of(
     columns: Columns,
     head: Head,
     origin: str | None = None,
-    seconds: NDArray[np.float64] | None = None,
+    seconds: float | None = None,
 ) -> list[Any]:
     """Return the cells of n tests, SQL's columns in their order, the checksums last."""
     n = len(columns["test_point"])
@@ -461,7 +461,7 @@ def cells_of(
         columns["status"].tolist(),
         [reason or None for reason in columns["reason"].tolist()],
         [origin] * n,
-        _stored_reals(np.full(n, np.nan) if seconds is None else seconds),
+        np.full(n, np.nan if seconds is None else seconds),
         *values,
         [json.dumps(negative[i]) if i in negative else None for i in range(n)],
     ]

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import finite_number, invalid
 from pymoo_psi.errors import (
     ArgumentTypeError,
     StudyAccessError,
@@ -50,9 +49,7 @@ class Study:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise ArgumentTypeError(f"path must be the name of a file, got {path!r:.80}")
         self.path: str = os.path.realpath(path)
-        self.wait = finite_number("wait", wait)
-        if self.wait < 0:
-            raise invalid("wait", "0 seconds or more", self.wait)
+        self.wait = wait
         self._kinds: Sequence[str] = ()  # of the variables, for a study of the first format
         # Its id and number of tests when it was seen last. Tests are never removed: a file with
         # another id or with fewer of them is not the one that was there.
@@ -113,7 +110,7 @@ class Study:
         columns: Columns,
         *,
         origin: str | None = None,
-        seconds: NDArray[np.float64] | None = None,
+        seconds: float | None = None,
     ) -> int:
         """Commit a block of n tests; after the return they are on the disk.
 
@@ -124,7 +121,7 @@ class Study:
             columns: ``(n,)`` each: ``test_point``, the numbers; the variables, criteria and
                 constraints by name, choices as texts; ``status``; ``reason``, texts.
             origin: Where the designs come from.
-            seconds: ``(n,)`` what the evaluations took.
+            seconds: What the evaluation of a design took.
 
         Returns:
             How many tests were new or replaced.
