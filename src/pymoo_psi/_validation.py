@@ -109,6 +109,8 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a new or shared float64 array; text and objects are refused."""
+    if np.ma.is_masked(value):  # asarray would take what is under the mask for values
+        raise invalid(name, "without masked values", Received("a masked array"), remedy)
     try:
         array = np.asarray(value)
     except ValueError as error:  # rows of unequal length

@@ -1,6 +1,7 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem, Problem
@@ -271,9 +272,9 @@ def test_runs_on_another_problem_are_refused(tmp_path):
 
 
 def test_names_that_look_alike_have_files_of_their_own(tmp_path):
-    algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2"}
+    algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2", "x" * 300: "psi"}
     compare(get_problem("bnh"), n_evaluations=16, seeds=[1], algorithms=algorithms, folder=tmp_path)
-    assert len(list(tmp_path.glob("*.npz"))) == 3
+    assert len(list(tmp_path.glob("*.npz"))) == 4
 
 
 def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
@@ -304,6 +305,8 @@ def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
         ({"n_evaluations": []}, "n_evaluations must be one or more integers"),
         ({"n_evaluations": "256"}, "n_evaluations must be integers, got '256'"),
         ({"seeds": 0}, "seeds must be an integer >= 1, got 0"),
+        ({"seeds": [2**63]}, "seeds must be below 2\\*\\*63"),
+        ({"on_run": 5}, "on_run must be a function, got 5"),
         ({"seeds": [1.5]}, "seeds must be an integer >= 0, got 1.5"),
         ({"algorithms": "psi"}, "algorithms must be names or a mapping, got 'psi'"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
@@ -319,6 +322,28 @@ def test_wrong_arguments_are_named(change, message):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"]} | change
     with pytest.raises(PsiError, match=message):
         compare(get_problem("bnh"), **arguments)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"n_union": "x"}, {"problem": "{"}, {"points": np.ones((3, 4))}, {"points": np.ones(2)}],
+)
+def test_files_that_are_no_reference_are_refused(tmp_path, change):
+    problem = get_problem("bnh")
+    run = compare(problem, n_evaluations=16, seeds=1, algorithms=["psi"], polish=False)
+    run.reference.save(tmp_path / "reference.npz")
+    stored = dict(np.load(tmp_path / "reference.npz"))
+    np.savez(tmp_path / "other.npz", **stored | change)
+    with pytest.raises(PsiError, match="reference must be a file with a reference"):
+        Reference.load(tmp_path / "other.npz")
+
+
+def test_sentences_want_a_comparison():
+    for wrong in (conclusions, report):
+        with pytest.raises(
+            PsiError, match="comparison must be a Comparison, got DataFrame; compare"
+        ):
+            wrong(pd.DataFrame())
 
 
 def test_problems_that_cannot_be_compared_are_refused():

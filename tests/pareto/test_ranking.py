@@ -118,6 +118,8 @@ def test_frame():
     np.testing.assert_array_equal(frame.sort_index()[["cost", "mass"]], F)
     with pytest.raises(ValueError, match=r"F must be of shape \(4, 2\), got shape \(3, 2\)"):
         rank_of_efficiency(F).to_frame(F[:3])
+    with pytest.raises(PsiError, match="names must be a list of 2 names, got 'ab'"):
+        rank_of_efficiency(F).to_frame(F, names="ab")
     with pytest.raises(ValueError, match=r"names must be 2 names, got \['cost'\]"):
         rank_of_efficiency(F).to_frame(F, names=["cost"])
 
@@ -132,6 +134,11 @@ def test_frame():
         ([[np.inf, 1.0]], ValueError, r"F must be finite, got inf at index \(0, 0\)"),
         ([[1.0, 2.0], [3.0]], ValueError, "F must be a rectangular array of numbers"),
         ([["a", "b"]], TypeError, "F must be an array of real numbers, got dtype"),
+        (
+            np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0),
+            ValueError,
+            "F must be without masked values, got a masked array",
+        ),
         ([[1j, 2]], TypeError, "F must be an array of real numbers, got dtype complex128"),
         (
             None,

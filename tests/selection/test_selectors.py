@@ -125,6 +125,7 @@ def test_weights_of_zero_leave_an_objective_out():
     ("options", "kind", "message"),
     [
         ({"p": 0.5}, ValueError, "p must be a number from 1 to inf, got 0.5"),
+        ({"p": 10**400}, ValueError, "p must be a number from 1 to inf, got 1000"),
         ({"p": np.nan}, ValueError, "p must be a number from 1 to inf, got nan"),
         ({"p": "inf"}, TypeError, "p must be a number from 1 to inf, got 'inf'"),
         ({"weights": [1, -1]}, ValueError, "weights must be a list of numbers >= 0"),
@@ -321,6 +322,22 @@ def test_maximised_objectives_reach_the_selectors_turned():
     named = compare_selectors(F, {"best": SalukvadzeOptimum()}, maximize=[1])
     assert named.chosen["best"].tolist() == [1]
     assert named.to_frame().loc[0, ["f1", "f2"]].tolist() == [0.3, 0.6]
+
+
+@pytest.mark.parametrize("name", ["selector", "design", "votes"])
+def test_a_frame_of_choices_has_no_column_twice(name):
+    choices = compare_selectors(
+        pd.DataFrame(F3[:, :2], columns=[name, "b"]), {"a": SalukvadzeOptimum()}
+    )
+    with pytest.raises(PsiError, match=f"selector, design and votes, got '{name}'"):
+        choices.to_frame()
+
+
+def test_masked_objectives_are_refused():
+    masked = np.ma.masked_less(F3, 0.1)
+    for selector in (SalukvadzeOptimum(), McdmMethod(topsis())):
+        with pytest.raises(PsiError, match="F must be without masked values"):
+            selector.do(masked)
 
 
 def test_a_selector_cannot_switch_the_warnings_off():

@@ -265,6 +265,7 @@ def compare(
         ArgumentTypeError: An argument has the wrong type.
         RunError: The problem or an algorithm raised; finished runs stay in ``folder``.
         StudyError: The folder holds runs on another problem, or a damaged file.
+        OSError: The folder cannot be made or written to.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -277,6 +278,8 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
+    if on_run is not None and not callable(on_run):
+        raise ArgumentTypeError(f"on_run must be a function, got {on_run!r:.80}")
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     design_space(problem)  # a missing bound is told before the first run
@@ -334,6 +337,8 @@ def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
     checked = sorted({integer(name, value, minimum=minimum) for value in several})
     if not checked:
         raise invalid(name, "one or more integers", values)
+    if checked[-1] >= 2**63:  # the tables hold integers of 64 bits
+        raise invalid(name, "below 2**63", checked[-1])
     return checked
 
 

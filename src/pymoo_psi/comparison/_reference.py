@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -167,10 +168,15 @@ class Reference:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
                 points, n_union, optimum, spent, problem = (stored[name] for name in _STORED)
-        except (KeyError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+            read = cls(frame, points, int(n_union), optimum, int(spent), str(problem))
+            json.loads(read.problem)
+            m = points.shape[1:]
+            if points.ndim != 2 or not m == optimum.shape == frame.ideal.shape == frame.nadir.shape:
+                raise ValueError("the points have different numbers of objectives")
+        except (KeyError, TypeError, ValueError, EOFError, BadZipFile, zlib.error) as error:
             remedy = "Reference.save writes one"
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
-        return cls(frame, points, int(n_union), optimum, int(spent), str(problem))
+        return read
 
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import instance
 from pymoo_psi.comparison._comparison import Comparison
 from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
 from pymoo_psi.comparison._statistics import INDICATORS
@@ -49,7 +49,7 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
         (effect 1.00, p = 0.031).
     """
-    known_name("indicator", indicator, INDICATORS)
+    instance("comparison", comparison, Comparison, "compare(...) gives one")
     tests = comparison.tests(indicator)
     summary = comparison.summary()
     sentences = tuple(
@@ -114,6 +114,7 @@ def report(comparison: Comparison) -> str:
         >>> print(report(result).splitlines()[0])
         # BNH: nsga3
     """
+    instance("comparison", comparison, Comparison, "compare(...) gives one")
     lines = [f"# {comparison.problem}: {', '.join(comparison.algorithms)}", "", *_table(comparison)]
     for indicator in INDICATORS:
         lines += ["", f"## {indicator}", ""]

@@ -266,9 +266,11 @@ class RunStore:
     def _path(self, task: Task) -> Path:
         """Return a name that can be read, and that no other task has."""
         plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)
-        # The user's names may differ in what no file name may hold, such as "a/b" and "a b".
-        if plain != task.algorithm:
-            plain = f"{plain}.{sha256(task.algorithm.encode()).hexdigest()[:8]}"
+        # The user's names may differ in what no file name may hold, such as "a/b" and "a b", or
+        # be longer than one may be.
+        if plain != task.algorithm or len(plain) > 80:
+            name = task.algorithm.encode(errors="surrogatepass")
+            plain = f"{plain[:80]}.{sha256(name).hexdigest()[:8]}"
         seed = "" if task.seed is None else f"_seed{task.seed}"
         return self.folder / f"{plain}_{task.n_evaluations}{seed}.npz"
 

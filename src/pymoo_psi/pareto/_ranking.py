@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, boolean, integer, invalid
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
@@ -155,7 +156,10 @@ class EfficiencyRanking:
         values, shape = shown.values, self.objectives.values.shape
         if values.shape != shape:
             raise invalid("F", f"of shape {shape}", Received(f"shape {values.shape}"))
-        columns = list(shown.names if names is None else names)
+        names = list(shown.names) if names is None else names
+        if not isinstance(names, Collection) or isinstance(names, str):
+            raise ArgumentTypeError(f"names must be a list of {shape[1]} names, got {names!r:.80}")
+        columns = list(names)
         if len(columns) != shape[1]:
             raise invalid("names", f"{shape[1]} names", columns)
         if taken := [name for name in columns if name in RANKING_COLUMNS]:
@@ -341,8 +345,7 @@ class UtopianFrame:
         e = self._direction
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
             d = self.scaled(F)
-            farthest = np.abs(d[np.isfinite(d)]).max(initial=0.0)
-            unit = float(self.line[longest] or farthest or 1.0)
+            unit = float(self.line[longest] or np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
             across_unit = float(np.delete(self.line, longest).max(initial=0.0) or unit)
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with

@@ -79,6 +79,10 @@ class SelectorComparison:
             given), the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``, ``votes`` of all
             selectors for it. A selector that chooses nothing has one row without a design.
 
+        Raises:
+            ArgumentValueError: An objective has the name of one of the other columns, or the name
+                of another objective.
+
         Example:
             >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
             >>> least_f2 = CompromiseProgramming(weights=[0, 1])
@@ -92,6 +96,9 @@ class SelectorComparison:
         import pandas as pd
 
         table = self.ranking.to_frame().drop(columns="pareto")
+        if taken := [name for name in table.columns if name in ("selector", "design", "votes")]:
+            rule = "of objectives with names other than selector, design and votes"
+            raise invalid("F", rule, taken[0], "these are columns of the table: rename it")
         table.insert(0, "design", table.index)
         table = table.set_axis(self.ranking.order).assign(votes=pd.Series(self.votes))
         # -1 is no row, so that reindexing leaves the line of a selector without a choice empty.

@@ -67,7 +67,7 @@ class McdmMethod(Indicator):
             >>> McdmMethod(TOPSIS()).do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
             array([1])
         """
-        F = np.asarray(F)
+        F = np.asanyarray(F)  # a mask is kept, to be refused
         F = objective_matrix("F", F[None, :] if F.ndim == 1 else F)
         weights = np.ones(F.shape[1]) if self.weights is None else self.weights
         if len(weights) != F.shape[1]:

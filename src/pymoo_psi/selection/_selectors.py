@@ -38,7 +38,7 @@ class _RankingSelector(Indicator):
             >>> SalukvadzeOptimum().do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
             array([1])
         """
-        F = np.asarray(F)
+        F = np.asanyarray(F)  # a mask is kept, to be refused
         return self._choose(
             rank_of_efficiency(F[None, :] if F.ndim == 1 else F, normalize=self.normalize)
         )
@@ -137,9 +137,12 @@ class CompromiseProgramming(_RankingSelector):
         super().__init__(normalize=normalize)
         if isinstance(p, bool) or not isinstance(p, numbers.Real):
             raise ArgumentTypeError(f"p must be a number from 1 to inf, got {p!r:.80}")
-        if not p >= 1:
+        try:
+            self.p = float(p)
+        except OverflowError:  # an integer beyond floats
+            self.p = np.nan
+        if not self.p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
-        self.p = float(p)
         self.weights = None if weights is None else checked_weights(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
