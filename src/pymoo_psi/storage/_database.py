@@ -144,7 +144,7 @@ def told(path: str) -> Iterator[None]:
 # The file
 
 
-def create(path: str, facts: Mapping[str, Any]) -> None:
+def create(path: str, facts: Head) -> None:
     """Make a study file without tests, whole or not at all; there must be none of that name.
 
     Raises:
@@ -154,9 +154,8 @@ def create(path: str, facts: Mapping[str, Any]) -> None:
     columns = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in _sql_columns(facts).items())
     texts = {name: json.dumps(value, ensure_ascii=False) for name, value in facts.items()}
     texts |= {"tests": "0", "checksum": "0"}
-    with told(path):
-        _require_own(path, new=True)
     with told(path), whole_file(path) as new, closing(_connected(str(new), "mode=rwc")) as db:
+        _require_own(path, new=True)
         db.execute("PRAGMA journal_mode = OFF")  # it is thrown away if anything happens
         db.execute("BEGIN")
         db.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -314,7 +313,7 @@ def _seal(texts: Mapping[str, str]) -> str:
 
 
 def stored_tests(
-    db: sqlite3.Connection, path: str, facts: Mapping[str, Any], first: int = 1, last: int = LAST
+    db: sqlite3.Connection, path: str, facts: Head, first: int = 1, last: int = LAST
 ) -> Columns:
     """Return the tests with numbers from ``first`` to ``last``, by number, each one checked.
 
@@ -379,7 +378,7 @@ def changes(
 
 def put_tests(
     db: sqlite3.Connection,
-    facts: Mapping[str, Any],
+    facts: Head,
     cells: list[Any],
     new: NDArray[np.bool_],
     replaced: list[int],
