@@ -39,6 +39,21 @@ FILES = {
     "spaces": ("cost mass\n1.5 30\n2.25 2.5\n", {}, COST),
     "columns of spaces": ("  cost   mass\n   1.5     30\n  2.25    2.5\n", {}, COST),
     "commas, quoted decimal commas": ('cost,mass\n"1,5","30"\n"2,25","2,5"\n', {}, COST),
+    "a name with a comma": (
+        "time, s;mass\n1,5;2,5\n2;3\n",
+        {},
+        {"time, s": [1.5, 2.0], "mass": [2.5, 3.0]},
+    ),
+    "a name with a semicolon": (
+        "time; wall,mass\n1.5,2.5\n2,3\n",
+        {},
+        {"time; wall": [1.5, 2.0], "mass": [2.5, 3.0]},
+    ),
+    "signs and exponents": (
+        "cost;mass\r\n+1,5;3e1\r\n2,25;,25E+1\r\n",
+        {},
+        COST,
+    ),
     "sep line": ("sep=;\ncost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
     "quoted sep line": ('"sep=\t"\ncost\tmass\n1.5\t30\n2.25\t2.5\n', {}, COST),
     "sep line with a bar": ("sep=|\r\ncost|mass\r\n1.5|30\r\n2.25|2.5\r\n", {}, COST),
@@ -111,6 +126,11 @@ FILES = {
         "a;b\n1.250;3.5\n980;4\n",
         {},
         {"a": [1.25, 980.0], "b": [3.5, 4]},
+    ),
+    "three decimals or thousands beside labels": (
+        "id;a;b\n1.1;1.250;3\n1.2;980;4\n",
+        {},
+        "'1.250' in the column 'a', either 1250 or 1.250; settle it by --thousands",
     ),
     "three decimals, told by a leading zero": (
         "a;b\n0.125;3\n1.250;4\n",

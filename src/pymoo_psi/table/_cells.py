@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -38,7 +38,7 @@ _CODES = (
     "EUR|USD|GBP|CHF|JPY|CNY|INR|AUD|CAD|NZD|SEK|NOK|DKK|PLN|CZK|HUF|RON|TRY|RUB|UAH|BRL|MXN|ZAR|"
     "KRW|SGD|HKD|ILS"
 )
-_CURRENCY = rf"(?:[A-Z]{{0,3}}[$€£¥₹₽₩₺₴₪¢]|{_CODES}|kr|zł|Kč|Fr\.)"
+_CURRENCY = rf"(?:(?:US|AU?|CA?|NZ|HK|NT|S|R)?\$|[€£¥₹₽₩₺₴₪¢]|{_CODES}|kr|zł|Kč|Fr\.)"
 _BASES = (
     "kg|mg|[µμu]g|mm|cm|dm|km|[µμu]m|nm|ms|[µμu]s|ns|min|kN|MN|mN|Nm|Pa|kPa|MPa|GPa|hPa|bar|mbar|"
     "psi|kJ|MJ|GJ|kWh|MWh|Wh|kW|MW|GW|mW|kV|mV|mA|kA|kHz|MHz|GHz|Hz|rad|mrad|deg|rpm|mol|ml|mL|dB|"
@@ -181,7 +181,10 @@ class Column:
 
 
 def read_columns(
-    columns: Mapping[str, Sequence[Any]], marks: Marks, divider: str = ""
+    columns: Mapping[str, Sequence[Any]],
+    marks: Marks,
+    divider: str = "",
+    labels: Collection[str] = (),
 ) -> dict[str, Column]:
     """Return columns with their numbers.
 
@@ -189,11 +192,13 @@ def read_columns(
         columns: n cells each, texts or the values of a file whose cells have types.
         marks: What is said of the marks in numbers.
         divider: The mark between the cells of a line; empty if there is none.
+        labels: Columns with numbers or names of designs: a design 1.2 says nothing of decimals.
     """
     scanned = {name: _scanned(list(cells), marks) for name, cells in columns.items()}
     decimals: set[str] = set()
-    for scan in scanned.values():
-        decimals |= _decimals_said(scan)
+    for name, scan in scanned.items():
+        if name not in labels and not scan.texts:
+            decimals |= _decimals_said(scan)
     points = divider == "," and not decimals
     return {name: _read(scan, marks, decimals, points) for name, scan in scanned.items()}
 

@@ -62,15 +62,20 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
         names: Names of all columns.
         holds_numbers: Whether a column is one of numbers.
     """
-    labels = [name for name in names if name.strip().lower() in _LABELS]
-    labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
-    labels += [name for name in names if _UNNAMED.fullmatch(name)]
+    labels = _labels(names)
     free = [name for name in names if name not in labels and name not in RANKING_COLUMNS]
     numbered = [name for name in free if re.fullmatch(r"f\d+", name)]
     variables = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
     if not ("f1" in numbered and (variables or len(numbered) > 1)):
         numbered, variables = [name for name in free if holds_numbers(name)], []
     return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
+
+
+def _labels(names: Collection[str]) -> list[str]:
+    """Return the columns whose names say that they number or name designs, the likeliest first."""
+    labels = [name for name in names if name.strip().lower() in _LABELS]
+    labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
+    return labels + [name for name in names if _UNNAMED.fullmatch(name)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -385,9 +390,8 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         n = len(feasible)
         raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
     taken = np.flatnonzero(feasible | existing)
-    whole = read_columns(
-        {name: [cells[i] for i in taken] for name, cells in columns.items()}, marks, sheet.divider
-    )
+    cells = {name: [column[i] for i in taken] for name, column in columns.items()}
+    whole = read_columns(cells, marks, sheet.divider, _labels(columns))
     kept, old = np.flatnonzero(~existing[taken]), np.flatnonzero(existing[taken])
     n = int((~feasible & ~existing).sum())
     left = (
