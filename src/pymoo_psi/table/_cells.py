@@ -52,6 +52,7 @@ _NUMBER = re.compile(
     r"|[\d.,]+)"
     rf"(?P<exponent>[eE][+-]?\d+)?(?P<space>\s*)(?P<after>{_SIZE})?"
 )
+_LETTER = re.compile(r"[^\W\d_](?:[²³]|\^?-?[23])?")
 _INFINITE = re.compile(r"[+-]?(?:inf|infinity|∞)", re.IGNORECASE)
 # What a human takes for a number at the first glance, though it may be none.
 _NUMBERLIKE = re.compile(rf"\W*(?:(?:{_CURRENCY}|ca|circa|approx|about)\W*)?\d")
@@ -256,8 +257,8 @@ def _number(cell: Any) -> _Number | float | None:
     if match is None or (match["sign"] and match["inner"]):
         return None
     before, after = match["before"] or "", match["after"] or ""
-    if (before and after) or (after.isalpha() and len(after) == 1 and not match["space"]):
-        return None  # "304L" is rather a steel than 304 litres
+    if (before and after) or (_LETTER.fullmatch(after) and not match["space"]):
+        return None
     body, gap = match["body"], match["gap"] or ""
     for mark in _GAPS:
         body = body.replace(mark, "")
