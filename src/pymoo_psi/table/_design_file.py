@@ -164,6 +164,7 @@ class DesignFile:
             chosen = tuple(name for name in chosen if name not in kept)
             if not chosen:
                 raise unfit(self.path, "no column holds numbers that can be objectives")
+            # By one objective there is nothing to weigh, so the others were probably not read.
             if len(chosen) == 1 and self.known is None:
                 what = f"{chosen[0]!r} is the only column that can be an objective"
                 remedy = f"if you mean to rank by it alone, say --objectives {chosen[0]!r}"
@@ -326,8 +327,8 @@ def read_designs(
     skipped = frozenset(integer("a number in skip_rows", line, minimum=1) for line in skip_rows)
     if not isinstance(encoding, (str, type(None))):
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
-    with path.open("rb") as file:
-        content = file.read(16)
+    with path.open("rb") as file:  # once: what a pipe has given it does not give again
+        content = file.read(16)  # as much as SQLite's mark
         if content.startswith(b"SQLite format 3\0"):
             return _of_tests(path, TestTable.read_study(path))
         content += file.read()
@@ -389,6 +390,8 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     if not (feasible & ~existing).any():
         n = len(feasible)
         raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
+    # Before the numbers are read: a failed design may hold anything. With the prototypes: what is
+    # certain of a column is so for all rows of it.
     taken = np.flatnonzero(feasible | existing)
     cells = {name: [column[i] for i in taken] for name, column in columns.items()}
     whole = read_columns(cells, marks, sheet.divider, _labels(columns))

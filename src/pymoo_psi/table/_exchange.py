@@ -38,6 +38,7 @@ def head_of(table: Any) -> Head:
         is one.
     """
     layout: Layout = table.layout
+    # Of a table without tests nothing can be told: a later block may be of any kind.
     kinds = layout.kinds or (column_kinds(table.X) if len(table) else ())
     head: Head = {name: getattr(layout, name) for name in _LAYOUT}
     head = {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
@@ -115,6 +116,7 @@ def table_of(
     if missing := [name for name in kinds_of_columns(layout) if name not in columns]:
         raise damaged(where, f"the columns {', '.join(map(repr, missing))} are missing")
     numbers = np.asarray(columns["test_point"], dtype=np.int64)
+    # A reason is kept for what has failed only; "" stands for none in a column of texts.
     texts = zip(numbers.tolist(), columns["status"], columns["reason"], strict=True)
     reasons = {number: reason for number, status, reason in texts if status == "failed" and reason}
     kinds = _kinds(layout)

@@ -47,7 +47,7 @@ def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
 
 def within_limits(F: Array, limits: Mapping[int, float]) -> Mask:
     """``(n,)`` which rows of the ``(n, m)`` criteria keep every limit; NaN keeps none."""
-    mask = np.ones(len(F), dtype=bool)
+    mask = np.ones(len(F), dtype=bool)  # <= and not >: NaN must keep none
     for j, limit in limits.items():
         mask &= F[:, j] <= limit
     return mask

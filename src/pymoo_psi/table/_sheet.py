@@ -70,6 +70,7 @@ def decoded(content: bytes, encoding: str | None) -> str:
     except (UnicodeError, ValueError) as error:
         if encoding or marked:
             raise UnfitError(f"it is no text in {encoding or marked}: {error}") from None
+        # Any bytes are text in cp1252, right or wrong; so it is not guessed.
         remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
         raise UnfitError(
             f"it is no UTF-8 text: {getattr(error, 'reason', error)}; {remedy}"
@@ -171,6 +172,7 @@ def _divider(lines: Sequence[tuple[int, str]]) -> str:
     Spaces divide cells only where no mark does.
     """
     ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
+    # The first line may be a title without any mark, the last one is a design.
     readings: dict[str, list[list[str]]] = {}
     for mark in _DIVIDERS:
         with suppress(UnfitError):  # quotation marks that stand elsewhere than at cells

@@ -151,6 +151,7 @@ class TestTable:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], *(v.shape[1] if v.ndim == 2 else 0 for v in (F, G, H)))
         given = _reason_texts({} if reasons is None else reasons)
+        # "failed" fits any constraints; what the status is follows from the checked arrays.
         table = cls(layout, numbers, X, F, G, H, np.full(len(numbers), "failed"))
         failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
         lost = ~failed & ~np.isfinite(table.F).all(axis=1)
@@ -273,6 +274,7 @@ class TestTable:
             found = Received(f"none of {tests}, of which {failed} failed")
             remedy = "see its reasons" if failed else "loosen the limits, or test more points"
             raise invalid("the table", "one with a feasible design", found, remedy)
+        # All of them are optimal: the search is not done twice.
         known = np.ones(len(front), dtype=bool)
         return ranking_of(Objectives.of(front), known, normalize=normalize)
 
@@ -406,6 +408,7 @@ class TestTable:
         """
         for block in blocks:
             instance("block", block, TestTable)
+        # A table without tests and layout takes on those of the others.
         tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
         if len(tables) < 2:
             return tables[0] if tables else self
@@ -419,6 +422,7 @@ class TestTable:
             name: np.concatenate([getattr(t, name) for t in tables]) for name in _BLOCKS[1:]
         }
         X = joined_designs([t.X for t in tables])
+        # Designs of a block that declares no kinds take those of the others.
         if any(t.layout.kinds != layout.kinds for t in tables):
             X = design_matrix("X of a block", X, layout.variables, layout.kinds)
         reasons = {n: text for t in tables for n, text in t.reasons.items()}
@@ -449,6 +453,7 @@ class TestTable:
                 return filled._by_number()
         if difference := self.layout.difference(other.layout) or _other_prototype(self, other):
             raise invalid("other", "a table of the same problem", Received(difference))
+        # A test point that both have must have the same result in both, or they are no one problem.
         _, mine, theirs = np.intersect1d(
             self.numbers, other.numbers, assume_unique=True, return_indices=True
         )
