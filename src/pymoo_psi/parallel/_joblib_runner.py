@@ -6,6 +6,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -16,10 +17,10 @@ from pymoo_psi.parallel._cost import Cost, Overhead, chunk_size, worth_sending
 from pymoo_psi.parallel._outcome import (
     Function,
     Values,
+    contained,
     evaluate_to_travel,
     one_line,
     raise_again,
-    same_folder,
 )
 from pymoo_psi.parallel._pool import ProcessPool
 
@@ -95,11 +96,17 @@ class JoblibRunner:
         if not designs:
             return []
         workers = active_workers(self.n_jobs)
+
+        def enough(remaining: int) -> bool:
+            return self._cost.known and worth_sending(
+                remaining, self._cost.seconds, workers.count, self._overhead.seconds
+            )
+
         here: list[Values] = []
         send = self._by_joblib if workers.kind == "cluster" else self._in_processes
         try:
             if workers.kind != "cluster" and self.in_process and self.timeout is None:
-                here = self._in_this_process(f, designs, workers)
+                here = evaluate_while(f, designs, self._cost, enough)
                 if workers.kind == "threads":
                     send = self._by_joblib
             rest = designs[len(here) :]
@@ -121,16 +128,6 @@ class JoblibRunner:
         self._overhead = Overhead()
         self._pool: ProcessPool | None = None
 
-    def _in_this_process(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
-        """Evaluate designs here until the others are worth sending."""
-
-        def enough(remaining: int) -> bool:
-            return self._cost.known and worth_sending(
-                remaining, self._cost.seconds, workers.count, self._overhead.seconds
-            )
-
-        return evaluate_while(f, designs, self._cost, enough)
-
     def _in_processes(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
         """Evaluate in worker processes, each of which can be ended alone."""
         if self._pool is None or self._pool.owner != os.getpid():
@@ -141,7 +138,7 @@ class JoblibRunner:
             f,
             designs,
             workers=workers.count,
-            timeout=self._limit,
+            timeout=self.timeout,
             retries=self.retries,
             cost=self._cost,
         ):
@@ -152,57 +149,40 @@ class JoblibRunner:
 
     def _by_joblib(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
         """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched."""
-        results: list[Any] = [None] * len(designs)
-        # Where a cluster has one worker, joblib uses none and calls the function here.
-        watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
-        try:
-            self._collect(results, f, designs, workers, watch=watch)
-        except EvaluationError:
-            raise
-        except Exception:
-            if watch or workers.kind == "threads":
-                raise
-            self._collect(results, f, designs, workers, watch=True)
-        return results
-
-    def _collect(
-        self,
-        results: list[Any],
-        f: Function,
-        designs: list[Any],
-        workers: Workers,
-        *,
-        watch: bool,
-    ) -> None:
-        """Fill what is missing of ``results`` through joblib, chunk by chunk as they arrive."""
         from joblib import Parallel, delayed
 
-        missing = [index for index, values in enumerate(results) if values is None]
+        results: list[Any] = [None] * len(designs)
+        watched = partial(_watched_chunk, timeout=self.timeout, retries=self.retries)
+        # Where a cluster has one worker, joblib uses none and calls the function here.
+        watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
 
-        def tasks() -> Iterator[Any]:
-            start = 0
-            while start < len(missing):
-                size = chunk_size(len(missing) - start, workers.count, self._cost.seconds)
-                indices = missing[start : start + size]
-                chunk = [designs[index] for index in indices]
-                if watch:
-                    yield delayed(_watched_chunk)(f, indices, chunk, self._limit, self.retries)
-                else:
-                    yield delayed(_chunk)(f, indices, chunk)
-                start += size
+        def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
+            missing = [index for index, values in enumerate(results) if values is None]
+            while missing:
+                # asked each time, since the cost becomes known on the way
+                size = chunk_size(len(missing), workers.count, self._cost.seconds)
+                indices, missing = missing[:size], missing[size:]
+                yield delayed(evaluate)(f, indices, [designs[index] for index in indices])
 
-        began, busy = perf_counter(), 0.0
-        parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
-        for indices, found, seconds in parallel(tasks()):
-            for index, values in zip(indices, found, strict=True):
-                results[index] = values
-            self._cost.add(len(found), seconds)
-            busy += seconds
-        self._overhead.add(perf_counter() - began, busy, workers.count)
+        def collect(evaluate: Callable[..., Any]) -> None:
+            began, busy = perf_counter(), 0.0
+            parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+            for indices, found, seconds in parallel(tasks(evaluate)):
+                for index, values in zip(indices, found, strict=True):
+                    results[index] = values
+                self._cost.add(len(found), seconds)
+                busy += seconds
+            self._overhead.add(perf_counter() - began, busy, workers.count)
 
-    @property
-    def _limit(self) -> float:
-        return math.inf if self.timeout is None else self.timeout
+        try:
+            collect(watched if watch else _chunk)
+        except EvaluationError:
+            raise
+        except Exception:  # a cluster has an error of its own for a worker that is lost
+            if watch or workers.kind == "threads":
+                raise
+            collect(watched)
+        return results
 
 
 def evaluate_while(
@@ -233,7 +213,7 @@ def evaluate_while(
         block = designs[len(results) : len(results) + size]
         began = clock()
         try:
-            with same_folder():
+            with contained():  # once for all of them: beside a cheap model it costs too much
                 for design in block:
                     results.append(f(design))
         except EvaluationError:
@@ -254,11 +234,11 @@ def _chunk(
     return indices, values, perf_counter() - began
 
 
-_of_this_thread = threading.local()
+_of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
 
 
 def _watched_chunk(
-    f: Function, indices: list[int], designs: list[Any], timeout: float, retries: int
+    f: Function, indices: list[int], designs: list[Any], timeout: float | None, retries: int
 ) -> tuple[list[int], list[Values], float]:
     """Evaluate a chunk in a process beside the worker of a cluster."""
     if not hasattr(_of_this_thread, "pool"):

@@ -40,16 +40,23 @@ def one_line(error: BaseException) -> str:
 
 
 @contextlib.contextmanager
-def same_folder() -> Iterator[None]:
-    """Undo a model's ``chdir``, which would move all relative file names of the process."""
+def contained() -> Iterator[None]:
+    """Let a model run in this block without leaving more behind than its values.
+
+    A ``chdir`` is undone: it would move all relative file names of the process. A process that the
+    model forked and that comes back here ends: it would go on with the run, and its values be
+    taken for those of its parent's design.
+    """
+    process = os.getpid()
     try:
         folder = os.getcwd()
     except OSError:  # it has been deleted: nowhere to come back to
-        yield
-        return
+        folder = ""
     try:
         yield
     finally:
+        if os.getpid() != process:
+            os._exit(0)  # without the handlers and buffers that the parent will end with
         with contextlib.suppress(OSError):  # the model has deleted it
             os.chdir(folder)
 
@@ -57,24 +64,17 @@ def same_folder() -> Iterator[None]:
 def evaluate_to_travel(function: Function, design: Any) -> Values:
     """Evaluate in a worker, where whatever ends an evaluation is an error that can be sent.
 
-    A process that the model forked and that comes back here ends: what it would send next would
-    be taken for the values of its parent's design.
-
     Raises:
         EvaluationError: The function raised.
     """
-    process = os.getpid()
     try:
-        with same_folder():
+        with contained():
             return function(design)
     except BaseException as error:  # an interrupt, too, can only come from the model here
         if isinstance(error, EvaluationError):
             error.original = _sendable(error.original)
         trace = "".join(traceback.format_exception(error))
         raise EvaluationError(design, one_line(error), _sendable(error), trace) from None
-    finally:
-        if os.getpid() != process:
-            os._exit(0)
 
 
 def raise_again(error: EvaluationError) -> NoReturn:
@@ -88,18 +88,6 @@ def raise_again(error: EvaluationError) -> NoReturn:
     if error.trace:
         original.__cause__ = RemoteTraceback(error.trace)
     raise error from original
-
-
-def lost_design(function: Function, design: Any, reason: str) -> Values:
-    """Return the values that stand for a design whose evaluation is lost.
-
-    Raises:
-        EvaluationError: The function does not provide for such designs.
-    """
-    lost: Callable[[Any, str], Values] | None = getattr(function, "lost", None)
-    if lost is None:
-        raise EvaluationError(design, reason)
-    return lost(design, reason)
 
 
 class RemoteTraceback(Exception):  # noqa: N818 - a carrier of text, not an error of its own

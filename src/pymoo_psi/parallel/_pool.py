@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import pickle
 import signal
 import socket
 import subprocess
@@ -30,7 +29,7 @@ import cloudpickle
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._cost import Cost, chunk_size
-from pymoo_psi.parallel._outcome import Function, lost_design, one_line
+from pymoo_psi.parallel._outcome import Function, one_line
 
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
 
@@ -74,7 +73,7 @@ class ProcessPool:
         designs: list[Any],
         *,
         workers: int,
-        timeout: float = math.inf,
+        timeout: float | None = None,
         retries: int = 1,
         cost: Cost,
     ) -> Iterator[Result]:
@@ -84,7 +83,7 @@ class ProcessPool:
             function: What to evaluate; it is pickled, from ``__main__`` by value.
             designs: The designs.
             workers: How many processes to use.
-            timeout: Seconds that the evaluation of a design may take.
+            timeout: Seconds that the evaluation of a design may take; None is any number.
             retries: How many times a design whose process died is tried again.
             cost: What a design takes, as measured so far; it takes further measurements.
 
@@ -100,7 +99,8 @@ class ProcessPool:
                 "files, locks and connections out of it, or run it without workers"
             ) from error
         with self._lock:
-            batch = _Batch(function, pickled, designs, workers, timeout, retries, cost)
+            limit = math.inf if timeout is None else timeout
+            batch = _Batch(function, pickled, designs, workers, limit, retries, cost)
             try:
                 yield from batch.results(self._idle)
             except BaseException:
@@ -115,7 +115,7 @@ class ProcessPool:
 def _dismiss(idle: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
         for worker in idle:
-            worker.tell("leave")
+            worker.tell("leave", None)
         patient = monotonic() + _PATIENCE
         while idle:
             idle.pop().end(patient - monotonic())
@@ -128,6 +128,7 @@ class _Worker:
         threads: How many threads libraries may use in it, unless the environment says so already.
 
     Attributes:
+        process: What Popen started: the guard of the process that evaluates, except on Windows.
         pipe: Where it is talked to.
         loaded: The pickled function that it has, or is loading.
         pid: The number of the process that evaluates; 0 until it has told it.
@@ -144,7 +145,7 @@ class _Worker:
         self.at: deque[int] = deque()
         self.deadline = math.inf
         try:
-            self._process = subprocess.Popen(
+            self.process = subprocess.Popen(
                 [
                     spawn.get_executable(),
                     # Such as -P and -I, which say what may be imported.
@@ -160,14 +161,9 @@ class _Worker:
             theirs.close()
         # The worker imports from where this process does, but not its main module: what that
         # defines travels by value, so that a script needs no guard and a notebook works.
-        self._send(pickle.dumps((sys.path, sys.argv)))
+        self.tell(sys.path, sys.argv)
 
-    @property
-    def alive(self) -> bool:
-        """Whether the process runs."""
-        return self._process.poll() is None
-
-    def load(self, function: bytes, deadline: float) -> None:
+    def load(self, function: bytes, timeout: float) -> None:
         """Let it load a pickled function, or tell that it still has it, and be ready.
 
         No designs are sent before: while this process waits for room in a pipe that nobody
@@ -175,13 +171,15 @@ class _Worker:
         """
         if self.loaded == function and not self.ready:
             return  # it is loading since the last batch
-        self.ready, self.deadline = False, deadline
+        self.ready, self.deadline = False, monotonic() + max(timeout, _START)
         self.tell("function", None if self.loaded == function else function)
         self.loaded = function
 
-    def tell(self, kind: str, content: Any = None) -> None:
-        """Send a message."""
-        self._send(cloudpickle.dumps((kind, content)))
+    def tell(self, *message: Any) -> None:
+        """Send a message; a process that is gone is noticed when it is waited for."""
+        data = cloudpickle.dumps(message)
+        with contextlib.suppress(OSError):
+            self.pipe.send_bytes(data)
 
     def receive(self) -> tuple[Any, ...]:
         """Return the next message.
@@ -202,21 +200,21 @@ class _Worker:
     def end(self, patience: float = _PATIENCE) -> str:
         """Let the process end by itself, or else kill it; return how it came to its end."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(max(patience, 0.0))
+            self.process.wait(max(patience, 0.0))
         self.kill()
-        code = self._process.returncode
+        code = self.process.returncode
         code = code - 128 if code > 128 else -code  # a guard tells of signals as shells do
         try:
             return signal.Signals(code).name
         except ValueError:
-            return f"exit code {self._process.returncode}"
+            return f"exit code {self.process.returncode}"
 
     def disconnect(self) -> None:
         """Tell the process to end, with what it has started, whatever they do."""
         if self.pipe.closed:
             return
         if sys.platform == "win32":
-            self._process.kill()
+            self.process.kill()
         else:  # its guard kills; a disconnection reaches it even if a fork holds the pipe open
             same = os.dup(self.pipe.fileno())
             with contextlib.suppress(OSError), socket.socket(fileno=same) as pipe:
@@ -227,14 +225,9 @@ class _Worker:
         """Disconnect and wait for the end."""
         self.disconnect()
         try:
-            self._process.wait(_PATIENCE)
+            self.process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:  # the guard itself is stuck
-            self._process.kill()
-
-    def _send(self, data: bytes) -> None:
-        # A process that is gone is noticed when it is waited for.
-        with contextlib.suppress(OSError):
-            self.pipe.send_bytes(data)
+            self.process.kill()
 
 
 def _inheriting(handle: int) -> dict[str, Any]:
@@ -279,7 +272,7 @@ class _Batch:
                 worker.kill()  # still loading the function of another batch
                 continue
             self.workers.append(worker)
-            self._load(worker)
+            worker.load(self.pickled, self.timeout)
         missing = len(self.designs)
         while missing:
             for result in self._step():
@@ -300,11 +293,8 @@ class _Batch:
                 yield from self._listen(worker)
             elif monotonic() > worker.deadline:
                 yield from self._overdue(worker)
-            elif not worker.alive:
+            elif worker.process.poll() is not None:
                 yield from self._died(worker)
-
-    def _load(self, worker: _Worker) -> None:
-        worker.load(self.pickled, monotonic() + max(self.timeout, _START))
 
     def _feed(self, worker: _Worker) -> None:
         if self.again:
@@ -380,11 +370,15 @@ class _Batch:
         yield self._lost(index, reason)
 
     def _lost(self, index: int, reason: str) -> Result:
-        return index, lost_design(self.function, self.designs[index], reason), 0.0
+        """Return what the function has for a lost design; most have nothing, which is an error."""
+        design = self.designs[index]
+        if not hasattr(self.function, "lost"):
+            raise EvaluationError(design, reason)
+        return index, self.function.lost(design, reason), 0.0
 
     def _replace(self, worker: _Worker) -> None:
         """Start another worker, and give what this one had still to do back to all."""
         self.waiting.extendleft(reversed(worker.at))
         new = _Worker(self.threads)
         self.workers[self.workers.index(worker)] = new
-        self._load(new)
+        new.load(self.pickled, self.timeout)
