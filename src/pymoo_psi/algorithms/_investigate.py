@@ -9,8 +9,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
-from functools import cached_property
 from os import PathLike
 from typing import Any
 
@@ -21,23 +19,24 @@ from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, known_name
 from pymoo_psi.algorithms._memory import Memory, fingerprint
-from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
+from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._failures import FailureTolerant
+from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.problems._design_space import DesignSpace, design_space
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
 
-FAILURE_ACTIONS = ("record", "raise")
 _KEPT = ("all", "feasible", "pareto")
 # What is evaluated between two commits of a study should take about so many seconds: as much is
 # lost by an interruption, and beside it a commit of some milliseconds does not count.
 _SECONDS = 2.0
-_LEAST = 64  # designs of a vectorised model in the first piece of a block
+# Designs of a vectorised model in the first piece of a block: enough to tell what one takes, and
+# few enough that a model of seconds a design loses minutes only.
+_LEAST = 64
 
 
 def investigate(
@@ -97,27 +96,26 @@ def investigate(
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
     if block_size is None:
+        # Arrays of 65 536 designs fit in the cache; 64 let a progress bar move.
         block_size = 64 if problem.elementwise else 65_536
     block_size = integer("block_size", block_size, minimum=1)
     keep = known_name("keep", keep, _KEPT)
-    sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
-    space = design_space(problem)
-    points = sampling.unit_points(
-        n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
-    )
     stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
-    if isinstance(problem, FailureTolerant):  # its failures are those of the table
-        problem, stop = problem.wrapped, stop or problem.on_failure == "raise"
-    tests = Investigation(problem, space, Memory.of(study, retry), stop)
-    if tests.memory.study is not None:
-        identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
-        tests.memory.begin(tests.layout, identity)
-    limit_vector(limits, tests.layout)  # a wrong limit is told before the first evaluation
+    tests = Investigation(
+        *untolerant(problem, stop),
+        n_points,
+        first=first,
+        sampling=uniform_sampling(sampling),
+        seed=seed,
+        limits=limits,
+        memory=Memory.of(study, retry),
+        study_key=study_key,
+    )
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     kept: list[TestTable] = []
     try:
         for start in range(0, n_points, block_size):
-            block, _ = tests.tested(first + start, points[start : start + block_size])
+            block, _ = tests.tested(start, block_size)
             kept.append(_wanted(block, keep, limits))
             if keep == "pareto":
                 _sift(kept, limits)
@@ -145,45 +143,68 @@ def _sift(kept: list[TestTable], limits: Limits | None) -> None:
         kept.append(_wanted(kept.pop().extended(last), "pareto", limits))
 
 
-@dataclass
 class Investigation:
     """The testing of a problem: its points are evaluated, or taken from a study.
 
-    Attributes:
-        problem: The problem.
-        space: Its variables.
-        memory: The study, if there is one.
+    Args:
+        problem: The problem, not tolerant of failures.
         stop: Whether a design that fails ends the run.
-        piece: How many designs take a few seconds, as far as is known from earlier blocks.
+        n_points: How many points there are.
+        first: Number of the first.
+        sampling: Where they come from.
+        seed: Of a randomised sampling.
+        limits: Limits of a user, on the table's columns.
+        memory: The study, if there is one; it is begun here, when nothing else can be wrong.
+        study_key: What a user says that the study depends on.
+
+    Attributes:
+        space: The variables of the problem.
+        layout: The columns of the test table: names and bounds.
+        limits: ``{column of F: limit}``.
+        points: ``(n_points, n_var)`` the points of the unit cube.
     """
 
-    problem: Any
-    space: DesignSpace
-    memory: Memory
-    stop: bool
-    piece: int = 1
-
-    @cached_property
-    def layout(self) -> Layout:
-        """The columns of the test table: names and bounds."""
-        kinds = [variable.kind for variable in self.space.variables]
+    def __init__(
+        self,
+        problem: Any,
+        stop: bool,
+        n_points: int,
+        *,
+        first: int,
+        sampling: UniformSampling,
+        seed: int | None,
+        limits: Limits | None,
+        memory: Memory,
+        study_key: str | None,
+    ) -> None:
+        self.problem, self.stop, self.first, self.memory = problem, stop, first, memory
+        self.space = space = design_space(problem)
+        kinds = [variable.kind for variable in space.variables]
         discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
-        return Layout.of(
-            self.space.names,
-            self.problem.n_obj,
-            self.problem.n_ieq_constr,
-            self.problem.n_eq_constr,
-            lower=np.where(discrete, np.nan, self.space.lower),
-            upper=np.where(discrete, np.nan, self.space.upper),
+        self.layout = Layout.of(
+            space.names,
+            problem.n_obj,
+            problem.n_ieq_constr,
+            problem.n_eq_constr,
+            lower=np.where(discrete, np.nan, space.lower),  # of no meaning there
+            upper=np.where(discrete, np.nan, space.upper),
             kinds=kinds,
         )
+        self.limits = limit_vector(limits, self.layout)
+        self.points = sampling.unit_points(
+            n_points, len(kinds), first=first, random_state=np.random.default_rng(seed)
+        )
+        if memory.study is not None:
+            identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
+            memory.begin(self.layout, identity)
+        self._piece = 1  # how many designs take a few seconds, as far as blocks have shown
 
-    def tested(self, first: int, points: NDArray[np.float64]) -> tuple[TestTable, int]:
+    def tested(self, start: int, count: int) -> tuple[TestTable, int]:
         """Test consecutive points; a study has each piece as soon as it is evaluated.
 
         Args:
-            first: Number of the first point.
-            points: ``(n, n_var)`` points of the unit cube.
+            start: Index of the first of them.
+            count: How many, at most.
 
         Returns:
             The tests, and how many of them are evaluated now.
@@ -191,8 +212,9 @@ class Investigation:
         Raises:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
-        numbers, X = np.arange(first, first + len(points)), self.space.matrix(points)
-        with self.memory.turn(self.layout, first, len(points)) as stored:
+        X = self.space.matrix(self.points[start : start + count])
+        numbers = np.arange(self.first + start, self.first + start + len(X))
+        with self.memory.turn(self.layout, self.first + start, len(X)) as stored:
             new = np.flatnonzero(~np.isin(numbers, stored.numbers))
             blocks = []
             for piece in self._pieces(new):
@@ -204,7 +226,7 @@ class Investigation:
                         raise EvaluationError(block.X[block.numbers == number][0], reason)
                 blocks.append(block)
         table = stored.extended(*blocks)
-        if len(stored):
+        if len(stored):  # what is stored may have gaps, where failures are tried again
             table = table.rows(np.argsort(table.numbers))
         return table, len(new)
 
@@ -233,11 +255,11 @@ class Investigation:
         start = 0
         while start < len(rows):
             began = time.monotonic()
-            size = max(least, self.piece)
+            size = max(least, self._piece)
             yield rows[start : start + size]
             size = min(size, len(rows) - start)
             start += size
             if not (one_by_one and self.stop):
                 took = max(time.monotonic() - began, 1e-6)
                 # a first design, which loads libraries, says little: at most 100 times as many
-                self.piece = int(size * min(_SECONDS / took, 100))
+                self._piece = int(size * min(_SECONDS / took, 100))

@@ -36,7 +36,14 @@ class Memory:
     @classmethod
     def of(cls, path: str | PathLike[str] | None, retry: str | Collection[int]) -> Memory:
         """Return the memory in a study file, or none."""
-        return cls(None if path is None else Study(path), points_to_retry("retry", retry))
+        again = None
+        if retry != "failed":
+            if isinstance(retry, str) or not isinstance(retry, Collection):
+                raise ArgumentTypeError(
+                    f"retry must be 'failed' or numbers of test points, got {retry!r}"
+                )
+            again = frozenset(integer("a number in retry", number, minimum=1) for number in retry)
+        return cls(None if path is None else Study(path), again)
 
     def begin(self, layout: Layout, identity: Mapping[str, Any]) -> None:
         """Create the study, or make sure that it belongs to the same problem.
@@ -46,6 +53,7 @@ class Memory:
             identity: The :func:`fingerprint`.
         """
         if self.study is not None:
+            # "LP-tau from point 1": the number is that of the test anyway
             self.origin = identity["sampling"].partition(" from ")[0]
             self.study.begin({**head_of(TestTable.empty(layout)), "problem": identity})
 
@@ -60,6 +68,7 @@ class Memory:
             yield stored
         else:
             with self.study.writing():
+                # once more: another process may have stored some before we got the lock
                 yield self.recall(layout, first, count)
 
     def recall(self, layout: Layout, first: int, count: int) -> TestTable:
@@ -78,15 +87,6 @@ class Memory:
         """Store tests, and what one took; those that are stored already are left alone."""
         if self.study is not None and len(block):
             self.study.append(columns_of(block), origin=self.origin, seconds=seconds)
-
-
-def points_to_retry(name: str, value: object) -> frozenset[int] | None:
-    """Return the numbers of the failed test points to retry; ``None`` for ``"failed"``, all."""
-    if value == "failed":
-        return None
-    if isinstance(value, str) or not isinstance(value, Collection):
-        raise ArgumentTypeError(f"{name} must be 'failed' or numbers of test points, got {value!r}")
-    return frozenset(integer(f"a number in {name}", number, minimum=1) for number in value)
 
 
 def fingerprint(
@@ -133,5 +133,6 @@ def _sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -
             "seed", "given where a study has randomised points", seed, "they must come again"
         )
     name = getattr(sampling, "engine", type(sampling).__name__)
+    # Only these two sequences can be extended; the points of the others depend on their number.
     count = "" if name in ("sobol", "halton") else f" of {n_points} points"
     return f"{name}{count}, seed {seed}"

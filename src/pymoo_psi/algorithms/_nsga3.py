@@ -138,8 +138,9 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
         infills = algorithm.infill()
         if infills is None or left == 0:
             break
-        if isinstance(infills, Population):
-            infills = _affordable(infills, left)
+        if isinstance(infills, Population):  # a single individual is affordable, as left > 0
+            new = np.array([not individual.evaluated for individual in infills])
+            infills = infills[~new | (np.cumsum(new) <= left)]
         algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
         if algorithm.evaluator.n_eval == n_evaluations:
             algorithm.termination.terminate()
@@ -147,9 +148,3 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
     result = algorithm.result()
     result.algorithm = algorithm
     return result
-
-
-def _affordable(infills: Population, left: int) -> Population:
-    """Return the designs that are evaluated and the first ``left`` of those that are not."""
-    new = np.array([not individual.evaluated for individual in infills])
-    return infills[~new | (np.cumsum(new) <= left)]

@@ -22,18 +22,16 @@ from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, known_name
-from pymoo_psi.algorithms._investigate import FAILURE_ACTIONS, Investigation
-from pymoo_psi.algorithms._memory import Memory, fingerprint
-from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, require_uniform
+from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi.algorithms._memory import Memory
+from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._failures import FailureTolerant, without_tolerance
+from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
-from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import limit_vector
 
 
 class PSI(Algorithm):
@@ -111,10 +109,10 @@ class PSI(Algorithm):
         require_known_keywords("PSI", Algorithm, kwargs)
         self.n_points = integer("n_points", n_points, minimum=1)
         self.first = integer("first", first, minimum=1)
-        if block_size is None:
+        if block_size is None:  # 32 lines of a display; below 64 designs the ways there count
             block_size = max(64, -(-self.n_points // 32))
         self.block_size = integer("block_size", block_size, minimum=1)
-        self.sampling = require_uniform(LPTauSampling() if sampling is None else sampling)
+        self.sampling = uniform_sampling(sampling)
         self.limits = limits
         self.memory = Memory.of(study, retry)
         self.study_key = study_key
@@ -143,8 +141,7 @@ class PSI(Algorithm):
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
-        if isinstance(problem, FailureTolerant):  # its failures are those of the table
-            problem, self.stop = problem.wrapped, self.stop or problem.on_failure == "raise"
+        problem, self.stop = untolerant(problem, self.stop)
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -155,21 +152,18 @@ class PSI(Algorithm):
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        space = design_space(problem)
-        self._investigation = Investigation(problem, space, self.memory, self.stop)
-        self.table = TestTable.empty(self._investigation.layout)
-        self._limits = limit_vector(self.limits, self.table.layout)
-        if self.memory.study is not None:
-            identity = fingerprint(
-                problem, space, self.sampling, self.n_points, self.seed, self.study_key
-            )
-            self.memory.begin(self.table.layout, identity)
-        self._points = self.sampling.unit_points(
+        self._investigation = Investigation(
+            problem,
+            self.stop,
             self.n_points,
-            len(space.variables),
             first=self.first,
-            random_state=np.random.default_rng(self.seed),
+            sampling=self.sampling,
+            seed=self.seed,
+            limits=self.limits,
+            memory=self.memory,
+            study_key=self.study_key,
         )
+        self.table = TestTable.empty(self._investigation.layout)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
@@ -177,16 +171,16 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        first, points = self._next_points()
-        if len(points) == 0:
+        count = min(self.block_size, self.n_points - self.n_tested)
+        if count == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            with self.memory.turn(self.table.layout, first, len(points)):
+            with self.memory.turn(self.table.layout, self.first + self.n_tested, count):
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:
             self._initialize()
-        tests, n_evaluated = self._investigation.tested(first, points)
+        tests, n_evaluated = self._investigation.tested(self.n_tested, count)
         self.evaluator.n_eval += n_evaluated
         self._add(tests)
         self.is_initialized = True
@@ -195,28 +189,19 @@ class PSI(Algorithm):
         if self.termination.has_terminated():
             self.finalize()
 
-    def _next_points(self) -> tuple[int, NDArray[np.float64]]:
-        """Return the number of the next point to test, and the points of the next block."""
-        start = self.n_tested
-        return self.first + start, self._points[start : start + self.block_size]
-
-    def _initialize_infill(self) -> Population | None:
-        return self._infill()
-
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when all are told."""
-        first, points = self._next_points()
+        start = self.n_tested
+        points = self._investigation.points[start : start + self.block_size]
         if len(points) == 0:
             return None
+        first = self.first + start
         space = self._investigation.space
         block = Population.new("X", space.designs(space.matrix(points)))
         block.set("test_point", np.arange(first, first + len(block)))
         stored = self.memory.recall(self.table.layout, first, len(block))
         self._give_values(block[stored.numbers - first], stored)
         return block
-
-    def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
-        self._advance(infills=infills, **kwargs)
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
         """Add a block that a user tells."""
@@ -230,6 +215,9 @@ class PSI(Algorithm):
         self._population = Population.merge(before, infills)
         self._add(tests)
         return True
+
+    # The first block is a block like any other.
+    _initialize_infill, _initialize_advance = _infill, _advance
 
     def _add(self, tests: TestTable) -> None:
         self.table = self.table.extended(tests)
@@ -274,9 +262,10 @@ class PSI(Algorithm):
         It is infinite where a design failed, and above 0 where one is not finite.
         """
         total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
-        if self._limits:
-            within = np.array(list(self._limits.values()))
-            over = np.maximum(tests.F[:, list(self._limits)], within) - within
+        limits = self._investigation.limits
+        if limits:
+            within = np.array(list(limits.values()))
+            over = np.maximum(tests.F[:, list(limits)], within) - within
             total = total + np.where(np.isfinite(over), over, 0).sum(axis=1)
         return np.where(tests.status == "failed", np.inf, total)
 
@@ -335,6 +324,7 @@ class PSI(Algorithm):
         """Return the rows of the table that no feasible one dominates."""
         if self._sifted < self.n_tested:
             new = self.table.rows(np.arange(self._sifted, self.n_tested)).eligible(self.limits)
+            # What the last front dominates, no later design makes optimal again.
             rows = np.concatenate([self._front, self._sifted + np.flatnonzero(new)])
             self._front = rows[nondominated(self.table.F[rows])]
             self._sifted = self.n_tested
@@ -356,7 +346,8 @@ class _Evaluator(Evaluator):
         self.stop = stop
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        out = evaluate_designs(without_tolerance(problem), pop.get("X"), stop=self.stop)
+        wrapped, stop = untolerant(problem, self.stop)
+        out = evaluate_designs(wrapped, pop.get("X"), stop=stop)
         for name in ("F", "G", "H", "failure"):
             pop.set(name, out[name])
         pop.apply(lambda individual: individual.evaluated.update("FGH"))
@@ -379,28 +370,15 @@ class _Output(Output):
 
     def __init__(self) -> None:
         super().__init__()
-        self.columns += [
-            Column("tested", width=8, func=_n_tested),
-            Column("failed", width=8, func=_n_failed),
-            Column("feasible", width=8, func=_n_feasible),
-            Column("n_nds", width=6, func=_n_optimal),
-        ]
+        self.counts = [Column(name, width=8) for name in ("tested", "failed", "feasible", "n_nds")]
+        self.columns += self.counts
 
-
-# Functions, since pymoo copies and pickles an output with its algorithm.
-
-
-def _n_tested(algorithm: PSI) -> int:
-    return algorithm.n_tested
-
-
-def _n_failed(algorithm: PSI) -> int:
-    return int((algorithm.table.status == "failed").sum())
-
-
-def _n_feasible(algorithm: PSI) -> int:
-    return int(algorithm.table.feasible(algorithm.limits).sum())
-
-
-def _n_optimal(algorithm: PSI) -> int:
-    return len(algorithm._optimal_rows())
+    def update(self, algorithm: PSI) -> None:
+        super().update(algorithm)
+        table = algorithm.table
+        sets = (table.numbers > 0, table.status == "failed", table.feasible(algorithm.limits))
+        values = [int(rows.sum()) for rows in sets]
+        for column, value in zip(
+            self.counts, [*values, len(algorithm._optimal_rows())], strict=True
+        ):
+            column.set(value)

@@ -18,7 +18,9 @@ from pymoo_psi.problems._pymoo import require_problem
 
 Array = NDArray[np.float64]
 
-_RESTARTS = 3  # with first simplexes of 0.05, 0.005 and 0.0005 of the box
+# Edges of the first simplex of each start, in units of the box: SciPy's own 0.05, some spacings
+# of the test points, then finer, as the optimum is near.
+_SIMPLEXES = (0.05, 0.005, 0.0005)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,47 +104,38 @@ def refine(
     if (start < lower).any() or (start > upper).any():
         raise invalid("x0", "inside the box of the problem", Received(str(start.tolist())))
     span = upper - lower
-    evaluations = 0
 
     def distance(z: Array) -> float:
-        nonlocal evaluations
-        evaluations += 1
-        return _distance(problem, lower + span * z, ranking)
+        """Return μ1 of a design; infinite if infeasible or an objective is not finite."""
+        out = evaluate_designs(problem, (lower + span * z)[None])
+        if not competes(out["F"], meets_constraints(out["G"], out["H"])).all():
+            return float("inf")
+        F = out["F"] * ranking.objectives.sign
+        return float(ranking.frame.distances(F)[0, 0])
 
     z = (start - lower) / unit_lengths(lower, upper)
     start_distance = best = distance(z)
     if not np.isfinite(best):
         raise invalid("x0", "a feasible design with finite objectives", Received(str(start)))
-    for restart in range(_RESTARTS):
+    evaluations = 2  # of the start, and of the refined design once more for its objectives
+    for size in _SIMPLEXES:
+        # around the best point so far, its edges turned inwards at an upper bound
+        steps = np.where(z + size <= 1, size, -size)
         found = scipy_minimize(
             distance,
             z,
             method="Nelder-Mead",
             bounds=[(0.0, 1.0)] * len(z),
             options={
-                "initial_simplex": _simplex(z, 0.05 / 10**restart),
+                "initial_simplex": np.vstack([z, z + np.diag(steps)]),
                 "xatol": tolerance,
                 "fatol": tolerance,
-                "maxiter": 400 * len(z),
+                "maxiter": 400 * len(z),  # twice SciPy's own, for kinks
             },
         )
+        evaluations += found.nfev
         if found.fun < best:
             z, best = found.x, float(found.fun)
     x = lower + span * z if best < start_distance else start
     f = evaluate_designs(problem, x[None])["F"][0]
-    return Refinement(x, f, best, start, start_distance, evaluations + 1)
-
-
-def _distance(problem: Any, x: Array, ranking: EfficiencyRanking) -> float:
-    """Return μ1 of a design; infinite if infeasible or an objective is not finite."""
-    out = evaluate_designs(problem, x[None])
-    if not competes(out["F"], meets_constraints(out["G"], out["H"])).all():
-        return float("inf")
-    F = out["F"] * ranking.objectives.sign
-    return float(ranking.frame.distances(F)[0, 0])
-
-
-def _simplex(z: Array, size: float) -> Array:
-    """Return a simplex around a point of the unit cube, its edges turned inwards at a bound."""
-    steps = np.where(z + size <= 1, size, -size)
-    return np.vstack([z, z + np.diag(steps)])
+    return Refinement(x, f, best, start, start_distance, evaluations)

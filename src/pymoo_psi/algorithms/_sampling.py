@@ -17,6 +17,7 @@ from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
 
+# Of scipy.stats.qmc, those that place points anywhere in the cube without further arguments.
 _ENGINES = {
     "sobol": "Sobol",
     "halton": "Halton",
@@ -45,12 +46,15 @@ class UniformSampling(Sampling):
         raise NotImplementedError
 
 
-def require_uniform(sampling: object) -> UniformSampling:
-    """Return ``sampling``; it must be one of the operators of this module."""
+def uniform_sampling(sampling: object) -> UniformSampling:
+    """Return ``sampling``, or LPτ for None; it must be one of the operators of this module."""
+    if sampling is None:
+        return LPTauSampling()
     if not isinstance(sampling, UniformSampling):
         raise ArgumentTypeError(
             f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
         )
+    # Numbers in table and study are those of PSI: a second origin would make them ambiguous.
     if isinstance(sampling, LPTauSampling) and sampling.first != 1:
         raise invalid(
             "first of LPTauSampling", "1 here", sampling.first, "give first= to PSI or investigate"
@@ -145,25 +149,24 @@ class QMCSampling(UniformSampling):
             raise invalid(
                 "first", f"1 for the engine {self.engine!r}", first, "use 'sobol' or 'halton'"
             )
-        return self._drawn(first - 1 + n_points, n_dim, random_state)[first - 1 :]
-
-    def _drawn(self, n_points: int, n_dim: int, random_state: Any) -> Array:
         from scipy.stats import qmc  # takes most of a second to import
 
+        # From number 1 on, so that a seed gives the same points however they are cut into runs.
+        count = first - 1 + n_points
         engine_class = getattr(qmc, _ENGINES[self.engine])
         known = inspect.signature(engine_class).parameters
         options = {"scramble": self.scramble} if "scramble" in known else {}
         options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
         engine = engine_class(n_dim, **options)
         if self.engine == "sobol":  # a full power of two draws the same points without a warning
-            points = engine.random_base2(max(n_points - 1, 0).bit_length())[:n_points]
+            points = engine.random_base2(max(count - 1, 0).bit_length())[:count]
         else:
-            points = engine.random(n_points)
-        if len(points) < n_points:
+            points = engine.random(count)
+        if len(points) < count:  # Poisson disks keep a distance, and the cube is full
             raise invalid(
                 "n_samples",
                 f"at most {len(points)}, all that the engine {self.engine!r} can place",
-                Received(str(n_points)),
+                Received(str(count)),
                 "use another engine",
             )
-        return np.asarray(points)
+        return np.asarray(points[first - 1 :])

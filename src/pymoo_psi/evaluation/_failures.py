@@ -18,6 +18,7 @@ from pymoo_psi.problems._pymoo import require_problem
 
 Mask = NDArray[np.bool_]
 
+FAILURE_ACTIONS = ("record", "raise")
 _VIOLATION = 1e10  # of a failed design: above any other, and finite for sums and ratios
 
 
@@ -95,9 +96,9 @@ class FailureTolerant(Problem):
         self, problem: Any, *, failed_as: str = "constraint", on_failure: str = "record"
     ) -> None:
         require_problem(problem)
-        problem = without_tolerance(problem)
+        problem, _ = untolerant(problem)
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
-        self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
+        self.on_failure = known_name("on_failure", on_failure, FAILURE_ACTIONS)
         self.wrapped = problem
         self.failures: list[Failure] = []
         self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
@@ -229,6 +230,11 @@ class _Optimum:
                 algorithm.opt = algorithm.opt[~failed]
 
 
-def without_tolerance(problem: Any) -> Any:
-    """Return the problem within a ``FailureTolerant``; PSI records failures itself."""
-    return problem.wrapped if isinstance(problem, FailureTolerant) else problem
+def untolerant(problem: Any, stop: bool = False) -> tuple[Any, bool]:
+    """Return the problem within a ``FailureTolerant``, and whether a failure stops the run.
+
+    PSI records failures itself, in its table: there no constraint is to be added for them.
+    """
+    if isinstance(problem, FailureTolerant):
+        return problem.wrapped, stop or problem.on_failure == "raise"
+    return problem, stop
