@@ -21,6 +21,11 @@ Array = NDArray[np.float64]
 Kind = TypeVar("Kind")
 
 
+def counted(n: int, one: str, many: str = "") -> str:
+    """Return a number of things as a message says it: "1 design", "2 criteria"."""
+    return f"{n} {one if n == 1 else many or f'{one}s'}"
+
+
 def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
     """Compose the error for a value that violates a rule; the caller raises it."""
     return ArgumentValueError(_message(name, rule, received, remedy))

@@ -46,11 +46,6 @@ def say(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def counted(n: int, thing: str) -> str:
-    """Return a number of things: "1 design", "2 designs"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
-
-
 def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -> None:
     """Print a frame as a table: numbers to the right, with 4 decimals; missing ones blank.
 

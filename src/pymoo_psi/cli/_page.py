@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from pymoo_psi._validation import counted
 from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of, limits_in, units_in
-from pymoo_psi.cli._output import counted, require_output, say
+from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import DesignFile
 

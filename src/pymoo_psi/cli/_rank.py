@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import integer
+from pymoo_psi._validation import counted, integer
 from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of
-from pymoo_psi.cli._output import counted, print_frame, require_output, say, write_csv
+from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table import DesignFile

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.algorithms import PSI, investigate, nsga3
 from pymoo_psi.cli._options import limits_in, numbers_in
-from pymoo_psi.cli._output import counted, print_frame, require_output, run_bar, say, write_csv
+from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.table import TestTable

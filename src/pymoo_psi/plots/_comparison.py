@@ -22,11 +22,10 @@ from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import GREY
-from pymoo_psi._validation import Received, boolean, instance, invalid, known_name
+from pymoo_psi._validation import Received, boolean, counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.pareto._indicators import attainment_surfaces
 from pymoo_psi.plots._style import (
-    counted,
     literal,
     named_legend,
     new_page,

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from pymoo_psi._validation import boolean
+from pymoo_psi._validation import boolean, counted
 from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, checked_table, name_places
-from pymoo_psi.plots._style import counted, legend_below, literal, on_axes, tick_counts
+from pymoo_psi.plots._style import legend_below, literal, on_axes, tick_counts
 from pymoo_psi.table import Histogram, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 

@@ -22,7 +22,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import MARKERS
-from pymoo_psi._validation import Received, instance, invalid, known_name
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory
 from pymoo_psi.paper import Case, Reproduction
 from pymoo_psi.paper._figures import (
@@ -36,7 +36,6 @@ from pymoo_psi.paper._figures import (
 )
 from pymoo_psi.plots._style import (
     CURVES,
-    counted,
     enlarge_markers,
     new_page,
     save_pages,

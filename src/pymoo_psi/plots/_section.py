@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.plots._designs import checked_table, draw_limit
-from pymoo_psi.plots._style import CURVES, counted, literal, tick_counts, view
+from pymoo_psi.plots._style import CURVES, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
 from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds

@@ -139,11 +139,6 @@ def literal(name: object, most: int = 40) -> str:
     return text.replace("$", r"\$")
 
 
-def counted(n: int, thing: str) -> str:
-    """Return a number of things in words."""
-    return f"{n} {thing}" if n == 1 else f"{n} {thing}s"
-
-
 def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
     """Return the ends of an axis that shows the values, and numbers where they are finite."""
     known = np.array([*values, *further])

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.plots._designs import (
     Plane,
     checked_table,
@@ -29,7 +29,7 @@ from pymoo_psi.plots._designs import (
     variable_plane,
 )
 from pymoo_psi.plots._histogram import draw_bars
-from pymoo_psi.plots._style import counted, enlarge_markers, named_legend, new_page
+from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
 from pymoo_psi.table import TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 

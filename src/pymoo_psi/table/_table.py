@@ -18,7 +18,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, finite_number, instance, integer, invalid, real_array
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    finite_number,
+    instance,
+    integer,
+    invalid,
+    real_array,
+)
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
 from pymoo_psi.pareto._feasibility import competes, violated_constraints
@@ -184,11 +192,11 @@ class TestTable:
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
         sizes = (
-            _counted(self.X.shape[1], "variable", "variables"),
-            _counted(self.F.shape[1], "criterion", "criteria"),
-            _counted(len(self.layout.constraints), "constraint", "constraints"),
+            counted(self.X.shape[1], "variable", "variables"),
+            counted(self.F.shape[1], "criterion", "criteria"),
+            counted(len(self.layout.constraints), "constraint", "constraints"),
         )
-        return f"TestTable({_counted(len(self), 'test', 'tests')}: {counts}; {', '.join(sizes)})"
+        return f"TestTable({counted(len(self), 'test', 'tests')}: {counts}; {', '.join(sizes)})"
 
     def __len__(self) -> int:
         """Return the number of tested points."""
@@ -270,7 +278,7 @@ class TestTable:
         front = self.F[self.pareto(limits)]
         if len(front) == 0:
             failed = np.sum(self.status == "failed")
-            tests = _counted(len(self), "test", "tests")
+            tests = counted(len(self), "test", "tests")
             found = Received(f"none of {tests}, of which {failed} failed")
             remedy = "see its reasons" if failed else "loosen the limits, or test more points"
             raise invalid("the table", "one with a feasible design", found, remedy)
@@ -341,7 +349,7 @@ class TestTable:
             raise invalid(
                 "the feasible set",
                 "of at least one design to span a box",
-                Received(f"none of {_counted(len(self), 'test', 'tests')}"),
+                Received(f"none of {counted(len(self), 'test', 'tests')}"),
                 "loosen the limits, or test more points",
             )
         lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
@@ -384,7 +392,7 @@ class TestTable:
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
-            rule = f"a mask or indices of {_counted(len(self), 'row', 'rows')}"
+            rule = f"a mask or indices of {counted(len(self), 'row', 'rows')}"
             raise invalid("selection", rule, Received(error)) from error
         _require_distinct(numbers)
         cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
@@ -729,10 +737,6 @@ def _widths(layout: Layout) -> dict[str, int]:
     """Return how many columns X, F, G and H have."""
     groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
     return {name: len(group) for name, group in zip("XFGH", groups, strict=True)}
-
-
-def _counted(n: int, one: str, many: str) -> str:
-    return f"{n} {one if n == 1 else many}"
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
