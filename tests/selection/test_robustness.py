@@ -269,11 +269,6 @@ def test_a_mistake_in_a_process_is_the_same_mistake():
         robustness(Misfit, X, uncertainty=load, n_jobs=2, n_scenarios=64)
 
 
-def test_no_scenario():
-    with pytest.raises(PsiError, match="scenarios must be one or more, got 0"):
-        tally([], X=X, parameters=["a"], scenarios=np.zeros((0, 1)), objectives=["f1"])
-
-
 def test_no_design_is_feasible():
     weak = {"load": stats.uniform(1, 1), "strength": stats.uniform(-2, 1)}
     result = robustness(Beam, X, uncertainty=weak, n_scenarios=4)

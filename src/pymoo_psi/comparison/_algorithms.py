@@ -25,6 +25,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -102,90 +103,77 @@ def _named(name: str, what: Any) -> NamedAlgorithm:
             f"{what.__name__}; give {hint}, where n is the number of evaluations"
         )
     if callable(what):
-        return NamedAlgorithm(name, _Made(what))
+        return NamedAlgorithm(name, partial(_made, what))
     known_name("algorithms", what, {*_OURS, *_PYMOO})
-    if what in _OURS:
-        return NamedAlgorithm(name, *_OURS[what], known=True)
-    return NamedAlgorithm(name, _FromPymoo(_PYMOO[what]), known=True)
+    if what in _PYMOO:
+        return NamedAlgorithm(name, partial(_from_pymoo, _PYMOO[what]), known=True)
+    # Without a sampling that is scrambled, and without NSGA-III, no seed is asked.
+    return NamedAlgorithm(name, _OURS[what], seeded=what != "psi", known=True)
 
 
-@dataclass(frozen=True)
-class _Investigating:
-    """Parameter Space Investigation with the points of a sampling."""
+# The searches. They are functions of the module, as processes are sent them.
 
-    sampling: UniformSampling
 
-    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
-        table = investigate(problem, n_evaluations, sampling=self.sampling, seed=seed)
-        return table.F[table.pareto()]
+def _investigate(sampling: UniformSampling, problem: Any, n_evaluations: int, seed: int) -> Array:
+    """Investigate the parameter space with the points of a sampling."""
+    table = investigate(problem, n_evaluations, sampling=sampling, seed=seed)
+    return table.F[table.pareto()]
 
 
 def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
     return _returned(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
 
 
-@dataclass(frozen=True)
-class _ThenNSGA3:
-    """Half the budget for PSI with the points of a sampling, the rest for NSGA-III from there."""
-
-    sampling: UniformSampling
-
-    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
-        n_points = n_evaluations // 2
-        if n_points == 0:  # of a budget of 1 nothing is left for a start
-            return _nsga3(problem, n_evaluations, seed)
-        tested = minimize(problem, PSI(n_points, sampling=self.sampling), seed=seed).pop
-        left = n_evaluations - n_points
-        size = population_size(problem.n_obj, left)
-        survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
-        # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
-        start = survival.do(
-            problem,
-            tested,
-            n_survive=min(size, len(tested)),
-            random_state=np.random.default_rng(seed),
-        )
-        result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
-        return _returned(result, problem.n_obj)
+def _investigate_then_nsga3(
+    sampling: UniformSampling, problem: Any, n_evaluations: int, seed: int
+) -> Array:
+    """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
+    n_points = n_evaluations // 2
+    if n_points == 0:  # of a budget of 1 nothing is left for a start
+        return _nsga3(problem, n_evaluations, seed)
+    tested = minimize(problem, PSI(n_points, sampling=sampling), seed=seed).pop
+    left = n_evaluations - n_points
+    size = population_size(problem.n_obj, left)
+    survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
+    # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
+    start = survival.do(
+        problem,
+        tested,
+        n_survive=min(size, len(tested)),
+        random_state=np.random.default_rng(seed),
+    )
+    result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
+    return _returned(result, problem.n_obj)
 
 
 _SCRAMBLED = QMCSampling("sobol")
-_OURS: dict[str, tuple[Callable[[Any, int, int], Array], bool]] = {
-    "psi": (_Investigating(LPTauSampling()), False),
-    "psi-scrambled": (_Investigating(_SCRAMBLED), True),
-    "nsga3": (_nsga3, True),
-    "psi+nsga3": (_ThenNSGA3(LPTauSampling()), True),
-    "psi-scrambled+nsga3": (_ThenNSGA3(_SCRAMBLED), True),
+_OURS: dict[str, Callable[[Any, int, int], Array]] = {
+    "psi": partial(_investigate, LPTauSampling()),
+    "psi-scrambled": partial(_investigate, _SCRAMBLED),
+    "nsga3": _nsga3,
+    "psi+nsga3": partial(_investigate_then_nsga3, LPTauSampling()),
+    "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
 }
 
 
-@dataclass(frozen=True)
-class _Made:
-    """The algorithm that a function of the user's makes for a number of evaluations."""
-
-    make: Callable[[int], Any]
-
-    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
-        return _searched(self.make(n_evaluations), problem, n_evaluations, seed)
+def _made(make: Callable[[int], Any], problem: Any, n_evaluations: int, seed: int) -> Array:
+    """Search with the algorithm that a function of the user's makes for a budget."""
+    return _searched(make(n_evaluations), problem, n_evaluations, seed)
 
 
-@dataclass(frozen=True)
-class _FromPymoo:
-    """An algorithm of pymoo's, ``module:class``, with a population that suits the budget."""
-
-    place: str
-
-    def __call__(self, problem: Any, n_evaluations: int, seed: int) -> Array:
-        module, _, name = self.place.partition(":")
-        cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
-        size = population_size(problem.n_obj, n_evaluations)
-        arguments = inspect.signature(cls).parameters
-        options: dict[str, Any] = {}
-        if "ref_dirs" in arguments:
-            options["ref_dirs"] = reference_directions(problem.n_obj, size)
-        if "pop_size" in arguments:
-            options["pop_size"] = size
-        return _searched(cls(**options), problem, n_evaluations, seed)
+def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Array:
+    """Search with pymoo's ``module:class``, with a population that suits the budget."""
+    module, _, name = place.partition(":")
+    cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
+    size = population_size(problem.n_obj, n_evaluations)
+    arguments = inspect.signature(cls).parameters
+    options: dict[str, Any] = {}
+    # MOEA/D asks for directions only, NSGA-II for a size only, U-NSGA-III for both.
+    if "ref_dirs" in arguments:
+        options["ref_dirs"] = reference_directions(problem.n_obj, size)
+    if "pop_size" in arguments:
+        options["pop_size"] = size
+    return _searched(cls(**options), problem, n_evaluations, seed)
 
 
 def _searched(algorithm: Any, problem: Any, n_evaluations: int, seed: int) -> Array:

@@ -40,6 +40,7 @@ from pymoo_psi.problems._pymoo import require_problem
 if TYPE_CHECKING:
     import pandas as pd
 
+# Powers of 2, after which LPτ points are complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
 ASSESSED = ("evaluated", "returned")
 
@@ -298,6 +299,7 @@ def compare(
         Task(algorithm.name, budget, seed)
         for algorithm in by_name.values()
         for budget in budgets
+        # A deterministic algorithm has one value a budget, and the tests know it by that.
         for seed in (seeds if algorithm.seeded else [None])
     ]
     store = None if folder is None else RunStore.of(folder, problem)
@@ -357,10 +359,12 @@ def _runs(
             missing.append(task)
         else:
             yield run
+    # The longest first, so that no process begins one when the others have done their last.
     missing.sort(key=lambda task: -task.n_evaluations)
 
     def performed(task: Task) -> Run:
         run = perform(problem, by_name[task.algorithm], task)
+        # Kept by the process that did it, whatever becomes of the one that waits for it.
         if store is not None:
             store.save(run)
         return run
@@ -386,4 +390,5 @@ def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: in
         }
         for run, measured in zip(runs, quality, strict=True)
     ]
+    # Integers of pandas, which may be missing; NumPy would make the seeds floats.
     return pd.DataFrame(rows).astype({"seed": "Int64"})

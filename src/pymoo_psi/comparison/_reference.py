@@ -26,10 +26,14 @@ from pymoo_psi.problems._design_space import design_space
 Array = NDArray[np.float64]
 
 REFERENCE_POINT = 1.1
-"""Each coordinate of the reference point of the hypervolume, in units of N − U."""
+"""Each coordinate of the reference point of the hypervolume, in units of N − U.
+
+Beyond N, where the extreme points of a front would dominate nothing and count for nothing; 1.1 is
+the customary choice (Ishibuchi et al., Evol. Comput. 26, 2018, discuss it).
+"""
 
 REFERENCE_SIZE = 1000
-"""Points that the reference set is thinned to."""
+"""Points that the reference set is thinned to, as IGD+ takes all distances to each of them."""
 
 _STORED = ("points", "n_union", "optimum", "optimum_evaluations", "problem")
 
@@ -103,6 +107,7 @@ class Reference:
         if known.shape[1] != m:
             shape = Received(f"an array of shape {known.shape}")
             raise invalid("reference_front", f"of {m} objectives", shape)
+        # Each once and sorted: the order of the runs must not decide which points are kept.
         F = np.unique(np.vstack([*(run.F for run in runs), known]), axis=0)
         if len(F) == 0:
             nowhere = np.full(m, np.nan)
@@ -192,21 +197,15 @@ class Reference:
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """
-        if len(F) == 0:
-            return {
-                "hypervolume": 0.0,
-                "igd_plus": np.inf,
-                "epsilon": np.inf,
-                "optimum_distance": np.inf,
-                "n_nondominated": 0,
-            }
-        scaled = self.frame.scaled(F)
-        best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
+        scaled, distance = self.frame.scaled(F), np.inf
+        if len(F):
+            best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
+            distance = float(np.linalg.norm(best - self.frame.scaled(self.optimum)))
         return {
             "hypervolume": hypervolume(scaled, REFERENCE_POINT),
             "igd_plus": igd_plus(scaled, self.points),
             "epsilon": epsilon_additive(scaled, self.points),
-            "optimum_distance": float(np.linalg.norm(best - self.frame.scaled(self.optimum))),
+            "optimum_distance": distance,
             "n_nondominated": len(F),
         }
 
@@ -217,12 +216,15 @@ def _optimum(
     """Return the objectives nearest to U, and the evaluations spent on finding them."""
     distances = frame.distances(F)[:, 0]
     nearest, best = F[distances.argmin()], distances.min()
+    # The search follows gradients, which whole numbers and choices do not have.
     if not polish or not design_space(problem).continuous:
         return nearest, 0
+    # A known front has no designs: the search begins at the nearest design of a run.
     candidates = [(frame.distances(run.F)[:, 0], run) for run in runs if len(run.F)]
     if not candidates:
         return nearest, 0
     mu1, run = min(candidates, key=lambda pair: float(pair[0].min()))
+    # No row of F dominates another: all are Pareto optimal, and span the scale of the frame.
     everything = np.ones(len(F), dtype=bool)
     ranking = ranking_of(Objectives.of(F), everything, normalize=True)
     found = refine(problem, run.X[mu1.argmin()], ranking)

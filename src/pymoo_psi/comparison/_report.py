@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SIGNIFICANCE = 0.05
-"""A difference is claimed where the corrected p value is below this."""
+"""A difference is claimed where the corrected p value is below this, the customary level."""
 
 _NAMES = {
     "hypervolume": "the largest hypervolume",
@@ -61,6 +61,7 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         )
         for budget in comparison.evaluations
     )
+    # Holm multiplies the least p value by the number of tests: it cannot come below this product.
     tested = tests["p"].notna().sum()
     if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
         few = (
@@ -78,6 +79,7 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
     perhaps: list[str] = []
     for name in ordered.index[1:]:
         pair = tests[tests["better"].isin([best, name]) & tests["worse"].isin([best, name])].iloc[0]
+        # The best median may lose more often than not: then the test names the other one.
         effect = pair["effect"] if pair["better"] == best else 1 - pair["effect"]
         shown = f"{name} (effect {effect:.2f}, {_p(pair['p_holm'])})"
         if not pair["p_holm"] < SIGNIFICANCE:
@@ -95,7 +97,7 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
 
 
 def _p(value: float) -> str:
-    if value != value:
+    if value != value:  # NaN: two deterministic algorithms cannot be tested
         return "one value each"
     return f"p = {value:.3f}" if value >= 0.001 else f"p = {value:.1g}"
 

@@ -95,6 +95,7 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
     returned = np.zeros((0, problem.n_obj))
     began = time.perf_counter()
     try:
+        # Without a seed an algorithm is deterministic, and any number will do.
         returned = algorithm.search(observed, task.n_evaluations, task.seed or 0)
     except BudgetSpentError:
         pass  # what it evaluated within the budget is assessed
@@ -187,6 +188,7 @@ class ObservedProblem(Problem):
         answered = time.perf_counter()
         self.n_evaluated += len(X)
         F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
+        # Only those that can be in a front are kept, so that memory follows the feasible designs.
         rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
         self._kept.append((designs[rows], F[rows]))
         self.evaluation_seconds += answered - asked

@@ -43,6 +43,8 @@ def holm(p: Array) -> Array:
     corrected = np.full(len(p), np.nan)
     tested = np.flatnonzero(~np.isnan(p))
     order = tested[np.argsort(p[tested], kind="stable")]
+    # Of k p values the least counts k-fold, the next (k - 1)-fold, and none less than the one
+    # before it.
     factors = np.arange(len(order), 0, -1)
     corrected[order] = np.minimum(np.maximum.accumulate(p[order] * factors), 1.0)
     return corrected
@@ -68,7 +70,7 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         return np.nan
     if any(fixed):
         value, runs = (a[0], b) if fixed[0] else (b[0], a)
-        different = runs[runs != value]
+        different = runs[runs != value]  # the sign test drops ties: they speak for neither
         if len(different) == 0:
             return 1.0
         return float(binomtest(int((different > value).sum()), len(different)).pvalue)
@@ -81,6 +83,7 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         return float(found.pvalue)
     ways = _ways(ranks, len(a))
     observed = int(ranks[: len(a)].sum())
+    # Two-sided: the smaller tail twice, which passes 1 where both tails hold the observed sum.
     lower, upper = ways[: observed + 1].sum(), ways[observed:].sum()
     return min(1.0, 2.0 * float(min(lower, upper) / ways.sum()))
 
@@ -111,6 +114,7 @@ def least_p(n_a: int, n_b: int, *, fixed: tuple[bool, bool]) -> float:
     """Return the smallest p value that so many runs can give; see :func:`p_value`."""
     if all(fixed):
         return 1.0
+    # All runs on one side: 2 of 2^n patterns of signs, 2 of C(n_a + n_b, n_a) choices of ranks.
     return 2.0 / (2 ** (n_b if fixed[0] else n_a) if any(fixed) else comb(n_a + n_b, n_a))
 
 
@@ -135,6 +139,7 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
         by_name = dict(iter(group.groupby("algorithm")))
         for first, second in itertools.combinations(names, 2):
             pair = [by_name[first], by_name[second]]
+            # Turned where less is better, so that more is better for all.
             values = [INDICATORS[indicator] * runs[indicator].to_numpy(float) for runs in pair]
             fixed = tuple(bool(runs["seed"].isna().all()) for runs in pair)
             effect = effect_size(*values)

@@ -54,6 +54,7 @@ def criterion_surfaces(mu: float, model: str, *, n: int = 41) -> CriterionSurfac
     sides = [np.linspace(low, high, n) for low, high in zip(problem.xl, problem.xu, strict=True)]
     u1, u2 = np.meshgrid(*sides, indexing="ij")
     F = problem.evaluate(np.column_stack([u1.ravel(), u2.ravel()]), return_values_of=["F"])
+    # Infinite where the sphere stalls; NaN leaves a hole in a surface.
     f = np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, n, n)
     return CriterionSurfaces(model, mu, u1, u2, f)
 
@@ -151,6 +152,7 @@ def salukvadze_functions(
     for speed in c:
         problem = VectorizedSphereChute(mu, c=speed, model=model)
         X = problem.xl + (problem.xu - problem.xl) * points
+        # The same points for every c, so that a jump of the curves is one of the optimum.
         moved = motion(X[:, 0], X[:, 1], problem.parameters, model=model)
         f = criteria(moved)
         best = _nearest_to_ideal(f)

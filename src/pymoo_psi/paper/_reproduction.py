@@ -26,6 +26,7 @@ from pymoo_psi.problems import VectorizedSphereChute
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
 
+# The columns of the CSV files, which users have.
 _CRITERIA = [f"f{j}" for j in range(1, 5)]
 _PRINTED = [f"paper_f{j}" for j in range(1, 5)]
 _COLUMNS = ["model", "mu", "test_point", *_CRITERIA, *_PRINTED]
@@ -66,6 +67,7 @@ class Case:
             >>> case.test_point[case.cheaper(5)]  # the row of Table 6.2 for mu = 0.4
             array([2571])
         """
+        # Of several optima, equally near to U, the cheapest is the limit.
         members = self.ranking.subset(rank)
         limit = self.F[self.ranking.salukvadze, 3].min()
         cheaper: NDArray[np.intp] = members[self.F[members, 3] < limit]
@@ -186,6 +188,7 @@ class Reproduction:
         last = next(case for case in self.cases if case.model == model and case.mu == PAPER_MU[-1])
         return {
             "the same seven designs": same,
+            # 1e-9: both sides are rounded, to four decimals, and differ by representation only.
             "f2, f3, f4 equal at four decimals": same
             and bool((abs(difference[:, 1:]) < 1e-9).all()),
             "f1 within 6e-4 of print": same and bool((abs(f1) <= 6e-4).all()),

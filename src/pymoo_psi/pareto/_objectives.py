@@ -52,15 +52,22 @@ class Objectives:
         """
         names: tuple[Any, ...] | None = None
         labels: Any = None
-        if is_frame(F):
+        # A data frame by what it offers, so that arrays do not pay for importing pandas.
+        if hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy"):
             names, labels = tuple(F.columns), F.index
             F = _numbers(F)
         values = objective_matrix("F", F).copy()
-        m = values.shape[1]
+        n, m = values.shape
+        if isinstance(maximize, (str, int)) or not isinstance(maximize, Collection):
+            raise ArgumentTypeError(
+                f"maximize must be a list of objectives, got {maximize!r:.80}; one goes into a "
+                f"list too"
+            )
         sign = np.ones(m)
-        sign[_columns(maximize, m, names)] = -1.0
-        shown = tuple(f"f{j + 1}" for j in range(m)) if names is None else names
-        return cls(values, sign, shown, range(len(values)) if labels is None else labels)
+        sign[[_column(entry, m, names) for entry in maximize]] = -1.0
+        if names is None:
+            names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
+        return cls(values, sign, names, labels)
 
     @property
     def minimized(self) -> Array:
@@ -83,14 +90,10 @@ class Objectives:
         return point * self.sign
 
 
-def is_frame(F: Any) -> bool:
-    """Say whether something is a pandas data frame, without importing pandas."""
-    return hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy")
-
-
 def _numbers(frame: Any) -> Array:
     """Return the values of a data frame; a missing value is NaN."""
     for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
+        # Nothing is converted: text, dates and objects are no numbers until the user says so.
         if getattr(dtype, "kind", "O") not in "fiub":
             raise ArgumentTypeError(
                 f"column {name!r} of F must hold real numbers, got dtype {dtype}; "
@@ -98,14 +101,6 @@ def _numbers(frame: Any) -> Array:
             )
     values: Array = frame.to_numpy(dtype=np.float64, na_value=np.nan)
     return values
-
-
-def _columns(maximize: Any, m: int, names: Sequence[Any] | None) -> list[int]:
-    if isinstance(maximize, (str, int)) or not isinstance(maximize, Collection):
-        raise ArgumentTypeError(
-            f"maximize must be a list of objectives, got {maximize!r:.80}; one goes into a list too"
-        )
-    return [_column(entry, m, names) for entry in maximize]
 
 
 def _column(entry: Any, m: int, names: Sequence[Any] | None) -> int:

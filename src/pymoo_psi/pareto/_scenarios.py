@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import invalid
 from pymoo_psi.pareto._feasibility import competes
 from pymoo_psi.pareto._ranking import rank_of_efficiency
 
@@ -25,46 +24,34 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
-class ScenarioRanking:
-    """The ranking of n designs in one scenario.
-
-    Attributes:
-        F: ``(n, m)`` objective values, of no meaning where infeasible.
-        feasible: ``(n,)`` which designs are ranked.
-        pareto: ``(n,)`` which are Pareto optimal.
-        rank: ``(n,)`` ranks of efficiency, 0 for dominated and infeasible designs.
-        optimum: ``(n,)`` which are the Salukvadze optimum.
-        regret: ``(n,)`` μ1 less the least μ1 of the scenario; 0 where infeasible.
-    """
-
-    F: Array
-    feasible: Mask
-    pareto: Mask
-    rank: NDArray[np.int64]
-    optimum: Mask
-    regret: Array
-
-
-def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> ScenarioRanking:
+def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> tuple[Mask, Array]:
     """Rank the feasible designs of a scenario.
 
     Args:
         F: ``(n, m)`` objective values, all minimised.
         feasible: ``(n,)`` which designs are; one with an objective that is not finite is not.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Returns:
+        ``(4, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal,
+        infeasible; ``(n, m + 1)`` their objectives and their regret, μ1 less the least μ1 of the
+        scenario, of no meaning where infeasible.
     """
     feasible = competes(F, feasible)
     rows = np.flatnonzero(feasible)
-    pareto, optimum = np.zeros(len(F), dtype=bool), np.zeros(len(F), dtype=bool)
-    rank, regret = np.zeros(len(F), dtype=np.int64), np.zeros(len(F))
+    marks = np.zeros((4, len(F)), dtype=bool)
+    marks[3] = ~feasible
+    regret = np.zeros(len(F))
     if len(rows):
         ranking = rank_of_efficiency(F[rows], normalize=normalize)
-        pareto[rows], rank[rows] = ranking.pareto, ranking.rank
-        optimum[rows[ranking.salukvadze]] = True
+        marks[0, rows[ranking.salukvadze]] = True
+        # 5 and 6 are the ranks of P23 and one more pair at least: nearest to U in two respects.
+        marks[1, rows], marks[2, rows] = ranking.rank >= 5, ranking.pareto
+        # The least of the Pareto-optimal designs is the least of all: with f >= U a dominated one
+        # is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
         regret[rows] = mu1 - mu1[ranking.pareto].min()
-    return ScenarioRanking(F, feasible, pareto, rank, optimum, regret)
+    return marks, np.column_stack([F, regret])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,6 +89,8 @@ class Robustness:
         >>> result = robustness(rod, [[0.5], [1.0], [2.0]], uncertainty=loads)
         >>> result.optimum_share
         array([0., 1., 0.])
+        >>> result.order  # the first and the last tie in all but the regret
+        array([1, 0, 2])
         >>> result.mean.round(2)  # the mean load is 1
         array([[0.5, 2. ], [1. , 1. ], [2. , 0.5]])
     """
@@ -135,15 +124,6 @@ class Robustness:
 
         By the share as optimum, then in rank 5 or better, then by rarely being infeasible, then
         by mean regret.
-
-        Example:
-            >>> from pymoo.problems.functional import FunctionalProblem
-            >>> from scipy.stats import uniform
-            >>> from pymoo_psi import robustness
-            >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
-            >>> loads = {"load": uniform(1, 2)}
-            >>> robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads).order
-            array([1, 0])
         """
         return np.lexsort(
             (self.mean_regret, self.infeasible_share, -self.efficient_share, -self.optimum_share)
@@ -155,22 +135,11 @@ class Robustness:
         Returns:
             Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``, and
             ``f1_mean``, ``f1_spread``, ``f1_worst`` for every objective.
-
-        Example:
-            >>> from pymoo.problems.functional import FunctionalProblem
-            >>> from scipy.stats import uniform
-            >>> from pymoo_psi import robustness
-            >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
-            >>> loads = {"load": uniform(1, 2)}
-            >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
-            >>> print(result.to_frame()[["x1", "optimum_share", "f1_worst"]])
-                x1  optimum_share  f1_worst
-            1  0.2            1.0       0.2
-            0  0.9            0.0       0.9
         """
         import pandas as pd
 
         frame = pd.DataFrame(list(self.X)) if isinstance(self.X, tuple) else pd.DataFrame(self.X)
+        # Mappings name their variables; the columns of a matrix have numbers only.
         frame.columns = [f"x{c + 1}" if isinstance(c, int) else c for c in frame.columns]
         for name in (
             "optimum_share", "efficient_share", "pareto_share", "infeasible_share",
@@ -184,64 +153,36 @@ class Robustness:
 
 
 def tally(
-    rankings: Iterable[ScenarioRanking],
+    rankings: Iterable[tuple[Mask, Array]],
     *,
     X: Any,
     parameters: Sequence[str],
     scenarios: Array,
     objectives: Sequence[str],
 ) -> Robustness:
-    """Sum up the scenarios, one or more, in the order in which they come."""
-    counts: Any = 0
-    total: _Moments | None = None
-    for ranking in rankings:
-        total = _Moments.zero(*ranking.F.shape) if total is None else total
-        counts = counts + np.array(
-            [ranking.optimum, ranking.rank >= 5, ranking.pareto, ~ranking.feasible], dtype=np.int64
-        )
-        total.add(ranking)
-    if total is None:
-        raise invalid("scenarios", "one or more", len(scenarios))
+    """Sum up what :func:`rank_scenario` gives for one scenario or more, in the order given.
+
+    Means and squares are updated by Welford's method (Technometrics 4, 1962), which does not
+    cancel where a criterion varies little around a large mean.
+    """
+    n, k = len(X), len(objectives) + 1  # the regret goes with the objectives
+    counts = np.zeros((4, n), dtype=np.int64)
+    mean, squares, worst = np.zeros((n, k)), np.zeros((n, k)), np.full((n, k), -np.inf)
+    for number, (marks, values) in enumerate(rankings, start=1):
+        counts += marks
+        there = ~marks[3]
+        delta = values[there] - mean[there]
+        mean[there] += delta / (number - counts[3, there])[:, None]
+        squares[there] += delta * (values[there] - mean[there])
+        worst[there] = np.maximum(worst[there], values[there])
+    met = len(scenarios) - counts[3]
+    for statistic in (mean, squares, worst):
+        statistic[met == 0] = np.nan
+    spread = np.sqrt(squares / np.maximum(met, 1)[:, None])  # max: NaN, not 0 / 0
     optimum, efficient, pareto, infeasible = counts / len(scenarios)
-    never = total.count == 0
-    with np.errstate(invalid="ignore"):  # 0 / 0 where a design is never feasible
-        spread = np.sqrt(total.squares / total.count[:, None])
-        mean_regret = total.regret / total.count
     return Robustness(
         X, tuple(parameters), scenarios, tuple(objectives),
         optimum, efficient, pareto, infeasible,
-        mean=np.where(never[:, None], np.nan, total.mean),
-        spread=spread,
-        worst=np.where(never[:, None], np.nan, total.worst),
-        mean_regret=mean_regret,
-        worst_regret=np.where(never, np.nan, total.worst_regret),
+        mean=mean[:, :-1], spread=spread[:, :-1], worst=worst[:, :-1],
+        mean_regret=mean[:, -1], worst_regret=worst[:, -1],
     )  # fmt: skip
-
-
-@dataclass(eq=False)
-class _Moments:
-    """Running sums over the scenarios in which each design is feasible (Welford's method)."""
-
-    count: NDArray[np.int64]
-    mean: Array
-    squares: Array
-    worst: Array
-    regret: Array
-    worst_regret: Array
-
-    @classmethod
-    def zero(cls, n: int, m: int) -> _Moments:
-        zero = np.zeros((n, m))
-        lowest = np.full((n, m), -np.inf)
-        return cls(np.zeros(n, dtype=np.int64), zero, zero.copy(), lowest, np.zeros(n), np.zeros(n))
-
-    def add(self, ranking: ScenarioRanking) -> None:
-        there = ranking.feasible
-        F = ranking.F[there]
-        self.count[there] += 1
-        delta = F - self.mean[there]
-        self.mean[there] += delta / self.count[there, None]
-        self.squares[there] += delta * (F - self.mean[there])
-        self.worst[there] = np.maximum(self.worst[there], F)
-        self.regret[there] += ranking.regret[there]
-        self.worst_regret[there] = np.maximum(self.worst_regret[there], ranking.regret[there])

@@ -181,7 +181,10 @@ def compare_selectors(
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             answer = selector.do(values.copy())
         chosen[name] = front[_indices(name, answer, len(front))]
-    return SelectorComparison(chosen, ranking, _agreement(list(chosen.values())))
+    # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
+    sets = [set(choice.tolist()) for choice in chosen.values()]
+    agreement = np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])
+    return SelectorComparison(chosen, ranking, agreement)
 
 
 def _require_selectors(selectors: object) -> None:
@@ -208,10 +211,3 @@ def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:
     # Each once, in the selector's own order, which may be its order of preference.
     _, first = np.unique(indices, return_index=True)
     return indices[np.sort(first)].astype(np.intp)
-
-
-def _agreement(choices: list[NDArray[np.intp]]) -> Array:
-    """Return the Jaccard index of every pair of choices; 0 where both are empty."""
-    # max(..., 1): two empty choices have nothing in common, and nothing to divide by.
-    sets = [set(choice.tolist()) for choice in choices]
-    return np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])

@@ -16,7 +16,7 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._rounding import unit_lengths
-from pymoo_psi.selection._selectors import checked_weights
+from pymoo_psi.selection._selectors import checked_weights, weights_of
 
 
 class McdmMethod(Indicator):
@@ -69,10 +69,7 @@ class McdmMethod(Indicator):
         """
         F = np.asanyarray(F)  # a mask is kept, to be refused
         F = objective_matrix("F", F[None, :] if F.ndim == 1 else F)
-        weights = np.ones(F.shape[1]) if self.weights is None else self.weights
-        if len(weights) != F.shape[1]:
-            rule = f"{F.shape[1]} numbers, one for each objective"
-            raise invalid("weights", rule, Received(f"{len(weights)}"))
+        weights = weights_of(F.shape[1], self.weights)
         # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
         counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
         if not counts.any():  # nothing tells one design from another

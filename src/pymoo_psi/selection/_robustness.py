@@ -13,11 +13,12 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import Robustness
 from pymoo_psi.pareto._feasibility import meets_constraints
-from pymoo_psi.pareto._scenarios import ScenarioRanking, rank_scenario, tally
+from pymoo_psi.pareto._scenarios import rank_scenario, tally
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 def robustness(
@@ -86,15 +87,21 @@ def robustness(
     points = scenarios(uncertainty, n_scenarios)
     parameters = tuple(uncertainty)
 
+    # The first scenario tells how many objectives all must have, and mistakes before any work.
     m = _problem(make_problem, dict(zip(parameters, points[0].tolist(), strict=True))).n_obj
     objectives = [f"f{j + 1}" for j in range(m)] if names is None else list(names)
     if len(objectives) != m:
         raise invalid("names", f"{m} names", objectives)
 
-    def ranked(row: list[float]) -> Any:
-        values = dict(zip(parameters, row, strict=True))
-        return _rank_in(make_problem, values, designs, m, normalize, keep_bounds)
+    def ranked(row: list[float]) -> tuple[Mask, Array]:
+        problem = _problem(make_problem, dict(zip(parameters, row, strict=True)))
+        if problem.n_obj != m:
+            shown = Received(f"{m} and {problem.n_obj}")
+            raise invalid("make_problem", "of one number of objectives", shown)
+        F, feasible = _evaluated(problem, designs, keep_bounds)
+        return rank_scenario(F, feasible, normalize=normalize)
 
+    # In order, as the last digits of the sums depend on it, and must not on the processes.
     return tally(
         in_order(in_parallel(ranked, points.tolist(), n_jobs)),
         X=designs if designs.ndim == 2 else tuple(designs),
@@ -128,6 +135,7 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
     points = lp_tau(n_scenarios, len(uncertainty), first=2)
     columns = []
     for (name, distribution), column in zip(uncertainty.items(), points.T, strict=True):
+        # SciPy has both names: ppf of its old distributions, icdf of its new ones.
         quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
         if not isinstance(name, str) or not callable(quantile):
             raise ArgumentTypeError(
@@ -164,24 +172,14 @@ def _problem(make_problem: Callable[..., Any], parameters: Mapping[str, float]) 
         require_problem(problem)
     except PsiError as error:
         where = ", ".join(f"{name}={value:g}" for name, value in parameters.items())
+        # The kind of the mistake is kept: callers tell a wrong type from a wrong value.
         kind = ArgumentTypeError if isinstance(error, TypeError) else ArgumentValueError
         raise kind(f"the scenario {where} must give a problem: {error}") from error
     return problem
 
 
-def _rank_in(
-    make_problem: Callable[..., Any],
-    parameters: Mapping[str, float],
-    designs: NDArray[Any],
-    m: int,
-    normalize: bool,
-    keep_bounds: bool,
-) -> ScenarioRanking:
-    """Rank the designs in one scenario, whose problem must have m objectives."""
-    problem = _problem(make_problem, parameters)
-    if problem.n_obj != m:
-        shown = Received(f"{m} and {problem.n_obj}")
-        raise invalid("make_problem", "of one number of objectives", shown)
+def _evaluated(problem: Any, designs: NDArray[Any], keep_bounds: bool) -> tuple[Array, Mask]:
+    """Return the ``(n, m)`` objectives of the designs in a scenario, and which are feasible."""
     if designs.ndim == 2 and designs.shape[1] != problem.n_var:
         shown = Received(f"an array of shape {designs.shape}")
         raise invalid("X", f"of {problem.n_var} variables, as the problem", shown)
@@ -190,8 +188,8 @@ def _rank_in(
         own[:] = [dict(design) for design in designs]
     out = problem.evaluate(own, return_values_of=["F", "G", "H"], return_as_dictionary=True)
     feasible = meets_constraints(out["G"], out["H"])
-    if keep_bounds and designs.ndim == 2:
+    if keep_bounds and designs.ndim == 2:  # mappings have no order of columns
         for bound, sign in ((problem.xl, 1), (problem.xu, -1)):
             if bound is not None:
                 feasible &= (sign * designs >= sign * np.asarray(bound)).all(axis=1)
-    return rank_scenario(np.asarray(out["F"], dtype=np.float64), feasible, normalize=normalize)
+    return np.asarray(out["F"], dtype=np.float64), feasible

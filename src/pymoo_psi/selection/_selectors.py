@@ -27,7 +27,7 @@ class _RankingSelector(Indicator):
     importing ``pymoo.core.decision_making`` pulls a module that SciPy has deprecated.
     """
 
-    def __init__(self, *, normalize: bool) -> None:
+    def __init__(self, *, normalize: bool = True) -> None:
         super().__init__()
         self.normalize = boolean("normalize", normalize)
 
@@ -59,9 +59,6 @@ class SalukvadzeOptimum(_RankingSelector):
         >>> SalukvadzeOptimum().do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
         array([1])
     """
-
-    def __init__(self, *, normalize: bool = True) -> None:
-        super().__init__(normalize=normalize)
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
         return ranking.salukvadze
@@ -141,17 +138,12 @@ class CompromiseProgramming(_RankingSelector):
             self.p = float(p)
         except OverflowError:  # an integer beyond floats
             self.p = np.nan
-        if not self.p >= 1:
+        if not self.p >= 1:  # below 1 it is no norm; written so that NaN is refused
             raise invalid("p", "a number from 1 to inf", p)
         self.weights = None if weights is None else checked_weights(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        m = len(ranking.ideal)
-        weights = np.ones(m) if self.weights is None else self.weights
-        if len(weights) != m:
-            rule = f"{m} numbers, one for each objective"
-            raise invalid("weights", rule, Received(f"{len(weights)}"))
-        return nearest_compromise(ranking, self.p, weights)
+        return nearest_compromise(ranking, self.p, weights_of(len(ranking.ideal), self.weights))
 
 
 def checked_weights(weights: ArrayLike) -> NDArray[np.float64]:
@@ -162,3 +154,14 @@ def checked_weights(weights: ArrayLike) -> NDArray[np.float64]:
     ratios = array / array.max()  # first, as the sum of large weights overflows
     shares: NDArray[np.float64] = ratios / ratios.sum()
     return shares
+
+
+def weights_of(m: int, weights: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Return ``(m,)`` weights of a selector, whose number is known by its ``.do`` only."""
+    if weights is None:
+        return np.ones(m)
+    if len(weights) != m:
+        raise invalid(
+            "weights", f"{m} numbers, one for each objective", Received(f"{len(weights)}")
+        )
+    return weights
