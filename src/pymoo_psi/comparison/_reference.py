@@ -216,7 +216,7 @@ def _optimum(
     """Return the objectives nearest to U, and the evaluations spent on finding them."""
     distances = frame.distances(F)[:, 0]
     nearest, best = F[distances.argmin()], distances.min()
-    # The search follows gradients, which whole numbers and choices do not have.
+    # The search is a simplex, which whole numbers and choices do not have.
     if not polish or not design_space(problem).continuous:
         return nearest, 0
     # A known front has no designs: the search begins at the nearest design of a run.

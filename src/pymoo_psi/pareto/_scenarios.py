@@ -166,7 +166,7 @@ def tally(
     cancel where a criterion varies little around a large mean.
     """
     n, k = len(X), len(objectives) + 1  # the regret goes with the objectives
-    counts = np.zeros((4, n), dtype=np.int64)
+    counts, regret = np.zeros((4, n), dtype=np.int64), np.zeros(n)
     mean, squares, worst = np.zeros((n, k)), np.zeros((n, k)), np.full((n, k), -np.inf)
     for number, (marks, values) in enumerate(rankings, start=1):
         counts += marks
@@ -175,14 +175,16 @@ def tally(
         mean[there] += delta / (number - counts[3, there])[:, None]
         squares[there] += delta * (values[there] - mean[there])
         worst[there] = np.maximum(worst[there], values[there])
+        regret[there] += values[there, -1]  # a plain sum: regrets are small, none is negative
     met = len(scenarios) - counts[3]
     for statistic in (mean, squares, worst):
         statistic[met == 0] = np.nan
+    regret[met == 0] = np.nan
     spread = np.sqrt(squares / np.maximum(met, 1)[:, None])  # max: NaN, not 0 / 0
     optimum, efficient, pareto, infeasible = counts / len(scenarios)
     return Robustness(
         X, tuple(parameters), scenarios, tuple(objectives),
         optimum, efficient, pareto, infeasible,
         mean=mean[:, :-1], spread=spread[:, :-1], worst=worst[:, :-1],
-        mean_regret=mean[:, -1], worst_regret=worst[:, -1],
+        mean_regret=regret / np.maximum(met, 1), worst_regret=worst[:, -1],
     )  # fmt: skip
