@@ -96,7 +96,7 @@ def investigate(
     n_points = integer("n_points", n_points, minimum=1)
     first = integer("first", first, minimum=1)
     if block_size is None:
-        # Arrays of 65 536 designs fit in the cache; 64 let a progress bar move.
+        # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
         block_size = 64 if problem.elementwise else 65_536
     block_size = integer("block_size", block_size, minimum=1)
     keep = known_name("keep", keep, _KEPT)

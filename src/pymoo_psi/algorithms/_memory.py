@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import integer, invalid
-from pymoo_psi.algorithms._sampling import LPTauSampling, QMCSampling, UniformSampling
+from pymoo_psi.algorithms._sampling import EXTENDABLE, LPTauSampling, QMCSampling, UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.storage import Study
@@ -53,7 +53,7 @@ class Memory:
             identity: The :func:`fingerprint`.
         """
         if self.study is not None:
-            # "LP-tau from point 1": the number is that of the test anyway
+            # "LP-tau", not "LP-tau from point 1": every test has its number beside it
             self.origin = identity["sampling"].partition(" from ")[0]
             self.study.begin({**head_of(TestTable.empty(layout)), "problem": identity})
 
@@ -133,6 +133,5 @@ def _sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -
             "seed", "given where a study has randomised points", seed, "they must come again"
         )
     name = getattr(sampling, "engine", type(sampling).__name__)
-    # Only these two sequences can be extended; the points of the others depend on their number.
-    count = "" if name in ("sobol", "halton") else f" of {n_points} points"
+    count = "" if name in EXTENDABLE else f" of {n_points} points"
     return f"{name}{count}, seed {seed}"

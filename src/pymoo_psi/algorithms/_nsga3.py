@@ -15,6 +15,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 
+# With one of these a user takes care of variables that are not real.
 _OPERATORS = {"sampling", "crossover", "mutation", "mating", "repair"}
 
 
@@ -71,6 +72,7 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
+    # pymoo's default would end a run by its own criteria, before the budget is used up
     kwargs.setdefault("termination", NoTermination())
     return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
 
@@ -103,6 +105,8 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
             partitions += 1
         return partitions
 
+    # h = C(p + m - 1, m - 1) directions with p partitions for m objectives (Das and Dennis, SIAM J.
+    # Optim. 8(3), 1998); only with p >= m does one of them lie inside the simplex.
     outer = most(n_points)
     left = n_points - count(outer)
     layers = [(outer, 1.0)]
@@ -136,6 +140,7 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
     while algorithm.has_next():
         left = n_evaluations - algorithm.evaluator.n_eval
         infills = algorithm.infill()
+        # an algorithm may have nothing more to ask for, and a budget be used up by its start
         if infills is None or left == 0:
             break
         if isinstance(infills, Population):  # a single individual is affordable, as left > 0

@@ -145,6 +145,7 @@ class PSI(Algorithm):
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
+        # in the place of pymoo's default, which would stop a run before all points are tested
         kwargs["termination"] = (
             _PointsTested() if given is None else TerminateIfAny(_PointsTested(), given)
         )
@@ -209,9 +210,9 @@ class PSI(Algorithm):
             return False
         tests = self._told(infills)
         self.memory.keep(tests)
-        before = self.pop
+        before = self.pop  # of the table without the block, so asked for before it grows
         for individual, violation in zip(infills, self._violation(tests), strict=True):
-            individual.CV = np.array([violation])
+            individual.CV = np.array([violation])  # pymoo's, with that of the limits
         self._population = Population.merge(before, infills)
         self._add(tests)
         return True
@@ -288,7 +289,7 @@ class PSI(Algorithm):
     # pymoo assigns these names on its way, which changes nothing.
 
     def _assign(self, value: Any) -> None:
-        pass
+        pass  # pymoo's base class sets them in its constructor and after a block
 
     def _all(self) -> Population:
         """Every tested design."""
@@ -317,7 +318,7 @@ class PSI(Algorithm):
         rows = self._optimal_rows()
         if len(rows) == 0:
             violation = np.nan_to_num(self._violation(self.table), nan=np.inf)
-            rows = np.array([violation.argmin()])
+            rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         return self._all()[rows if self.problem.n_obj > 1 else rows[:1]]
 
     def _optimal_rows(self) -> NDArray[np.intp]:
@@ -335,7 +336,7 @@ class PSI(Algorithm):
     opt = property(_best, _assign)
 
     def _set_optimum(self) -> None:
-        pass
+        pass  # `opt` is found when it is read
 
 
 class _Evaluator(Evaluator):

@@ -18,8 +18,8 @@ from pymoo_psi.problems._pymoo import require_problem
 
 Array = NDArray[np.float64]
 
-# Edges of the first simplex of each start, in units of the box: SciPy's own 0.05, some spacings
-# of the test points, then finer, as the optimum is near.
+# Edges of the first simplex of each start, in units of the box: wider than the spacing of some
+# hundred test points, then finer, as the optimum is near.
 _SIMPLEXES = (0.05, 0.005, 0.0005)
 
 

@@ -12,7 +12,6 @@ from pymoo.core.sampling import Sampling
 from pymoo_psi._validation import Received, boolean, integer, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._pymoo import random_generator
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
@@ -27,16 +26,20 @@ _ENGINES = {
 }
 
 
+# Sequences that can be continued; the points of the other engines depend on how many they are.
+EXTENDABLE = ("sobol", "halton")
+
+
 class UniformSampling(Sampling):
     """Sampling by points of the unit cube, laid out in the design space of the problem."""
 
     def _do(
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> Any:
+        if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
+            random_state = np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002
         space = design_space(problem)
-        points = self.unit_points(
-            n_samples, len(space.variables), random_state=random_generator(random_state)
-        )
+        points = self.unit_points(n_samples, len(space.variables), random_state=random_state)
         return space.designs(space.matrix(points))
 
     def unit_points(
@@ -131,7 +134,7 @@ class QMCSampling(UniformSampling):
             >>> QMCSampling("halton").randomised, QMCSampling("halton", scramble=False).randomised
             (True, False)
         """
-        return self.scramble or self.engine not in ("sobol", "halton")
+        return self.scramble or self.engine not in EXTENDABLE
 
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
@@ -145,7 +148,7 @@ class QMCSampling(UniformSampling):
             >>> QMCSampling("sobol", scramble=False).unit_points(1, 2, first=2)
             array([[0.5, 0.5]])
         """
-        if first > 1 and self.engine not in ("sobol", "halton"):
+        if first > 1 and self.engine not in EXTENDABLE:
             raise invalid(
                 "first", f"1 for the engine {self.engine!r}", first, "use 'sobol' or 'halton'"
             )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Values, contained, one_line
+from pymoo_psi.parallel._outcome import Values, one_line, same_folder, same_process
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
@@ -51,7 +51,7 @@ def evaluate_designs(
     model = _Model(problem, args, kwargs, stop)
     # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
     # ZeroToOne does; its model must not be reached around it.
-    with np.errstate():  # afterwards as before, whatever the model sets
+    with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if problem.elementwise and type(problem).do is Problem.do:
             out = model.columns(problem.elementwise_runner(model, X))
         else:
@@ -72,7 +72,7 @@ class _Model:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design."""
         try:
-            with contained():
+            with same_process():
                 raw = self.function(copy.copy(x))
             return self.checked(raw)
         except KeyboardInterrupt:
@@ -104,7 +104,7 @@ class _Model:
             for i, x in enumerate(X):
                 designs[i] = copy.copy(x)
         out: dict[str, Any] = dict.fromkeys(self.sizes)
-        with contained():
+        with same_process():
             if type(self.problem).do is Problem.do:
                 # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
                 self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)

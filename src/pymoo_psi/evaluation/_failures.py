@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -152,9 +153,9 @@ class FailureTolerant(Problem):
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
         algorithm = kwargs.get("algorithm")
-        patched = isinstance(getattr(algorithm, "_set_optimum", None), _Optimum)
-        if isinstance(algorithm, Algorithm) and not patched:
-            algorithm._set_optimum = _Optimum(algorithm)
+        if isinstance(algorithm, Algorithm) and "_set_optimum" not in vars(algorithm):
+            # a partial, unlike a closure, is copied and pickled with its algorithm
+            algorithm._set_optimum = partial(_set_optimum, algorithm)
         return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
@@ -212,22 +213,16 @@ class FailureTolerant(Problem):
         out.update(self.do(x, ["F", "G", "H"], *args, **kwargs))
 
 
-class _Optimum:
-    """In the place of an algorithm's ``_set_optimum``: leaves failed designs out of the optimum.
+def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
+    """Do what the algorithm's ``_set_optimum`` does, and leave failed designs out.
 
     pymoo's RVEA takes its whole population for optimal as soon as one design of it is feasible.
     """
-
-    def __init__(self, algorithm: Any) -> None:
-        self.algorithm = algorithm
-
-    def __call__(self, **kwargs: Any) -> None:
-        algorithm = self.algorithm
-        type(algorithm)._set_optimum(algorithm, **kwargs)
-        if algorithm.opt is not None:
-            failed = np.array([bool(individual.get("failure")) for individual in algorithm.opt])
-            if not failed.all():  # of failed designs alone pymoo itself makes no result
-                algorithm.opt = algorithm.opt[~failed]
+    type(algorithm)._set_optimum(algorithm, **kwargs)
+    if algorithm.opt is not None:
+        failed = np.array([bool(individual.get("failure")) for individual in algorithm.opt])
+        if not failed.all():  # of failed designs alone pymoo itself makes no result
+            algorithm.opt = algorithm.opt[~failed]
 
 
 def untolerant(problem: Any, stop: bool = False) -> tuple[Any, bool]:

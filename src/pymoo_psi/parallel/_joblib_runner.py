@@ -17,10 +17,11 @@ from pymoo_psi.parallel._cost import Cost, Overhead, chunk_size, worth_sending
 from pymoo_psi.parallel._outcome import (
     Function,
     Values,
-    contained,
     evaluate_to_travel,
     one_line,
     raise_again,
+    same_folder,
+    same_process,
 )
 from pymoo_psi.parallel._pool import ProcessPool
 
@@ -213,7 +214,7 @@ def evaluate_while(
         block = designs[len(results) : len(results) + size]
         began = clock()
         try:
-            with contained():  # once for all of them: beside a cheap model it costs too much
+            with same_folder(), same_process():
                 for design in block:
                     results.append(f(design))
         except EvaluationError:

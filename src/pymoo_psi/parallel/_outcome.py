@@ -39,26 +39,36 @@ def one_line(error: BaseException) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
-@contextlib.contextmanager
-def contained() -> Iterator[None]:
-    """Let a model run in this block without leaving more behind than its values.
+# Two guards, since the folder takes system calls that cost more than a cheap design: it is looked
+# after once for many designs where they are evaluated one after the other.
 
-    A ``chdir`` is undone: it would move all relative file names of the process. A process that the
-    model forked and that comes back here ends: it would go on with the run, and its values be
-    taken for those of its parent's design.
-    """
-    process = os.getpid()
+
+@contextlib.contextmanager
+def same_folder() -> Iterator[None]:
+    """Undo a model's ``chdir``, which would move all relative file names of the process."""
     try:
         folder = os.getcwd()
-    except OSError:  # it has been deleted: nowhere to come back to
+    except OSError:  # it has been deleted: nowhere to come back to, as chdir("") is an error
         folder = ""
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # the model has deleted it
+            os.chdir(folder)
+
+
+@contextlib.contextmanager
+def same_process() -> Iterator[None]:
+    """End a process that a model forked and that comes back here.
+
+    It would go on with the run, and its values be taken for those of its parent's design.
+    """
+    process = os.getpid()
     try:
         yield
     finally:
         if os.getpid() != process:
             os._exit(0)  # without the handlers and buffers that the parent will end with
-        with contextlib.suppress(OSError):  # the model has deleted it
-            os.chdir(folder)
 
 
 def evaluate_to_travel(function: Function, design: Any) -> Values:
@@ -68,7 +78,7 @@ def evaluate_to_travel(function: Function, design: Any) -> Values:
         EvaluationError: The function raised.
     """
     try:
-        with contained():
+        with same_folder(), same_process():
             return function(design)
     except BaseException as error:  # an interrupt, too, can only come from the model here
         if isinstance(error, EvaluationError):

@@ -116,25 +116,13 @@ def _serve(pipe: Any) -> None:
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._outcome import Values, evaluate_to_travel, one_line
+    from pymoo_psi.parallel._outcome import evaluate_to_travel, one_line
 
     me = os.getpid()
     function: Any = None
 
-    def outcome(index: int, design: Any) -> bytes:
-        start = time.perf_counter()
-        try:
-            values: Values = evaluate_to_travel(function, design)
-        except EvaluationError as error:
-            return packed("raised", index, error.reason, error.original, error.trace)
-        try:
-            return packed("done", index, values, time.perf_counter() - start)
-        except Exception as error:
-            return packed("unsent", index, one_line(error))
-
-    def packed(*message: Any) -> bytes:
-        data: bytes = cloudpickle.dumps((me, *message))
-        return data
+    def tell(*message: Any) -> None:
+        pipe.send_bytes(cloudpickle.dumps((me, *message)))
 
     while True:
         kind, content = cloudpickle.loads(pipe.recv_bytes())
@@ -144,12 +132,21 @@ def _serve(pipe: Any) -> None:
             try:
                 function = function if content is None else cloudpickle.loads(content)
             except BaseException as error:  # a module may exit when it is imported
-                pipe.send_bytes(packed("unusable", one_line(error)))
+                tell("unusable", one_line(error))
             else:
-                pipe.send_bytes(packed("ready"))
-        else:
-            for index, design in content:
-                pipe.send_bytes(outcome(index, design))
+                tell("ready")
+            continue
+        for index, design in content:
+            start = time.perf_counter()
+            try:
+                values = evaluate_to_travel(function, design)
+            except EvaluationError as error:
+                tell("raised", index, error.reason, error.original, error.trace)
+                continue
+            try:
+                tell("done", index, values, time.perf_counter() - start)
+            except Exception as error:  # before a byte is sent; if the pool is gone, this fails too
+                tell("unsent", index, one_line(error))
 
 
 if __name__ == "__main__":

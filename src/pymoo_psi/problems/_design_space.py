@@ -42,9 +42,10 @@ class Variable:
         """Return the values at ``(n,)`` numbers in [0, 1), every discrete value equally often."""
         if self.kind is Kind.REAL:
             return self.lower + (self.upper - self.lower) * points
+        # n values share [0, 1) in n equal parts; as a point is below 1, the last one is upper
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
         if self.kind is Kind.CHOICE:
-            chosen = np.empty(len(points), dtype=object)
+            chosen = np.empty(len(points), dtype=object)  # options may be sequences themselves
             chosen[:] = [self.options[int(step)] for step in steps]
             return chosen
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
@@ -94,6 +95,7 @@ class DesignSpace:
         kinds = {column.dtype for column in columns}
         result = np.empty(points.shape, dtype=kinds.pop() if len(kinds) == 1 else object)
         for j, column in enumerate(columns):
+            # a list holds Python's own int, float and bool, as one would write such a design
             result[:, j] = column.tolist() if result.dtype == object else column
         return result
 
@@ -141,10 +143,11 @@ def _vector_space(problem: Any) -> DesignSpace:
             f"vtype of {problem.name()} must be float, int or bool, got {problem.vtype!r}"
         )
     kind = kinds[problem.vtype]
-    unbounded = {Kind.BINARY: (0.0, 1.0)}.get(kind, (None, None))
     ends = []
-    for value, default in zip((problem.xl, problem.xu), unbounded, strict=True):
-        end = default if value is None else value
+    for end, default in ((problem.xl, 0.0), (problem.xu, 1.0)):
+        if end is None and kind is Kind.BINARY:  # pymoo asks for no bounds there
+            end = default
+        # as objects: a float array would round large integers before _bounded can refuse them
         ends.append(np.broadcast_to(np.array(end, dtype=object), (problem.n_var,)))
     variables = [
         _bounded(problem, f"x{j + 1}", kind, low, high)
@@ -187,8 +190,8 @@ def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Var
         if max(abs(lower), abs(upper)) >= _LARGEST:
             remedy = "float64 does not have every integer from there on; count from another origin"
             raise invalid(where, "below 2^53 in size for an integer variable", shown, remedy)
-        low, high = float(np.ceil(low)), float(np.floor(high))
-    if not np.isfinite(high - low):
+        low, high = float(np.ceil(low)), float(np.floor(high))  # the integers in between
+    if not np.isfinite(high - low):  # points are lower + (upper - lower) * u
         raise invalid(where, "of finite range", shown)
     if low > high:
         raise invalid(where, "in rising order", shown)

@@ -1,4 +1,4 @@
-"""What is checked before anything is handed to pymoo, and where its releases differ."""
+"""What is checked before anything is handed to pymoo."""
 
 from __future__ import annotations
 
@@ -7,20 +7,9 @@ import inspect
 from collections.abc import Collection, Mapping
 from typing import Any
 
-import numpy as np
 from pymoo.core.problem import Problem
 
 from pymoo_psi.errors import ArgumentTypeError
-
-
-def random_generator(handed: np.random.Generator | None) -> np.random.Generator:
-    """Return the generator that pymoo hands to an operator, so that its seed decides.
-
-    Before 0.6.1.6 pymoo hands none, and seeds NumPy's global generator instead.
-    """
-    if handed is not None:
-        return handed
-    return np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002 - that global one
 
 
 def require_known_keywords(
@@ -37,6 +26,7 @@ def require_known_keywords(
     Raises:
         ArgumentTypeError: There is a keyword that is not allowed.
     """
+    # every class on the way to object, since pymoo's constructors pass **kwargs up by name
     known = {
         name
         for cls in base.__mro__[:-1]

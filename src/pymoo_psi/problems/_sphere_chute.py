@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import ElementwiseProblem, Problem
 
@@ -12,6 +11,7 @@ from pymoo_psi._validation import Received, finite_array, invalid, known_name, p
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
 from pymoo_psi.problems._pymoo import require_known_keywords
 
+# Keywords of pymoo's Problem that follow from the chute: given here they would contradict it.
 _OURS = (
     "n_var",
     "n_obj",
@@ -49,11 +49,8 @@ class _ChuteProblem(Problem):
         )
         self.model = known_name("model", model, MODELS)
         xl = _vector("lower", lower, 2)
-        xu = (
-            np.array([3.5 * self.parameters.mu, 6.0])
-            if upper is None
-            else _vector("upper", upper, 2)
-        )
+        # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll.
+        xu = _vector("upper", (3.5 * self.parameters.mu, 6.0) if upper is None else upper, 2)
         if (xl < 0).any():
             raise invalid("lower", ">= 0", Received(str(xl.tolist())))
         if (xl > xu).any():
@@ -75,6 +72,8 @@ class _ChuteProblem(Problem):
         # (n, 2) designs of VectorizedSphereChute or one (2,) of SphereChute
         solved = motion(x[..., 0], x[..., 1], self.parameters, model=self.model)
         out["F"] = criteria(solved)
+        # above 0 where the sphere stalls, by the part of the way that is left: algorithms feel
+        # how far a design is from reaching the exit
         out["G"] = 1.0 - solved.reached[..., None]
 
 
