@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pymoo_psi._validation import instance
 from pymoo_psi.comparison._comparison import Comparison
-from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
+from pymoo_psi.comparison._reference import REFERENCE_POINT
 from pymoo_psi.comparison._statistics import INDICATORS
 
 if TYPE_CHECKING:
@@ -125,14 +125,7 @@ def report(comparison: Comparison) -> str:
 
 
 def _table(comparison: Comparison) -> list[str]:
-    columns = [
-        "hypervolume",
-        "igd_plus",
-        "epsilon",
-        "optimum_distance",
-        "n_nondominated",
-        "seconds",
-    ]
+    columns = [*INDICATORS, "n_nondominated", "seconds"]
     lines = [
         f"| evaluations | algorithm | runs | {' | '.join(columns)} |",
         f"|{'---|' * (3 + len(columns))}",
@@ -148,8 +141,7 @@ def _table(comparison: Comparison) -> list[str]:
 
 
 def _method(comparison: Comparison) -> list[str]:
-    reference: Reference = comparison.reference
-    size = len(reference.points)
+    reference = comparison.reference
     assessed = {
         "evaluated": "the non-dominated feasible designs among all that a run evaluated",
         "returned": "the designs that the algorithm returned",
@@ -157,8 +149,9 @@ def _method(comparison: Comparison) -> list[str]:
     return [
         f"- Measured are {assessed}.",
         "- Objectives are scaled by the ideal and the nadir of the non-dominated union of all "
-        f"runs, {reference.n_union} in number; the reference set is {size} of these, farthest "
-        f"first; the reference point is {REFERENCE_POINT} in every scaled objective.",
+        f"runs, {reference.n_union} in number; the reference set is "
+        f"{len(reference.points)} of these, farthest first; the reference point is "
+        f"{REFERENCE_POINT} in every scaled objective.",
         "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
         f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",
