@@ -30,13 +30,15 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     if mode is not None and not stat.S_ISREG(mode):
         yield Path(path)
         return
+    # In the same folder, as os.replace() works within one file system only; by a name of its own
+    # and not target's with a suffix, which may be as long as names can be; hidden from globs.
     written = target.with_name(f".{secrets.token_hex(8)}.tmp")
     try:
         yield written
         if mode is not None:
-            os.chmod(written, stat.S_IMODE(mode))
+            os.chmod(written, stat.S_IMODE(mode))  # before, so that it never has wider rights
         os.replace(written, target)
-    except BaseException:
-        with suppress(FileNotFoundError):
+    except BaseException:  # an interruption, too
+        with suppress(FileNotFoundError):  # the body may not have come to write
             os.unlink(written)
         raise

@@ -6,7 +6,7 @@ rests on colour alone: each goes with a marker of its own, so that a grey print 
 
 from typing import NamedTuple
 
-GREY = "0.68"
+GREY = "0.68"  # a share of white, in matplotlib's notation
 
 
 class Marker(NamedTuple):

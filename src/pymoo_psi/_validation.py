@@ -37,7 +37,7 @@ def _message(name: str, rule: str, received: object, remedy: str = "") -> str:
 
 
 def _shown(value: object) -> str:
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    if isinstance(value, np.ndarray) and value.ndim == 0:  # repr() would say array(3)
         value = value.item()
     text = value.strip() if isinstance(value, Received) else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
@@ -49,7 +49,9 @@ class Received(str):
 
 def integer(name: str, value: object, *, minimum: int) -> int:
     """Return ``value`` as an ``int``; it must be a whole number not below ``minimum``."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Integral):
+    # bool is a subclass of int, but a True among counts is a mistake. numbers.Integral, not int:
+    # NumPy's integers are registered there.
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise ArgumentTypeError(_message(name, f"an integer >= {minimum}", value))
     if value < minimum:
         raise invalid(name, f"an integer >= {minimum}", int(value))
@@ -82,7 +84,7 @@ def boolean(name: str, value: object) -> bool:
 
 def finite_number(name: str, value: object) -> float:
     """Return ``value`` as a ``float``; it must be a finite real number."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise ArgumentTypeError(_message(name, "a finite number", value))
     number = float(value)
     if not math.isfinite(number):
@@ -122,8 +124,7 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
         raise ArgumentValueError(
             f"{name} must be a rectangular array of numbers: {error}"
         ) from error
-    if np.ma.is_masked(value):
-        raise ArgumentValueError(_message(name, "without masked cells", Received("some"), remedy))
+    # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
         raise ArgumentTypeError(
             _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"), remedy)

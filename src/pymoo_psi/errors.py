@@ -18,6 +18,8 @@ class PsiError(Exception):
     """
 
 
+# The errors of arguments, files and runs are also the built-in ones: code that catches ValueError
+# or OSError, as callers of NumPy and of open() do, works with this package, too.
 class ArgumentValueError(PsiError, ValueError):
     """An argument has the right type but a value that violates a rule.
 
@@ -154,6 +156,7 @@ class EvaluationError(PsiError, RuntimeError):
         original: BaseException | None = None,
         trace: str = "",
     ) -> None:
+        # One line, cut: a design of many variables would bury the reason.
         shown = " ".join(str(getattr(design, "tolist", lambda: design)()).split())
         if len(shown) > 200:
             shown = f"{shown[:197]}..."
@@ -168,6 +171,8 @@ class EvaluationError(PsiError, RuntimeError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""
+        # Exceptions rebuild themselves from args, here the message: unpickling in the parent of a
+        # worker would raise a TypeError instead of this error.
         return type(self), (self.design, self.reason, self.original, self.trace)
 
 

@@ -25,12 +25,13 @@ from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
 
-# The base of all usage errors of the click that typer carries or depends on.
+# The base of all usage errors of the click that typer carries or depends on. An installed click's
+# own class would catch none of those of a typer that carries a copy.
 _ClickException: Any = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
     name="pymoo-psi",
-    rich_markup_mode=None,
+    rich_markup_mode=None,  # plain help: frames cost width, and rich its import
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -45,6 +46,8 @@ def _path(metavar: str, help: str) -> Any:
     return typer.Option(metavar=metavar, help=help, callback=_expanded)
 
 
+# An option's choices are an enumeration to typer (StrEnum is of Python 3.11 on). They repeat names
+# of the library, as its import would keep --help waiting.
 class AlgorithmName(str, Enum):
     """The algorithms of ``solve``."""
 
@@ -66,7 +69,8 @@ class AssessedName(str, Enum):
     returned = "returned"
 
 
-# Options of several commands. Those with a list may be given several times.
+# Options of several commands. Those with a list may be given several times. Those of the chute are
+# None unless given: with another problem they are refused, and the chute alone has the defaults.
 ProblemName: TypeAlias = Annotated[
     str, typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute.")
 ]
@@ -334,8 +338,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
+        # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
+        # for 'python -m pymoo_psi', whose help would show another one.
         code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
-    except PsiError as error:
+    except PsiError as error:  # before OSError, which StudyAccessError is too
         message = str(error)
     except _ClickException as error:
         message = error.format_message()
@@ -353,6 +359,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if code == _INTERRUPTED:  # as later versions of typer return it
             return _interrupted()
         return code if isinstance(code, int) else 0
+    # A message of pymoo or of a user's model may have several lines; scripts count on one.
     _tell(f"pymoo-psi: error: {' '.join(message.split())}")
     return 2
 

@@ -43,6 +43,7 @@ def run_compare(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         folder = require_folder(out, str(out))
+    # Before the runs, so that a wrong file is told at once.
     known = None if reference is None else Reference.load(reference)
     with progress_bar() as bar:
         task = bar.add_task(f"runs on {problem.name()}", total=None)

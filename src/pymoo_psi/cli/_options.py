@@ -19,7 +19,8 @@ from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.table import DesignFile, read_designs
 from pymoo_psi.table._design_file import Roles
 
-# Without underscores in the number: Python reads 1_0 as 10.
+# Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
+# counts and a name may hold others: a=b<=1 limits the column a=b.
 _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
 
 
@@ -78,6 +79,7 @@ def designs_of(
     if other := [name for name in maximize if name not in roles.objectives]:
         rule = f"one of the objectives {', '.join(roles.objectives)}"
         raise invalid("--maximize", rule, other[0])
+    # A choice that the user has made need not be told; one that was made for them must be.
     remarks = [file.told(roles)] if not objectives else []
     if written.drop_incomplete:
         file = file.complete(roles.objectives)
@@ -161,6 +163,7 @@ def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
     """
     units = {}
     for part in _parts(entries, lambda entry: entry.rpartition("=")[0].strip() in known):
+        # At the last sign: a name may hold one, a unit does not.
         name, equals, unit = (text.strip() for text in part.rpartition("="))
         if not (name and equals):
             raise invalid("--units", "of the form name=unit,name=unit", Received(part or "nothing"))
@@ -179,6 +182,7 @@ def numbers_in(option: str, text: str, rule: str) -> tuple[int, ...]:
         (1, 3)
     """
     parts = [part.strip() for part in text.split(",")]
+    # \d would take the digits of every script; 18 of them always fit an int64.
     if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
         raise invalid(option, rule, text)
     return tuple(int(part) for part in parts)
@@ -186,6 +190,7 @@ def numbers_in(option: str, text: str, rule: str) -> tuple[int, ...]:
 
 def _parts(entries: Sequence[str], is_one: Callable[[str], bool]) -> list[str]:
     """Return the entries, those that are not one as a whole split at their commas."""
+    # An empty entry stays as an empty name, to be refused: --objectives "" is not "no option".
     return [
         part for entry in entries for part in ([entry] if is_one(entry) else _split(entry) or [""])
     ]

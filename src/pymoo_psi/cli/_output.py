@@ -39,7 +39,7 @@ def say(text: str) -> None:
     Whoever reads them may have seen enough (``| head -1``), which is no error.
     """
     try:
-        print(text, flush=True)
+        print(text, flush=True)  # or errors of the stream would show when Python ends
     except BrokenPipeError:
         pass
     except OSError as error:  # a full disk
@@ -64,7 +64,8 @@ def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -
     if left_out:
         table = _table(frame.drop(columns=list(spare)))
     say(title)
-    # rich ends the process where a pipe is closed; what it captures is said as any other text.
+    # rich ends the process with code 1 where a pipe is closed, whatever the code of the results;
+    # what it captures is said as any other text.
     with console.capture() as printed:
         console.print(table)
     say(printed.get().rstrip("\n"))
@@ -90,7 +91,7 @@ def _cell(value: object) -> str:
 
 def progress_bar(*columns: ProgressColumn) -> Progress:
     """Return a progress bar on standard error, silent when that is no terminal."""
-    error_console = Console(stderr=True)
+    error_console = Console(stderr=True)  # standard output may go on into a file or a pipe
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -120,7 +121,7 @@ class _RunDisplay:
 
     def psi(self, algorithm: Any) -> None:
         """Show tested, failed and feasible points of a run of PSI."""
-        self.feasible = self.failed = self.tested = 0
+        self.feasible = self.failed = self.tested = 0  # its table holds the earlier blocks too
         self.block(algorithm.table, algorithm.limits)
 
     def block(self, table: TestTable, limits: Limits | None) -> None:
@@ -160,6 +161,7 @@ def require_output(path: Path, suffixes: Sequence[str], *inputs: Path | None) ->
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
+    # Resolved, as a link to the input is the input.
     if any(given is not None and path.resolve() == given.resolve() for given in inputs):
         raise invalid("--out", "another file than the one that is read", str(path))
     if path.is_dir():
@@ -178,11 +180,13 @@ def require_folder(folder: Path, shown: str) -> Path:
     try:
         with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
             pass
-    except OSError as error:
+    except OSError as error:  # it names the trial's file, which tells the user nothing
         raise OSError(error.errno, error.strerror, shown) from None
     return folder.absolute()
 
 
+# page.js has this rule for what the page exports; the cells of tests/formulas.py try both. A sign
+# alone, which people write for "none", counts as a number.
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 _NUMBER = re.compile(r"[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)", re.IGNORECASE)
 
@@ -193,7 +197,7 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left
     alone, also those with a comma, a percent sign or an exponent. The page exports likewise.
     """
-    frame = frame.rename(columns=_inert)
+    frame = frame.rename(columns=_inert)  # heads are texts too; a copy, the caller's stays
     texts = frame.select_dtypes(exclude=["number", "bool"]).map(_inert)
     frame[texts.columns] = texts
     # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.

@@ -42,6 +42,7 @@ def run_page(
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     existing = file.prototype
     if prototype is not None:
+        # Marks and encoding are a habit of who writes files; titles and units are of one file.
         existing = _named_designs(
             replace(written, skip_rows=None).read(prototype), roles.objectives
         )

@@ -36,6 +36,7 @@ def load_problem(
     jobs = job_count("--jobs", jobs)
     if timeout is not None:
         positive_number("--timeout", timeout)
+    # What the words alone show to be wrong is refused before the user's module is imported.
     if chute_options and name != "chute":
         raise invalid("PROBLEM", f"'chute' where --{next(iter(chute_options))} is given", name)
     if name == "chute":
@@ -74,9 +75,10 @@ def _from_module(name: str) -> Problem:
         problem = value if isinstance(value, Problem) else value()
         if isinstance(problem, Problem):
             problem.name()  # the user's too, and needed in messages later on
-    except PsiError:
+    except PsiError:  # its message stands for itself
         raise
-    except (Exception, SystemExit) as error:  # whatever the user's module does
+    # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
+    except (Exception, SystemExit) as error:
         reason = f"{type(error).__name__}: {error}"
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
     if not isinstance(problem, Problem):

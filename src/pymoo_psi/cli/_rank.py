@@ -46,9 +46,10 @@ def run_rank(
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
+    # Numbers rank, and what is written are the cells: float64 would not give all digits back.
     F = pd.DataFrame(file.values(names), columns=names)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
-    frame = _ranked(file.cells, ranking)  # as they are written: no digit changes
+    frame = _ranked(file.cells, ranking)
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
@@ -103,6 +104,7 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
     frame = _ranked(file.frame(roles.objectives), ranking)
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
+        # A name that is no Unicode holds lone surrogates, which cannot be written as UTF-8.
         "file": os.fsencode(file.path.name).decode("utf-8", "replace"),
         "objectives": list(roles.objectives),
         "maximized": list(roles.maximize),
@@ -121,6 +123,7 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
 
 def _value(cell: Any) -> Any:
     """Return a cell as JSON can hold it: None for nothing, or for what is no finite number."""
+    # JSON has no NaN or Infinity (RFC 8259, section 6); Python would write them unless forbidden.
     if isinstance(cell, float) and not np.isfinite(cell):
         return None
     return None if cell == "" else cell

@@ -22,6 +22,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     rolling.mkdir(parents=True, exist_ok=True)
     require_folder(rolling, str(rolling))
     with progress_bar() as bar:
+        # Three coefficients by two models, and a set of figures for each model.
         task = bar.add_task("Cases (friction coefficient, model)", total=8)
 
         def step(done: str) -> None:
@@ -50,6 +51,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
     say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
     say(f"Tables and figures of the full model written to {out}, of the rolling model to {rolling}")
     say(_closing_line(result))
+    # Other numbers of points have optima of their own, which say nothing about the paper's.
     return 0 if points != PAPER_POINTS or all(result.agreement().values()) else 1
 
 

@@ -60,7 +60,7 @@ class Search:
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
-        self.points_to_retry()
+        self.points_to_retry()  # only to refuse here, not when the run begins, what is no number
 
     def points_to_retry(self) -> str | tuple[int, ...]:
         """Return what ``PSI(retry=...)`` takes."""
@@ -107,6 +107,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
     limits = limits_in(search.limits, criteria)
     if search.algorithm == "nsga3":
+        # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
         found = _by_nsga3(FailureTolerant(problem), search)
     elif search.study is None and not problem.elementwise:
         # A million designs in seconds; as pymoo's individuals they would take minutes.
@@ -142,7 +143,7 @@ def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
     reasons = [failure.reason for failure in problem.failures]
     counts = f"{n} evaluated" + (f", {len(reasons)} failed" if reasons else "")
     failures = _failures(reasons)
-    if result.F is None:
+    if result.F is None:  # so pymoo says that no design is feasible
         remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
         return SolveResult(pd.DataFrame(), np.empty((0, 0)), counts, remarks)
     X, F = result.opt.get("X", "F")
@@ -162,7 +163,8 @@ def _last_tests(population: Any) -> TestTable:
 def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> TestTable:
     """Test a vectorised problem without an object for each design, in the blocks of ``PSI``."""
     points = integer("n_points", points, minimum=1)
-    size = max(64, -(-points // 32))  # so that the bar moves 32 times
+    # PSI's own rule, so that blocks are the same with a study: the bar moves 32 times.
+    size = max(64, -(-points // 32))
     blocks = []
     with run_bar(f"psi on {problem.name()}", points) as show:
         for start in range(0, points, size):
@@ -185,6 +187,7 @@ def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> So
             result = minimize(problem, algorithm, callback=show.psi)
     except KeyboardInterrupt:
         if search.study is not None:
+            # There may be no file yet. What is in it is counted, not what the bar has shown.
             stored = len(TestTable.read_study(search.study)) if search.study.exists() else 0
             told = f"{stored} of {search.points} designs are in {search.study}"
             say(f"{told}; the same command continues.")

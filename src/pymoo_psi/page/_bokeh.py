@@ -64,6 +64,7 @@ _TABLE_STYLE = (
 .number { text-align: right; font-variant-numeric: tabular-nums; }
 """
 )
+# <%= writes a field as HTML: right for texts of the page's own only, never for a user's.
 _RANK = """<% if (mark === "prototype") { %>prototype<% } else if (mark === "dominated") { %>\
 dominated<% } else { %><%= rank %><%= mark ? " ★" : "" %><% } %>"""
 
@@ -89,6 +90,7 @@ def designs_source(data: PageData) -> ColumnDataSource:
     looks_of_rows = [looks[group] for group in data.group.tolist()]
     columns: dict[str, Any] = {column.field: column.values for column in data.columns}
     columns |= {"label": data.labels, "rank": data.rank, "group": data.group, "mark": data.marks}
+    # Columns and not one glyph a group: one renderer is one selection and one order of drawing.
     columns["shape"] = [row.shape for row in looks_of_rows]
     columns["colour"] = [row.colour for row in looks_of_rows]
     columns["stroke"] = np.where(data.group == PROTOTYPE, 2.5, 1.0).astype(np.float32)
@@ -127,6 +129,7 @@ def scatter_plot(
         "line_color": {"field": "colour"},
         "line_width": {"field": "stroke"},
     }
+    # The plot's only renderer: page.js puts other columns on its two glyphs.
     glyph = Scatter(**drawn, fill_alpha=0.85, line_alpha=0.85)
     faded = Scatter(**drawn, fill_alpha=_FADED, line_alpha=_FADED)
     hint.renderers = [plot.add_glyph(source, glyph, nonselection_glyph=faded, view=view)]
@@ -135,6 +138,7 @@ def scatter_plot(
 
 def hint_on_designs(data: PageData) -> HoverTool:
     """Return what hovering shows: the number of a design and its values."""
+    # By fields, which are free of the user's characters: @, { and $ mean something to Bokeh here.
     columns = data.columns[:_MOST_LINES_IN_HINT]
     tips = [(data.label_name, "@label"), ("rank", "@rank @mark")]
     tips += [(column.label, f"@{column.field}{_pattern(column)}") for column in columns]
@@ -243,7 +247,8 @@ def limit_slider(
         start=low,
         end=high,
         value=bounds,
-        step=(high - low) / 1000,  # finer than a pixel of the track
+        # Finer than a pixel of the track, at whose ends page.js takes the slider for no limit.
+        step=(high - low) / 1000,
         format=PrintfTickFormatter(format=column.printf),
         sizing_mode="stretch_width",
         bar_color="#0072B2",
@@ -274,7 +279,7 @@ def table_of(data: PageData, source: ColumnDataSource, view: CDSView) -> DataTab
         view=view,
         columns=columns,
         index_position=None,
-        autosize_mode="none",
+        autosize_mode="none",  # or Bokeh would squeeze all columns into the window
         row_height=22,
         frozen_columns=2,  # which design, and its rank, whatever is scrolled
         sizing_mode="stretch_both",
@@ -310,6 +315,7 @@ class Look(NamedTuple):
 
 def look(group: int) -> Look:
     """Return how a group is drawn."""
+    # The optimum has the look of rank 6 even if its rank is lower, as its group is that number.
     marker = {**MARKERS, **_OTHERS}.get(group, MARKERS[0])
     colour = marker.colour
     if not colour.startswith("#"):  # matplotlib writes greys as a share of white

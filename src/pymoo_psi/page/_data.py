@@ -16,7 +16,10 @@ Role = Literal["criterion", "variable", "geometric"]
 
 DOMINATED, OPTIMUM, PROTOTYPE = -1, 6, 7
 """Groups beside the ranks 0 to 5; a higher group is drawn on top."""
+# page.js knows them as numbers: 7 stays whatever the limits, above 5 lines are bold, above 0 they
+# do not fade with their number.
 
+# page.js looks for the optimum by this text among the marks.
 _SPECIAL = {OPTIMUM: "Salukvadze optimum", DOMINATED: "dominated", PROTOTYPE: "prototype"}
 
 _DIGITS = 4  # that a written number resolves within the range of its column
@@ -63,8 +66,10 @@ class Column:
         known = self.values[np.isfinite(self.values)]
         low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
         size, span = max(abs(low), abs(high)), high - low
+        # The axes change to an exponent at the same size: power_limit_high in the theme.
         if size < 1e7 and (known == np.round(known)).all():
             return "fixed", 0
+        # A constant has no range; its own size then says how many decimals are of use.
         decimals = _DIGITS - 1 - int(np.floor(np.log10(span if span > 0 else size)))
         if size >= 1e7 or decimals > 8:
             # Leading digits that all values have in common come on top of those that differ.

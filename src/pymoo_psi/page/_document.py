@@ -61,8 +61,10 @@ _THEME = Theme(
 )
 
 
+# Scripts that run: Bokeh's data, of the type application/json, need no leave of the policy.
 _SCRIPT = '<script(?: type="text/javascript")?>(.*?)</script>'
-_NO_POLICY = '<meta http-equiv="Content-Security-Policy" content="">'  # as in page.html
+# Letter for letter as in page.html, or the page has no policy.
+_NO_POLICY = '<meta http-equiv="Content-Security-Policy" content="">'
 
 
 def html_of(data: PageData) -> str:
@@ -75,6 +77,7 @@ def html_of(data: PageData) -> str:
         (panel, scatter_plot(panel.name, source, view, panel.x, panel.y, hint_on_designs(data)))
         for panel in panels(data)
     ]
+    # Empty: page.js fills them with what is left, so that designs are not embedded twice.
     lines = ColumnDataSource(
         {key: [] for key in ("xs", "ys", "colour", "width", "alpha", "label", "row")}, name="lines"
     )
@@ -85,6 +88,7 @@ def html_of(data: PageData) -> str:
         for column in columns_with(data, "criterion")
     ]
 
+    # A root has a name, by which page.html embeds it.
     document = Document(theme=_THEME, title=data.title)
     for root in (
         *(plot for _, plot in scatters),
@@ -93,6 +97,7 @@ def html_of(data: PageData) -> str:
         *(slider for _, slider in sliders if slider is not None),
     ):
         document.add_root(root)
+    # The names are the variables of page.js, which lists them at its top.
     arguments = {
         "source": source,
         "shown": shown,
@@ -118,10 +123,8 @@ def html_of(data: PageData) -> str:
         file_html(
             document,
             resources=INLINE,
-            title=data.title,
             template=_asset("page.html"),
             template_variables=_frame(data, [panel for panel, _ in scatters], sliders),
-            theme=_THEME,
         )
     )
 
@@ -141,6 +144,7 @@ def _sealed(html: str) -> str:
         f"default-src 'none'; script-src 'unsafe-eval' {scripts}; style-src 'unsafe-inline'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
+    # Only the first one, in the head: a text of the user's further down is left alone.
     return html.replace(_NO_POLICY, _NO_POLICY.replace('""', f'"{policy}"'), 1)
 
 
@@ -161,6 +165,7 @@ def panels(data: PageData) -> list[Panel]:
     criteria, variables = columns_with(data, "criterion"), columns_with(data, "variable")
     mu1, mu2, mu3 = columns_with(data, "geometric")
     pairs = [("criteria", criteria[0], criteria[1] if len(criteria) > 1 else mu1)]
+    # A variable alone has the first criterion on the other axis, not itself.
     if variables:
         pairs.append(("variables", variables[0], (variables[1:] or criteria)[0]))
     elif len(criteria) > 2:
@@ -184,6 +189,7 @@ def _frame(
     data: PageData, shown: list[Panel], sliders: list[tuple[Column, RangeSlider | None]]
 ) -> dict[str, Any]:
     """Return what the template writes around Bokeh's parts."""
+    # The best rank on top. Prototypes have no box, as they cannot be switched off.
     groups = [g for g in sorted(np.unique(data.group).tolist(), reverse=True) if g != PROTOTYPE]
     return {
         "heading": data.title,
@@ -213,6 +219,7 @@ def _frame(
 
 
 def _file_name(title: str) -> str:
+    # Letters and digits only: a title may hold slashes, and dots would hide the file.
     words = "".join(c if c.isalnum() else " " for c in title).split()
     return "_".join(words)[:60] or "designs"
 

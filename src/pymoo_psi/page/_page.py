@@ -72,6 +72,7 @@ class DecisionPage(PageData):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
+        # Tried by itself: an ImportError within the page's own modules is another fault.
         try:
             import_module("bokeh")
         except ImportError:
@@ -175,6 +176,7 @@ def decision_page(
     order, remarks = _rows_to_show(ranking)
     _check_limits(limits or {}, frame, objectives, maximize)
 
+    # Prototypes are measured by the U and N of the designs, which they must not move.
     extra = _prototype_frame(prototype, objectives, label)
     used = [*objectives, *variables, *([] if label is None else [label])]
     mu = ranking.criteria[order]
@@ -230,6 +232,7 @@ def _check_limits(
 ) -> None:
     for name, limit in limits.items():
         known_name("limits", name, list(objectives))
+        # Beyond the best value no design would be left, and the page would open empty.
         value, best = finite_number(f"the limit on {name!r}", limit), frame[name].min()
         if name in maximize and value > (best := frame[name].max()):
             raise invalid(f"the limit on {name!r}", f"at most {best:g}, its best value", value)
@@ -250,6 +253,7 @@ def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[s
     order = np.lexsort((-mu1, group))  # the best last, since what is drawn last is on top
     remarks: list[str] = []
     if len(order) > MOST_ROWS:
+        # The optimum is in a group above 0 even where its rank is 0, so that it is always shown.
         ranked = order[group[order] > 0]
         shown = ranked[-MOST_ROWS:]
         best = "" if len(shown) == len(ranked) else f" best of {_count(len(ranked))}"
@@ -262,6 +266,7 @@ def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[s
 
 
 def _count(n: int) -> str:
+    # The narrow space of page.js: a comma would be a decimal mark to many readers.
     return f"{n:,}".replace(",", "\u202f")
 
 
@@ -284,6 +289,7 @@ def _prototype_frame(
     if missing:
         rule = "a design with a value for every objective"
         raise invalid("prototype", rule, Received(f"none for {missing[0]!r}"))
+    # Only an index that somebody has made holds names; pandas numbers rows by itself.
     if label is not None and label not in prototype:
         unnamed = isinstance(prototype.index, pd.RangeIndex)
         prototype = prototype.assign(**{label: "prototype" if unnamed else prototype.index})
@@ -301,6 +307,8 @@ def _columns(
     """Return the columns of the rows shown; ``mu`` are their ``(n, 3)`` geometric criteria."""
     from pandas.api.types import is_numeric_dtype
 
+    # Fields go into Bokeh's templates and page.html, where a user's name would need escapes of
+    # several kinds. page.js sorts the table by mu1.
     columns = [
         Column(f"c{j}", name, units.get(name, ""), "criterion", name in maximize,
                _numbers(whole, name, complete=True))
@@ -324,7 +332,7 @@ def _numbers(frame: pd.DataFrame, name: str, *, complete: bool) -> NDArray[np.fl
     from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
     column = frame[name]
-    if not (is_numeric_dtype(column) or is_bool_dtype(column)):
+    if not (is_numeric_dtype(column) or is_bool_dtype(column)):  # pyarrow's bool is not numeric
         cells = column.tolist()
         row = next((i for i, cell in enumerate(cells) if not _is_number(cell)), 0)
         raise ArgumentTypeError(
