@@ -183,8 +183,12 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
                 "name only, and writing by both damages it: continue with a copy"
             )
         with closing(_connected(path, "mode=rw")) as db:
+            # NORMAL may lose the last commits of WAL mode in a power failure; append promises more.
             db.execute("PRAGMA synchronous = FULL")
             db.execute("PRAGMA journal_mode = WAL")
+            # A plain BEGIN would take the write lock at the first change only, after reading;
+            # SQLite then refuses at once, without the timeout, if another connection has written
+            # meanwhile.
             db.execute("BEGIN IMMEDIATE")
             try:
                 yield db
@@ -214,6 +218,9 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     """
     with told(path):
         _require_there(path)
+        # immutable: SQLite takes no locks and makes no files beside the study, which may lie in a
+        # folder that cannot be written; it also trusts that nothing changes, so a reading that
+        # fails is repeated if the stamp has changed.
         while (before := stamp(path)) is not None:
             try:
                 return _asked(path, "mode=ro&immutable=1", query)
@@ -229,6 +236,7 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
 
 def _asked(path: str, options: str, query: Callable[[sqlite3.Connection], T]) -> T:
     with closing(_connected(path, options)) as db:
+        # Cells are checked when their page is read: damage is told before it passes for content.
         db.execute("PRAGMA cell_size_check = ON")
         db.execute("BEGIN")
         return query(db)
@@ -236,6 +244,7 @@ def _asked(path: str, options: str, query: Callable[[sqlite3.Connection], T]) ->
 
 def _connected(path: str, options: str) -> sqlite3.Connection:
     """Open a database; ``options`` are those of SQLite's URIs."""
+    # isolation_level=None: else Python's module begins transactions by itself where it sees fit.
     uri = f"{Path(path).as_uri()}?{options}"
     return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
 
@@ -304,6 +313,7 @@ def stored_facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
 
 
 def _seal(texts: Mapping[str, str]) -> str:
+    # Sorted, as rows of a table have no order in SQL.
     content = json.dumps(sorted(texts.items())).encode()
     return json.dumps(blake2b(content, digest_size=16).hexdigest())
 
@@ -327,6 +337,7 @@ def stored_tests(
     while rows := cursor.fetchmany(_AT_A_TIME):
         try:
             blocks.append(_columns_of(rows, facts))
+            # Exclusive or, which has no order: a test is added or replaced without the others.
             total ^= int(np.bitwise_xor.reduce([row[-1] for row in rows]))
         except _DAMAGE:
             damaged += _damaged(rows, facts)
@@ -362,6 +373,7 @@ def changes(
             continue
         i = places[stored[0]]
         pairs = [(stored[j], cells[j][i]) for j in range(len(cells) - 1) if j not in (3, 4)]
+        # NULL is how SQLite gives NaN back, and only a NaN differs from itself.
         if all(old == cell or (old is None and cell != cell) for old, cell in pairs):
             new[i] = False
         elif stored[1] == "failed":
@@ -476,6 +488,7 @@ def _stored_reals(column: NDArray[Any]) -> NDArray[np.float64]:
 def _checksums(cells: list[Any]) -> NDArray[np.int64]:
     """``(n,)`` checksums of rows: of the bits of their numbers, then of their texts as JSON."""
     numbers = [column.view(np.int64) for column in cells if not isinstance(column, list)]
+    # Little-endian whatever the machine, as files are carried to others.
     bits = np.stack(numbers, axis=1).astype("<i8").tobytes()
     width = 8 * len(numbers)
     ends: dict[tuple[Any, ...], bytes] = {}  # most rows have the same texts

@@ -58,6 +58,8 @@ def locked(path: str, wait: float) -> Iterator[None]:
         StudyLockedError: Another process is still writing; the message says which.
         StudyAccessError: Another file has the lock's name, or the folder cannot be written.
     """
+    # setdefault is one step: between a test and an assignment another thread could come, and both
+    # would have a turn of their own.
     turn = _TURNS.setdefault((os.getpid(), path), _Turn())
     with turn.thread:
         if turn.depth == 0:

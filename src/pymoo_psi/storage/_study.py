@@ -80,6 +80,7 @@ class Study:
         self._kinds, self._seen = asked["kinds"], None
         if not os.path.lexists(self.path):
             with self.writing():
+                # Again, as the owner of the lock before may have made it.
                 if not os.path.lexists(self.path):
                     database.create(self.path, _begun() | asked)
         facts = database.read(self.path, self._facts)
@@ -142,6 +143,9 @@ class Study:
         def changes(db: sqlite3.Connection) -> tuple[NDArray[np.bool_], list[int]]:
             return database.changes(db, self.path, self._facts(db), cells)
 
+        # Without the lock first: a run that repeats what is stored waits for nobody and writes
+        # nothing. Under the lock it is asked again, since another writer may have stored the tests
+        # meanwhile.
         if not database.read(self.path, changes)[0].any():
             return 0
         with self.writing(), database.transaction(self.path) as db:

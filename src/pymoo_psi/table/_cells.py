@@ -114,6 +114,7 @@ def is_numberlike(cell: Any) -> bool:
     """Say whether a cell is a number, or what a human may take for one."""
     if not isinstance(cell, str):
         return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+    # Cut, as a longer text is no number, and how it begins is all that a glance takes in.
     text = cell.strip().translate(_MINUS)[:_LONGEST]
     return bool(_INFINITE.fullmatch(text)) or bool(
         _NUMBERLIKE.match(text) and not _DATE.fullmatch(text)
@@ -140,6 +141,7 @@ class Marks:
             raise invalid("thousands", "'.', ',', ' ' or \"'\"", self.thousands)
         if self.decimal is not None and self.decimal == self.thousands:
             raise invalid("thousands", "another mark than decimal", self.thousands)
+        # A gap between thousands says nothing: both 1 250.5 and 1 250,5 are usual.
         other = {".": ",", ",": "."}
         if self.decimal is None and self.thousands in other:
             object.__setattr__(self, "decimal", other[self.thousands])
@@ -198,6 +200,7 @@ def read_columns(
     scanned = {name: _scanned(list(cells), marks) for name, cells in columns.items()}
     decimals: set[str] = set()
     for name, scan in scanned.items():
+        # A column with texts is refused or holds no numbers: it cannot vouch for others.
         if name not in labels and not scan.texts:
             decimals |= _decimals_said(scan)
     points = divider == "," and not decimals
@@ -249,6 +252,7 @@ def _number(cell: Any) -> _Number | float | None:
         try:
             return float(cell)
         except OverflowError:
+            # Beyond float64: as infinity it is refused where the numbers must be finite.
             return math.inf if cell > 0 else -math.inf
     text = cell.strip().translate(_MINUS)
     if _INFINITE.fullmatch(text):
@@ -304,6 +308,7 @@ def _read(scan: _Scan, marks: Marks, of_file: set[str], points: bool) -> Column:
                 what = f"no number with the decimal mark {decimal}"
                 raise _UnreadableError(i, what, "correct it, or see --decimal and --thousands")
             values[i], text = float(digits), scan.cells[i].strip()
+            # Who wrote 1.50 gets 1.50 back: only what programs would misread is written anew.
             if not _PLAIN.fullmatch(text) or float(text) != values[i]:
                 cells[i] = digits
     except _UnreadableError as error:
@@ -316,18 +321,22 @@ def _read(scan: _Scan, marks: Marks, of_file: set[str], points: bool) -> Column:
 def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
     """Return the numbers of a column by row, none if it is text; refuse what is neither."""
     numbers = {i: number for i, number in enumerate(scan.found) if number is not None}
+    # One number is enough: taken for text, the column would silently be no objective.
     if scan.texts and numbers:
         remedy = (
             "correct it, leave out its line by --skip-rows {line}, or name the objectives by "
             "--objectives"
         )
         raise _UnreadableError(scan.texts[0], "text among numbers", remedy)
+    # Text throughout is fine, unless a reader would see numbers in it: leaving such a column out
+    # changes the ranking without a word.
     for i in scan.texts:
         if is_numberlike(scan.cells[i]):
             remedy = "write the number alone, or name the objectives by --objectives"
             raise _UnreadableError(
                 i, "like a number, but none that can be read for certain", remedy
             )
+    # Nothing is converted: numbers stay those that the file shows, so that mm beside m is refused.
     units = {i: n.unit if isinstance(n, _Number) else "" for i, n in numbers.items()}
     first = next(iter(units.values()), "")
     for i, unit in units.items():
@@ -399,6 +408,8 @@ def _contradiction(written: Mapping[int, _Number]) -> _UnreadableError:
 
 def _digits(number: _Number, decimal: str, thousands: str) -> str | None:
     """Return a number as programs write it, or None if it does not have these marks."""
+    # The marks of the column may differ from those that this number alone would suggest, so it is
+    # checked again against them, group by group: 1.25 is no number with points for thousands.
     whole, _, fraction = number.body.partition(decimal)
     if thousands in ".," and thousands in whole:
         if number.gap or not re.fullmatch(

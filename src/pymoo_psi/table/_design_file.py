@@ -19,7 +19,7 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
 from pymoo_psi.table._designs import INT64
-from pymoo_psi.table._exchange import table_of
+from pymoo_psi.table._exchange import objects, table_of
 from pymoo_psi.table._files import MARK, read_csv, read_parquet
 from pymoo_psi.table._layout import is_writable
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
+# 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
@@ -66,6 +67,7 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     free = [name for name in names if name not in labels and name not in RANKING_COLUMNS]
     numbered = [name for name in free if re.fullmatch(r"f\d+", name)]
     variables = [name for name in free if re.fullmatch(r"[xu]\d+", name)]
+    # One column called f1 without any x1 is no numbering, and says nothing about the others.
     if not ("f1" in numbered and (variables or len(numbered) > 1)):
         numbered, variables = [name for name in free if holds_numbers(name)], []
     return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
@@ -74,6 +76,7 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
 def _labels(names: Collection[str]) -> list[str]:
     """Return the columns whose names say that they number or name designs, the likeliest first."""
     labels = [name for name in names if name.strip().lower() in _LABELS]
+    # A file may have both id and test_point; the order of _LABELS decides, not that of the columns.
     labels.sort(key=lambda name: _LABELS.index(name.strip().lower()))
     return labels + [name for name in names if _UNNAMED.fullmatch(name)]
 
@@ -128,7 +131,7 @@ class DesignFile:
 
         return pd.DataFrame(
             {
-                name: _objects(c.cells) if any(isinstance(v, str) for v in c.cells) else _plain(c)
+                name: objects(c.cells) if any(isinstance(v, str) for v in c.cells) else _plain(c)
                 for name, c in self.columns.items()
             }
         )
@@ -153,6 +156,8 @@ class DesignFile:
         """
         for argument, names in (("objectives", objectives), ("variables", variables)):
             self.require_columns(argument, names or ())
+        # With the objectives named, no other column is asked for numbers: one that cannot be read
+        # must not keep the named ones from being ranked.
         found = self.known or guessed_roles(
             self.names, self._holds_numbers if objectives is None else lambda name: False
         )
@@ -169,6 +174,7 @@ class DesignFile:
                 what = f"{chosen[0]!r} is the only column that can be an objective"
                 remedy = f"if you mean to rank by it alone, say --objectives {chosen[0]!r}"
                 raise unfit(self.path, f"{what}; {remedy}")
+        # Who names a label as objective or variable means it; it is then no label any more.
         label = None if found.label in {*chosen, *kept} else found.label
         return Roles(chosen, kept, label, tuple(n for n in found.maximize if n in chosen))
 
@@ -205,6 +211,7 @@ class DesignFile:
             raise unfit(self.path, f"none of its {len(F)} designs is complete")
         n = len(F) - len(kept)
         rows = "1 incomplete design is" if n == 1 else f"{n} incomplete designs are"
+        # Numbers were read with all rows there: leaving some out cannot change how others are read.
         return replace(
             self,
             columns={name: _rows_of(column, kept) for name, column in self.columns.items()},
@@ -329,9 +336,12 @@ def read_designs(
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
     with path.open("rb") as file:  # once: what a pipe has given it does not give again
         content = file.read(16)  # as much as SQLite's mark
+        # SQLite opens files by name only, so a study, unlike the other files, cannot be a pipe.
         if content.startswith(b"SQLite format 3\0"):
             return _of_tests(path, TestTable.read_study(path))
         content += file.read()
+    # By content, not by suffix, which a pipe has not and people change. The marks are those of the
+    # Parquet format, of a local file in ZIP (an .xlsx is one), and of OLE compound files (.xls).
     try:
         if content.startswith(b"PAR1"):
             return _of_tests(path, table_of(*read_parquet(path, content), path, TestTable))
@@ -365,6 +375,7 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
         rows = pd.DataFrame([cells], index=[prototype.name])
     frame = table.rows(feasible).to_frame().reset_index()
+    # Of feasible designs these say nothing; a ranking adds a pareto of its own.
     frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
     columns = {str(name): _column(frame[name].tolist()) for name in frame.columns}
     n, others = len(feasible), len(table) - len(feasible)
@@ -381,6 +392,7 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
 
     columns = dict(sheet.columns)
     feasible = existing = np.zeros(len(sheet.lines), dtype=bool)
+    # A column status of somebody else's, with other words in it, selects nothing.
     if set(columns.get("status", ["?"])) <= set(STATUSES):
         feasible = np.array([cell == "ok" for cell in columns["status"]])
     else:
@@ -424,6 +436,7 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
         raise UnfitError(f"{what}; give the designs as CSV") from None
+    # JSON can hold what no table, CSV or page can: lists, objects, halves of surrogate pairs.
     cells = [cell for row in rows for cell in row.values()]
     texts = [value for value in (*names, *cells) if isinstance(value, str)]
     if (
@@ -465,6 +478,7 @@ def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
     places = {int(row): k for k, row in enumerate(rows)}
     problem = column.problem
     if problem is not None:
+        # The problem stays though its row may be gone: the column was never read.
         problem = problem._replace(row=places.get(problem.row, -1))
     return replace(
         column,
@@ -486,10 +500,4 @@ def _plain(column: Column) -> NDArray[Any]:
         return np.array([int(cell) for cell in texts]) if whole else column.numbers
     if all(isinstance(cell, (str, bool)) and str(cell) in ("True", "False") for cell in texts):
         return np.array([str(cell) == "True" for cell in texts])
-    return _objects(column.cells)
-
-
-def _objects(cells: Sequence[Any]) -> NDArray[np.object_]:
-    array = np.empty(len(cells), dtype=object)
-    array[:] = cells
-    return array
+    return objects(column.cells)

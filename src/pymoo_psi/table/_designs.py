@@ -51,11 +51,14 @@ def design_matrix(
         value = list(value)
     if np.ma.is_masked(value):
         raise invalid(name, "without masked cells", value)
+    # Told by the first row; rows of another sort than the first are refused below.
     first = value[0] if (isinstance(value, list) or value.ndim) and len(value) else None
     if isinstance(first, Mapping):
         value = _from_mappings(name, value, list(first) if variables is None else variables)
     try:
         array = np.asarray(value)
+        # numpy gives [2^62 + 1, 0.5] float64, which loses the last digits of the integer; as
+        # objects the cells keep their types until their kinds are known.
         if isinstance(value, list) and (len(set(kinds)) > 1 or _has_lost_types(value, array)):
             array = np.array(value, dtype=object)
     except ValueError as error:  # rows of unequal length
@@ -69,8 +72,10 @@ def design_matrix(
 
 def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return the rows of several design matrices in normal form, their values of the same types."""
+    # A matrix without rows may be float64 whatever its variables are, and makes no other objects.
     filled = [block for block in blocks if len(block)] or [blocks[0]]
     if any(block.dtype != filled[0].dtype for block in filled):
+        # Before they are put together: numpy would make floats of integers, integers of booleans.
         filled = [block.astype(object) for block in filled]
     return np.concatenate(filled)
 
@@ -112,6 +117,8 @@ def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
 
 def values_in_order(column: NDArray[Any]) -> list[Any]:
     """Return the distinct values of a column, ordered; values of one type stand together."""
+    # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
+    # numbers have no order.
     distinct = {(type(value), value) for value in column.tolist()}
     ordered = sorted(distinct, key=lambda pair: (pair[0].__name__, pair[1]))
     return [value for _, value in ordered]
@@ -144,9 +151,11 @@ def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     dtype: Any = object
     if len(types) == 1:
         dtype = {float: np.float64, int: np.int64, bool: np.bool_}.get(types.pop(), object)
+    # Integers of Python have no bounds: beyond int64 they stay objects, see column_kinds.
     if dtype is np.int64 and not all(cell in INT64 for row in cells for cell in row):
         dtype = object
     array = np.empty(shape, dtype=dtype)
+    # numpy cannot spread an empty list over shape (0, n_var).
     if array.size:
         array[:] = cells
     return array
@@ -170,6 +179,8 @@ def _of_kinds(
 
 def _as_kind(cell: Any, kind: Kind) -> Any:
     """Return the number of a kind that is equal to a cell, or the cell if there is none."""
+    # Exact types, since True is an int for isinstance. Python compares int and float exactly, so
+    # that 2^53 + 1, which float64 does not have, is not taken for its neighbour.
     if type(cell) is int and kind is Kind.REAL and float(cell) == cell:
         return float(cell)
     if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and int(cell) in INT64:
@@ -214,8 +225,11 @@ def _has_lost_types(rows: list[Any], array: NDArray[Any]) -> bool:
 def _plain(name: str, cell: object) -> float | int | bool | str:
     if isinstance(cell, np.generic):
         cell = cell.item()
+    # str(), bool(), int() and float() turn subclasses into Python's own types: _kind looks types up
+    # exactly, and cells are equal only if their types are.
     if isinstance(cell, str) and is_writable(cell):
         return str(cell)
+    # Ahead of int, of which bool is a subclass.
     if isinstance(cell, bool):
         return bool(cell)
     if isinstance(cell, int) and abs(cell) < 2**1023:  # what float64 reaches

@@ -68,6 +68,7 @@ def columns_of(table: Any) -> Columns:
     columns |= zip(layout.objectives, table.F.T, strict=True)
     columns |= zip(layout.inequalities, table.G.T, strict=True)
     columns |= zip(layout.equalities, table.H.T, strict=True)
+    # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
     reasons = np.full(len(table), "", dtype=object)
     if table.reasons:
         reasons[:] = [table.reasons.get(number, "") for number in table.numbers.tolist()]
@@ -127,6 +128,8 @@ def table_of(
         _reals(columns, names, len(numbers))
         for names in (layout.objectives, layout.inequalities, layout.equalities)
     )
+    # The status is taken from the file, not derived: the table checks it against the constraints,
+    # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
     try:
         prototype = _prototype(head.get("prototype"), layout)
@@ -160,7 +163,8 @@ def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
     An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
     ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
     """
-    return _objects(
+    # The types matter: a choice of 12 is another option than one of "12", and must come back so.
+    return objects(
         [
             c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
             for c in cells
@@ -170,7 +174,7 @@ def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
 
 def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
     """Return the options of the texts of :func:`choice_texts`."""
-    return _objects([json.loads(text) if _is_json(text) else text for text in texts])
+    return objects([json.loads(text) if _is_json(text) else text for text in texts])
 
 
 def _is_json(text: str) -> bool:
@@ -178,13 +182,15 @@ def _is_json(text: str) -> bool:
     if text.lstrip()[:1] in ("[", "{"):  # no option; of these a long one is a RecursionError
         return False
     try:
+        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
         json.loads(text)
     except ValueError:
         return False
     return True
 
 
-def _objects(cells: list[Any]) -> NDArray[np.object_]:
+def objects(cells: Sequence[Any]) -> NDArray[np.object_]:
+    """Return values of any type as an array of them, none unpacked or converted by numpy."""
     array = np.empty(len(cells), dtype=object)
     array[:] = cells
     return array

@@ -61,6 +61,7 @@ def write_csv(path: Path, head: Head, columns: Columns) -> None:
         written.open("x", encoding="utf-8", newline="") as file,
     ):
         file.write(f"# {_head_text(head, columns)}\n")
+        # csv writes floats by repr: the shortest digits that read back as the same number.
         writer = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n")
         writer.writerow(columns)
         for start in range(0, len(columns["test_point"]), _ROWS):
@@ -77,6 +78,8 @@ def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
     """
     try:
         with (
+            # With or without the byte-order mark that spreadsheet programs put in front; newline=''
+            # leaves line breaks within quoted texts to csv.
             open(path, encoding="utf-8-sig", newline="")
             if text is None
             else StringIO(text, newline="") as file,
@@ -101,6 +104,7 @@ def write_parquet(path: Path, head: Head, columns: Columns) -> None:
     import pandas as pd
 
     frame = pd.DataFrame(columns)
+    # pandas keeps attrs in the metadata of the file, where other readers pass over them.
     frame.attrs = {_ATTRIBUTE: _head_text(head, columns)}
     with whole_file(path) as written:
         frame.to_parquet(written, engine="pyarrow", index=False)
@@ -156,6 +160,7 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind], lis
         what = f"its format is {version!r:.20}, this version of pymoo-psi reads 1 to {_FORMAT}"
         raise damaged(path, what)
     n, old_texts = head.pop("tests", None), []
+    # Not isinstance: true of JSON is no number of tests.
     if type(n) is not int:
         raise damaged(path, "its head is damaged: there is no number of tests")
     if version == 1 and isinstance(kinds := head.get("kinds"), list):
@@ -167,6 +172,7 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind], lis
 
 def _complete(path: Path, columns: Columns, n: int, old_texts: Iterable[str]) -> Columns:
     """Return the columns, with choices as texts of the present format, if no test is missing."""
+    # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
     found = len(columns["test_point"])
     if found != n:
         what = f"it holds {found} of {n} tests, so it was cut or edited"
@@ -182,6 +188,7 @@ def _comment(line: str) -> str:
 
 
 def _places(path: Path, header: list[str], kinds: Mapping[str, Kind]) -> dict[str, int]:
+    # By name, not by place: people rearrange columns and add their own, which are not read.
     if missing := [name for name in kinds if name not in header]:
         names = ", ".join(map(repr, missing))
         raise damaged(path, f"the columns {names} are missing from its header")
@@ -219,6 +226,7 @@ def _parsed(
 
 
 def _bad_cell(path: Path, name: str, kind: Kind, cells: list[str], done: int) -> Exception:
+    # Cell by cell only once a column has failed: sound files are read by columns.
     for i, cell in enumerate(cells):
         try:
             np.array(_PARSERS[kind](cell), dtype=DTYPES[kind])

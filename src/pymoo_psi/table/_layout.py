@@ -74,6 +74,7 @@ class Layout:
                 )
             seen.add(name)
         for side in ("lower", "upper"):
+            # A copy, as it is made read-only and the caller's array is the caller's.
             bound = real_array(side, getattr(self, side)).copy()
             if bound.shape != (len(self.variables),):
                 rule = f"{len(self.variables)} bounds, one for each variable"
@@ -81,6 +82,7 @@ class Layout:
             bound.setflags(write=False)
             object.__setattr__(self, side, bound)
         for name, low, high in zip(self.variables, self.lower, self.upper, strict=True):
+            # With NaN, a bound that is not known, the comparison is false, as it should be.
             if low > high:
                 raise invalid("lower", "at most upper", Received(f"{low} > {high} for {name!r}"))
         tolerance = finite_number("eq_tolerance", self.eq_tolerance)
@@ -209,6 +211,8 @@ class Layout:
 
 def is_writable(text: str) -> bool:
     """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
+    # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
+    # What one file could not hold is refused at once, lest a table be written to some files only.
     return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
 
 
@@ -241,6 +245,7 @@ def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
 def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
     if not names:
         raise invalid(kind, "one of the table's", key, "the table has none")
+    # Stricter than Python, where -1 is the last one and True is 1.
     if isinstance(key, (int, np.integer)) and not isinstance(key, bool):
         if not 0 <= key < len(names):
             raise invalid(kind, f"a name or an index from 0 to {len(names) - 1}", int(key))

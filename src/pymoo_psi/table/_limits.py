@@ -38,10 +38,12 @@ def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
             raise ArgumentTypeError(f"the limit on {key!r} must be a number, got {limit!r:.80}")
         if isinstance(limit, int) and abs(limit) >= 2**1023:
             raise invalid(f"the limit on {key!r}", "within what float64 reaches", limit)
+        # Infinity is a limit that every computed value keeps; NaN would reject all designs unsaid.
         if np.isnan(float(limit)):
             hint = "leave the criterion out where it has no limit"
             raise invalid(f"the limit on {key!r}", "a number", Received("nan"), hint)
         result[j] = float(limit)
+    # The order of the criteria, not of the mapping: columns of violations stand in it.
     return dict(sorted(result.items()))
 
 

@@ -64,6 +64,7 @@ class Prototype:
 
     def same_as(self, other: Prototype) -> bool:
         """Say whether another prototype has the same name and values."""
+        # By repr NaN, not known, is equal to NaN, and 1, 1.0 and True are different values.
         return self.name == other.name and all(
             [repr(v) for v in getattr(self, letter).tolist()]
             == [repr(v) for v in getattr(other, letter).tolist()]

@@ -75,9 +75,11 @@ def decoded(content: bytes, encoding: str | None) -> str:
         raise UnfitError(
             f"it is no UTF-8 text: {getattr(error, 'reason', error)}; {remedy}"
         ) from None
+    # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
     if "\0" in text:
         remedy = "give its encoding, such as --encoding utf-16-le"
         raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+    # Where the encoding was given, as utf-16-le, Python leaves the mark at the front of the text.
     return text.removeprefix("\ufeff")
 
 
@@ -108,6 +110,7 @@ def sheet_of_text(text: str, skip_rows: Collection[int]) -> Sheet:
     rows, ends = _rows(lines, divider)
     if not rows:
         raise UnfitError(_EMPTY)
+    # numpy.savetxt writes its header as a comment; the last line is next to the numbers.
     if comments and any(map(is_number, rows[0])):
         names = _cells_of(comments[-1].lstrip("# "), divider)
         if len(names) == len(rows[0]) and not any(map(is_number, names)):
@@ -132,12 +135,15 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int]) -> Sheet:
     import pandas as pd
 
     try:
+        # dtype=object: pandas would make floats of integers that stand beside empty cells.
+        # header=None: the names are found by the rules that hold for texts.
         sheets = pd.read_excel(
             BytesIO(content), sheet_name=None, header=None, dtype=object, engine="openpyxl"
         )
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
     filled = {name: frame for name, frame in sheets.items() if not frame.empty}
+    # Taking the first sheet would rank the wrong one in silence where a cover or notes come first.
     if len(filled) != 1:
         what = f"{len(filled)} sheets with cells: {', '.join(map(str, filled)) or 'none'}"
         raise UnfitError(f"it has {what}; save the one with the designs as a file of its own")
@@ -189,6 +195,8 @@ def _divider(lines: Sequence[tuple[int, str]]) -> str:
     if even:
         return max(even, key=lambda mark: even[mark])
     if readings:
+        # No reading is even: the one with the longest usual row is taken, so that the message names
+        # the row that differs.
         return max(readings, key=lambda mark: Counter(map(len, readings[mark])).most_common(1)[0])
     spaced, _ = _rows(lines, " ")
     divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
@@ -213,8 +221,11 @@ def _cells_of(line: str, divider: str) -> list[str]:
 def _rows(lines: Sequence[tuple[int, str]], divider: str) -> tuple[list[list[str]], list[int]]:
     """Return the rows that are not blank, and the line on which each ends."""
     if divider == " ":
+        # Not csv, which finds empty cells between the spaces that align printed columns.
         filled = [(line.split(), number) for number, line in lines if line.strip()]
         return [row for row, _ in filled], [number for _, number in filled]
+    # strict: else csv passes over a stray quotation mark and joins cells. skipinitialspace: else in
+    # 'a, "b, c"' the marks would be part of the text and its comma a divider.
     reader = csv.reader(
         (line for _, line in lines),
         delimiter=divider,
@@ -226,6 +237,7 @@ def _rows(lines: Sequence[tuple[int, str]], divider: str) -> tuple[list[list[str
         for row in reader:
             if any(cell.strip() for cell in row):
                 rows.append(row)
+                # csv counts the lines it was given, users those of the file.
                 ends.append(lines[reader.line_num - 1][0])
     except csv.Error as error:
         number = lines[min(reader.line_num, len(lines)) - 1][0]
@@ -237,6 +249,7 @@ def _sheet(rows: list[list[Any]], ends: list[int], divider: str) -> Sheet:
     """Return rows as columns under the names in the first row."""
     _require_rectangle(rows, ends)
     header = [cell.strip() if isinstance(cell, str) else cell for cell in rows[0]]
+    # A file without names would lose its first design as names, and nobody would notice.
     if numbers := [cell for cell in header if is_number(cell)]:
         remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
         raise UnfitError(

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# _status takes them by index: 0 and 1 for constraints met and violated, 2 for a failure.
 STATUSES = ("ok", "infeasible", "failed")
 _BLOCKS = ("X", "F", "G", "H", "status")  # with a row for each test
 
@@ -299,6 +300,7 @@ class TestTable:
         """
         values = self.F[:, self.layout.objective(criterion)]
         rows = np.flatnonzero(self.feasible(limits))
+        # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
         return self.rows(rows[np.argsort(values[rows], kind="stable")])
 
     def violations(self, limits: Limits | None = None) -> tuple[Mask, tuple[str, ...]]:
@@ -315,6 +317,7 @@ class TestTable:
             ([[True, False], [False, True]], ('g1', 'f1'))
         """
         chosen = limit_vector(limits, self.layout)
+        # Not F > limit, by which NaN would keep every limit; within_limits counts likewise.
         over = [~(self.F[:, j] <= limit)[:, None] for j, limit in chosen.items()]
         mask = np.hstack([self._violated(), *over])
         mask[self.status == "failed"] = False
@@ -384,6 +387,7 @@ class TestTable:
             (array([3, 1]), array([2, 3]))
         """
         chosen = np.asarray(selection)
+        # numpy makes float64 of [], which selects no row and is no mistake.
         if chosen.size == 0 and chosen.dtype != bool:
             chosen = chosen.astype(np.intp)
         if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
@@ -394,6 +398,7 @@ class TestTable:
         except IndexError as error:
             rule = f"a mask or indices of {counted(len(self), 'row', 'rows')}"
             raise invalid("selection", rule, Received(error)) from error
+        # Rows of a right table are right, unless one that is selected twice.
         _require_distinct(numbers)
         cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
         kept = set(numbers.tolist()) if self.reasons else set()
@@ -420,6 +425,7 @@ class TestTable:
         tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
         if len(tables) < 2:
             return tables[0] if tables else self
+        # Of layouts that agree, one with kinds says more than one without, wherever it stands.
         layout = next((t.layout for t in tables if t.layout.kinds), tables[0].layout)
         for block in tables:
             if difference := layout.difference(block.layout):
@@ -465,6 +471,7 @@ class TestTable:
         _, mine, theirs = np.intersect1d(
             self.numbers, other.numbers, assume_unique=True, return_indices=True
         )
+        # Not without common points: numpy cannot reshape to (0, -1).
         for block in _BLOCKS if len(mine) else ():
             same = _same_cells(getattr(self, block)[mine], getattr(other, block)[theirs])
             for i in np.flatnonzero(~same.reshape(len(mine), -1).all(axis=1)):
@@ -681,6 +688,8 @@ class TestTable:
         if self.status.shape != self.numbers.shape:
             found = Received(f"shape {self.status.shape}")
             raise invalid("status", f"of shape {self.numbers.shape}", found)
+        # Whatever failed is believed; the rest must follow from the constraints, so that no two
+        # places of the table can disagree on what is feasible.
         right = self._status(self.status == "failed")
         for i in np.flatnonzero(self.status != right):
             raise invalid(
@@ -718,10 +727,12 @@ class TestTable:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a pickled table with its arrays read-only."""
+        # numpy's arrays come back writable from a pickle.
         self._set(state)
 
     def _with(self, **changes: Any) -> TestTable:
         """Return the table with new arrays that are known to be right."""
+        # Past __post_init__: parts of checked arrays are right, callers vouch for the rest.
         table = object.__new__(TestTable)
         table._set({f.name: getattr(self, f.name) for f in fields(self)} | changes)
         return table
@@ -758,6 +769,7 @@ def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
 
 def _require_distinct(numbers: NDArray[np.int64]) -> None:
     """Refuse numbers of test points of which one occurs twice."""
+    # Numbers mostly ascend, and then one comparison does without the sorting of unique.
     if (numbers[1:] > numbers[:-1]).all():
         return
     values, counts = np.unique(numbers, return_counts=True)

@@ -227,10 +227,12 @@ def section_points(
         raise invalid("lower", "at most upper", Received(f"{start} > {end}"))
     real = kind is Kind.REAL
     if not real and max(abs(start), abs(end)) > 2**53:
+        # linspace computes in float64, which has not every integer beyond.
         raise invalid(
             "lower and upper", "within ±2^53 for an integer", Received(f"{start} and {end}")
         )
     values = np.linspace(start, end, n)
+    # tolist gives Python's numbers, the only ones that a matrix of objects may hold.
     steps = values.tolist() if real else np.unique(np.rint(values)).astype(int).tolist()
     points = np.tile(row, (len(steps), 1))
     points[:, j] = steps
@@ -388,6 +390,7 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
     pareto = table.pareto(limits)
     names, F = table.layout.objectives, table.F[pareto]
     added = ["better_in", "dominates", "better_in_all", *(f"gain_{name}" for name in names)]
+    # Else the comparison would overwrite the criterion of that name without a word.
     if taken := [name for name in names if name in added]:
         raise invalid("the criteria", "named unlike the columns of the comparison", taken[0])
     gain = table.prototype.f - F
@@ -399,6 +402,7 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
     frame[[f"gain_{name}" for name in names]] = gain
     frame["better_in"], frame["dominates"] = better, dominates
     frame["better_in_all"] = better == len(names)
+    # lexsort takes its last key first: those that dominate, then by better_in, then by number.
     return frame.iloc[np.lexsort((frame.index.to_numpy(), -better, ~dominates))]
 
 
@@ -426,5 +430,6 @@ def _counts(place: Array, edges: Array) -> NDArray[np.int64]:
 
 
 def _best(values: Array) -> float:
+    # Criteria of infeasible designs need not be finite, and -inf would be the best of all.
     finite = values[np.isfinite(values)]
     return float(finite.min()) if len(finite) else float("nan")
