@@ -95,6 +95,22 @@ def test_json_out(rank, tmp_path):
     assert content["designs"][-1]["name"] is None
 
 
+def test_rows_are_those_of_the_file_also_where_designs_are_left_out(rank, tmp_path):
+    """And a ranking that is ranked again keeps them, in whatever order its rows stand."""
+    out = tmp_path / "ranked.json"
+    text = "a,b\n,3\n9,0\n1,1\n0,9\n"
+    code, printed, _ = rank(text, "--drop-incomplete", "--out", out)
+    assert code == 0
+    assert "Salukvadze optimum: row 3" in printed
+    content = json.loads(out.read_text(encoding="utf-8"))
+    assert content["salukvadze_rows"] == [3]
+    assert {design["row"]: design["a"] for design in content["designs"]} == {2: 9, 3: 1, 4: 0}
+    turned = out.read_text(encoding="utf-8")
+    content["designs"].reverse()
+    for again in (turned, json.dumps(content)):
+        assert "Salukvadze optimum: row 3" in rank(again)[1]
+
+
 def test_json_has_null_for_what_is_no_number(rank, tmp_path):
     """Distances of a dominated design that lies farther out than numbers reach."""
     out = tmp_path / "far.json"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi._validation import boolean, integer, known_name
+from pymoo_psi._validation import boolean, integer, invalid, known_name
 from pymoo_psi.algorithms._memory import Memory, fingerprint
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.errors import EvaluationError
@@ -194,6 +194,10 @@ class Investigation:
         self.points = sampling.unit_points(
             n_points, len(kinds), first=first, random_state=np.random.default_rng(seed)
         )
+        last = first + n_points - 1
+        for number in sorted(memory.retry or ()):
+            if not first <= number <= last:
+                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
         if memory.study is not None:
             identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
             memory.begin(self.layout, identity)

@@ -16,11 +16,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from enum import Enum
 from io import StringIO, TextIOWrapper
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import typer
 
+from pymoo_psi._validation import invalid
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
@@ -338,6 +340,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
+        if "--out=" in words or ("--out", "") in pairwise(words):  # typer takes it for "."
+            raise invalid("--out", "the name of a file or folder", "")
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
         code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
@@ -370,8 +374,10 @@ def _interrupted() -> int:
 
 
 def _tell(line: str) -> None:
-    with suppress(OSError):  # if nobody can be told, the code tells
+    try:
         print(line, file=sys.stderr, flush=True)
+    except OSError:  # if nobody can be told, the code tells; Python would try again at its end,
+        sys.stderr = None  # type: ignore[assignment] # and exit with 120
 
 
 def run() -> None:

@@ -159,11 +159,11 @@ def require_output(path: Path, suffixes: Sequence[str], *inputs: Path | None) ->
         ArgumentValueError: The file has another suffix, or is one of the inputs.
         OSError: Its folder is not there, or nothing can be written to it.
     """
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     # Resolved, as a link to the input is the input.
     if any(given is not None and path.resolve() == given.resolve() for given in inputs):
         raise invalid("--out", "another file than the one that is read", str(path))
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():

@@ -35,11 +35,11 @@ def run_page(
         title: Heading of the page; the file's name unless given.
         out: The HTML file to write.
     """
-    require_output(out, (), path, prototype)
+    require_output(out, (".html", ".htm"), path, prototype)
     file, roles, remarks = designs_of(path, columns, written)
     frame = file.frame(roles.objectives)
-    # Designs without a label go by their row, counted from 1 as spreadsheets do.
-    frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
+    # Designs without a label go by their row of the file, counted from 1 as spreadsheets do.
+    frame.index = pd.Index(file.rows, name="row")
     existing = file.prototype
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.

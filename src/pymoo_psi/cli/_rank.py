@@ -49,7 +49,7 @@ def run_rank(
     # Numbers rank, and what is written are the cells: float64 would not give all digits back.
     F = pd.DataFrame(file.values(names), columns=names)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
-    frame = _ranked(file.cells, ranking)
+    frame = _ranked(file, file.cells, ranking)
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
@@ -57,30 +57,35 @@ def run_rank(
             write_csv(frame, out)
     for remark in remarks:
         say(remark)
-    _print(file, roles, ranking, frame.head(top))
+    _print(file, roles, ranking, frame, top)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     return 0
 
 
-def _ranked(cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
+def _ranked(file: DesignFile, cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
     """Return designs with the ranking beside them, the best first.
 
-    ``row`` counts the designs of the file from 1, unless the file has a column of that name.
-    Columns of an earlier ranking are replaced.
+    ``row`` is the row of the file, from 1, unless the file has a column of that name, as an
+    earlier ranking has: then its numbers stay. Columns of an earlier ranking are replaced.
     """
     frame = cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
     if "row" not in frame:
-        frame.insert(0, "row", np.arange(1, len(frame) + 1))
+        frame.insert(0, "row", file.rows)
     frame[["mu1", "mu2", "mu3"]] = ranking.criteria
     frame["rank"], frame["pareto"] = ranking.rank, ranking.pareto
     return frame.iloc[ranking.order]
 
 
-def _print(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, best: pd.DataFrame) -> None:
+def _print(
+    file: DesignFile, roles: Roles, ranking: EfficiencyRanking, ranked: pd.DataFrame, top: int
+) -> None:
     names = list(roles.objectives)
+    best = ranked.head(top)
     n, found = len(ranking.rank), len(ranking.salukvadze)
-    optimum = ", ".join(str(i + 1) for i in ranking.salukvadze[:5])
+    # A criterion may be called "row"; then the rows of the file are told.
+    rows = file.rows if "row" in names else ranked["row"].sort_index().to_numpy()
+    optimum = ", ".join(str(rows[i]) for i in ranking.salukvadze[:5])
     if roles.label not in (None, "row", "") and found == 1:
         optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
     say(
@@ -101,7 +106,7 @@ def _print(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, best: pd.
 
 
 def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out: Path) -> None:
-    frame = _ranked(file.frame(roles.objectives), ranking)
+    frame = _ranked(file, file.frame(roles.objectives), ranking)
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
     content = {
         # A name that is no Unicode holds lone surrogates, which cannot be written as UTF-8.
@@ -111,7 +116,7 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
         "normalized": ranking.frame.normalize,
         "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
         "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),
-        "salukvadze_rows": [int(i) + 1 for i in ranking.salukvadze],
+        "salukvadze_rows": file.rows[ranking.salukvadze].tolist(),
         "designs": [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
         ],

@@ -103,6 +103,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     Returns:
         0, or 1 if no design is feasible.
     """
+    integer("--seed", search.seed, minimum=0)
     target = None if out is None else require_output(out, (".csv",), search.study)
     criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
     limits = limits_in(search.limits, criteria)

@@ -88,7 +88,8 @@ class DesignFile:
     Attributes:
         path: The file.
         columns: The n cells of each column by its name, n >= 1, with their numbers.
-        lines: The line of the file on which each row ends; empty if it has no lines.
+        rows: ``(n,)`` which row of the file each design is, from 1; rows that are left out count.
+        lines: The line of the file on which each design ends; empty if it has no lines.
         known: The roles of the columns, where the file tells them.
         prototype: Rows of existing designs under the names of the columns, their index the
             designs' names; ``None`` if there are none.
@@ -106,6 +107,7 @@ class DesignFile:
 
     path: Path
     columns: Mapping[str, Column]
+    rows: NDArray[np.intp]
     lines: Sequence[int] = ()
     known: Roles | None = None
     prototype: pd.DataFrame | None = None
@@ -215,6 +217,7 @@ class DesignFile:
         return replace(
             self,
             columns={name: _rows_of(column, kept) for name, column in self.columns.items()},
+            rows=self.rows[kept],
             lines=[self.lines[i] for i in kept.tolist()] if self.lines else (),
             remarks=(*self.remarks, f"{rows} left out."),
         )
@@ -255,7 +258,7 @@ class DesignFile:
     def _where(self, i: int) -> str:
         if i < 0:
             return "a row that is left out"
-        return f"row {i + 1}" + (f" (line {self.lines[i]})" if self.lines else "")
+        return f"row {self.rows[i]}" + (f" (line {self.lines[i]})" if self.lines else "")
 
     def _holds_numbers(self, name: str) -> bool:
         """Say whether a column is one of numbers; refuse one of which that is not certain."""
@@ -269,7 +272,7 @@ class DesignFile:
     def _require_read(self, name: str) -> None:
         column = self.columns[name]
         if (problem := column.problem) is not None:
-            line = self.lines[problem.row] if self.lines else problem.row + 1
+            line = self.lines[problem.row] if self.lines else self.rows[problem.row]
             remedy = problem.remedy.replace("{line}", str(line))
             cell = f"{self._where(problem.row)} holds {problem.cell!r:.40}"
             raise unfit(self.path, f"{cell} in the column {name!r}, {problem.what}; {remedy}")
@@ -383,7 +386,7 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
     )
     roles = Roles(layout.objectives, layout.variables, "test_point")
-    return DesignFile(path, columns, (), roles, rows, (remark,) if others else ())
+    return DesignFile(path, columns, feasible + 1, (), roles, rows, (remark,) if others else ())
 
 
 def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
@@ -415,12 +418,14 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     found = DesignFile(
         path,
         {name: _rows_of(column, kept) for name, column in whole.items()},
+        taken[kept] + 1,
         [sheet.lines[i] for i in taken[kept]],
         remarks=(f"{left} left out.",) if n else (),
     )
     if len(old) == 0:
         return found
-    rows = DesignFile(path, {n: _rows_of(column, old) for n, column in whole.items()}).frame(())
+    former = {name: _rows_of(column, old) for name, column in whole.items()}
+    rows = DesignFile(path, former, taken[old] + 1).frame(())
     names = rows[found.label].astype(str) if found.label else ["prototype"] * len(rows)
     rows.index = pd.Index(names)
     return replace(found, prototype=rows)
@@ -452,7 +457,7 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
         what = "its designs are missing, lack columns, or hold what no table can"
         raise UnfitError(f"{what}, or its objectives are named twice; rank the designs anew")
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    file = DesignFile(path, read_columns(columns, marks))
+    file = DesignFile(path, read_columns(columns, marks), np.arange(1, len(rows) + 1))
     return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized)))
 
 

@@ -58,7 +58,7 @@ def write_csv(path: Path, head: Head, columns: Columns) -> None:
     """
     with (
         whole_file(path) as written,
-        written.open("x", encoding="utf-8", newline="") as file,
+        written.open("w", encoding="utf-8", newline="") as file,
     ):
         file.write(f"# {_head_text(head, columns)}\n")
         # csv writes floats by repr: the shortest digits that read back as the same number.

@@ -101,7 +101,7 @@ class TestTable:
         checked: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, layout.variables, layout.kinds),
-            "status": np.asarray(self.status, dtype=str),
+            "status": np.array(self.status, dtype=str),
             "reasons": _reason_texts(self.reasons),
         }
         for name in "FGH":
