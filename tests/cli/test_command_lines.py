@@ -151,7 +151,7 @@ command_lines = st.one_of(
 )  # fmt: skip
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 @given(command_lines, st.sampled_from(["utf-8", "ascii"]))
 def test_every_command_line_ends_well(words, encoding):
     words = [word.replace("\0", "") for word in words]  # no system passes that on

@@ -13,7 +13,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from enum import Enum
 from io import StringIO, TextIOWrapper
 from itertools import pairwise
@@ -22,7 +21,6 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from pymoo_psi._validation import invalid
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
@@ -341,7 +339,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
         if "--out=" in words or ("--out", "") in pairwise(words):  # typer takes it for "."
-            raise invalid("--out", "the name of a file or folder", "")
+            raise PsiError("--out must be the name of a file or folder, got ''")
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
         code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
@@ -377,7 +375,7 @@ def _tell(line: str) -> None:
     try:
         print(line, file=sys.stderr, flush=True)
     except OSError:  # if nobody can be told, the code tells; Python would try again at its end,
-        sys.stderr = None  # type: ignore[assignment] # and exit with 120
+        sys.stderr = None  # and exit with 120
 
 
 def run() -> None:

@@ -344,20 +344,23 @@ class UtopianFrame:
         longest = int(self.line.argmax())
         e = self._direction
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            d = self.scaled(F)
-            unit = float(self.line[longest] or np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
-            across_unit = float(np.delete(self.line, longest).max(initial=0.0) or unit)
+            d, line = self.scaled(F), self.line
+            unit = float(line[longest] or np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
+            # Next to the least float64 a product loses its digits. Powers of two change none.
+            lift = 2.0**600 if unit < 1e-290 else 1.0
+            d, line, unit = d * lift, line * lift, unit * lift
+            across_unit = float(np.delete(line, longest).max(initial=0.0) or unit)
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
             # the same value of the largest is taken away first, and no objective's difference
             # meets another's.
-            across = d - (d[:, longest] / unit)[:, None] * self.line
+            across = d - (d[:, longest] / unit)[:, None] * line
             across -= (across @ e)[:, None] * e
             d /= unit
             criteria = [_row_norm(d), _row_norm(across / across_unit), d @ e]
             measured = np.column_stack(criteria)
         measured[np.isnan(measured)] = np.inf
-        return measured, np.array([unit, across_unit, unit])
+        return measured, np.array([unit, across_unit, unit]) / lift
 
     def noise(self, F: Array, units: Array) -> Array:
         """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
