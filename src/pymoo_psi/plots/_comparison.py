@@ -457,7 +457,7 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
             seed = "" if run.task.seed is None else f", seed {run.task.seed}"
             quality = comparison.measures["hypervolume"].iloc[chosen[k]]
             grid[k * n_planes].set_title(
-                f"{literal(name, 24)}{seed}\n{counted(len(fronts[k]), 'design')}, "
+                f"{literal(name, 22)}{seed}\n{counted(len(fronts[k]), 'design')}, "
                 f"hypervolume {quality:.4f}",
                 loc="left",
                 fontsize=7.5,
