@@ -99,8 +99,9 @@ class Reader:
         )
         for k, (x, y) in enumerate((corner, opposite)):
             self.page.mouse.move(box[0] + x * box[2], box[1] + y * box[3], steps=4)
-            self.page.mouse.down() if k == 0 else self.page.mouse.up()
             self.settle()  # Bokeh tells a drag from a press by the moves that it has seen by then
+            self.page.mouse.down() if k == 0 else self.page.mouse.up()
+            self.settle()
 
     def drag_upper_limit(self, share):
         """Drag the upper end of the first slider to a share of its track."""
