@@ -21,7 +21,7 @@ def drawn(make):
     return st.tuples(shapes, seeds).map(lambda t: make(np.random.default_rng(t[1]), *t[0]))
 
 
-def grids(high, unit=1.0):
+def grids(high, unit=1.0, shapes=shapes):
     return shapes.flatmap(
         lambda shape: arrays(float, shape, elements=st.integers(0, high).map(lambda k: k * unit))
     )
@@ -49,7 +49,8 @@ KINDS = {
     "clustered": drawn(
         lambda rng, n, m: rng.integers(1, 5, (n, m)) + 1e-15 * rng.integers(0, 4, (n, m))
     ),
-    "denormal": grids(1000, 5e-324),
+    # fewer designs: a fraction of these has a denominator of 1074 bits and takes its time
+    "denormal": grids(1000, 5e-324, st.tuples(st.integers(1, 12), st.integers(1, 4))),
     "1e+300": drawn(lambda rng, n, m: 1e300 * rng.standard_normal((n, m))),
     "1e-300": drawn(lambda rng, n, m: 1e-300 * rng.standard_normal((n, m))),
     "mixed scales": drawn(on_scales),
