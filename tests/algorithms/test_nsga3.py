@@ -1,13 +1,20 @@
 """NSGA-III as the alternative: budget, reference directions, repeatability."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.unsga3 import UNSGA3
+from pymoo.core.population import Population
 from pymoo.problems import get_problem
 
 from pymoo_psi import PsiError, SphereChute, VectorizedSphereChute, nsga3
 from pymoo_psi.algorithms._nsga3 import reference_directions
+from pymoo_psi.problems._pymoo import seed_ties
 
 
 class Counted(VectorizedSphereChute):
@@ -31,6 +38,67 @@ def test_a_seed_repeats_a_run():
     runs = [nsga3(get_problem("dtlz2"), n_evaluations=300, seed=s).F for s in (3, 3, 4)]
     np.testing.assert_array_equal(runs[0], runs[1])
     assert not np.array_equal(runs[0], runs[2])
+
+
+CONSTRAINED = """
+import sys
+import numpy as np
+from pymoo.algorithms.moo.unsga3 import UNSGA3
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.problems import get_problem
+from pymoo_psi import FailureTolerant, nsga3
+from pymoo_psi.algorithms._nsga3 import reference_directions, run_within_budget
+
+class Steps(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=4, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[3] > 0.8:
+            raise ValueError("no convergence")
+        out["F"] = [x[0], 1 - x[0] + x[1] ** 2]
+        out["G"] = [np.floor(4 * x[1] + 4 * x[2]) - 1]  # many designs violate it alike
+
+def bits(result):
+    return [result.pop.get(name).tobytes().hex() for name in ("X", "F", "G")]
+
+np.random.seed(int(sys.argv[1]))
+names = ("osy", "welded_beam", "c1dtlz1")
+for problem in [*map(get_problem, names), FailureTolerant(Steps())]:
+    print(*bits(nsga3(problem, n_evaluations=400, seed=1)))
+unified = UNSGA3(reference_directions(2, 20), seed=1, termination=("n_eval", 400))
+print(*bits(run_within_budget(unified, FailureTolerant(Steps()), 400)))
+"""
+
+
+def test_a_seed_repeats_a_run_under_constraints_in_any_process():
+    """Whatever the state of NumPy's own generator, and the hashes of texts."""
+    command = (sys.executable, "-W", "error", "-c", CONSTRAINED)
+    started = [
+        subprocess.Popen([*command, argument], stdout=subprocess.PIPE, text=True)
+        for argument in ("3", "4")
+    ]
+    first, second = (process.communicate()[0].split() for process in started)
+    assert len(first) == 15
+    assert first == second
+
+
+@pytest.mark.parametrize("algorithm", [NSGA3, UNSGA3])
+def test_ties_are_drawn_evenly_and_smaller_violations_win(algorithm):
+    """Of four designs one is feasible, one violates least, two violate alike."""
+    violations = np.array([[2.0], [1.0], [2.0], [0.0]])
+    population = Population.new(F=np.zeros((4, 2)), G=violations)
+    run = algorithm(np.eye(2))
+    seed_ties(run)
+    assert run.mating.selection is not algorithm(np.eye(2)).mating.selection  # which all share
+    winners, again = (
+        run.mating.selection.do(None, population, 3000, 2, False, random_state=random_state)
+        for random_state in map(np.random.default_rng, (1, 1))
+    )
+    np.testing.assert_array_equal(winners, again)
+    # Each meets itself never and every other with the same chance, once in each pair of a
+    # permutation: the feasible one wins 1/2 of all, the next all but that with it: 1/3.
+    shares = np.bincount(winners.ravel(), minlength=4) / winners.size
+    np.testing.assert_allclose(shares, [1 / 12, 1 / 3, 1 / 12, 1 / 2], atol=0.02)
 
 
 def test_it_comes_nearer_to_the_front_with_a_larger_budget():

@@ -13,7 +13,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
+from pymoo_psi.problems._pymoo import require_known_keywords, require_problem, seed_ties
 
 # With one of these a user takes care of variables that are not real.
 _OPERATORS = {"sampling", "crossover", "mutation", "mating", "repair"}
@@ -28,8 +28,7 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
     Args:
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
-        seed: Seed of the run, which can be repeated with it; not always where designs are
-            infeasible, since pymoo's tournament draws between equally infeasible ones unseeded.
+        seed: Seed of the run, which can be repeated with it.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
             ``callback``; and ``verbose``, ``progress`` or ``termination`` as for ``minimize``.
 
@@ -125,7 +124,7 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
 
     A termination is asked only after a generation, so the budget is kept here: the last
     generation is cut to what is left. Designs of the first one that are evaluated already cost
-    nothing and stay.
+    nothing and stay. NSGA-III's ties are drawn with the algorithm's seed.
 
     Args:
         algorithm: A pymoo algorithm that is not set up yet.
@@ -136,6 +135,7 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
     Returns:
         The pymoo ``Result``.
     """
+    seed_ties(algorithm)
     algorithm.setup(problem, **shown)
     while algorithm.has_next():
         left = n_evaluations - algorithm.evaluator.n_eval

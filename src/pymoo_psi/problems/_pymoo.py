@@ -1,13 +1,19 @@
-"""What is checked before anything is handed to pymoo."""
+"""What pymoo leaves open: arguments that it does not check, ties that it draws without a seed."""
 
 from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
+from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.problem import Problem
+from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi.errors import ArgumentTypeError
 
@@ -45,3 +51,48 @@ def require_problem(problem: object) -> None:
     if not isinstance(problem, Problem):
         hint = "; pass an instance, not the class" if isinstance(problem, type) else ""
         raise ArgumentTypeError(f"problem must be a pymoo Problem, got {problem!r:.80}{hint}")
+
+
+def seed_ties(algorithm: Any) -> None:
+    """Let the tournament of pymoo's NSGA-III or U-NSGA-III follow the algorithm's seed alone.
+
+    Between two designs of the same violation, such as two that failed, pymoo 0.6.1.6 and 0.6.2
+    draw from a new generator without a seed, so that no run that meets such a pair can be
+    repeated. All other runs stay as they are, and so does every other algorithm.
+
+    Args:
+        algorithm: A pymoo algorithm that has selected no parents yet.
+    """
+    selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
+    compare = getattr(selection, "func_comp", None)
+    if compare in (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist):
+        # a new object: pymoo's is the default argument of every NSGA3
+        seeded = partial(_with_seeded_ties, compare)
+        algorithm.mating.selection = TournamentSelection(seeded, selection.pressure)
+
+
+def _with_seeded_ties(
+    compare: Callable[..., NDArray[np.int_]],
+    population: Any,
+    pairs: NDArray[np.int_],
+    **kwargs: Any,
+) -> NDArray[np.int_]:
+    """Return the winners of pymoo's comparison; of equally infeasible designs the first wins.
+
+    A pair stands in random order, that of a permutation which the tournament draws with the seed.
+    So the first of it is a fair draw, and takes nothing more from the run's random numbers.
+
+    Args:
+        compare: pymoo's comparison.
+        population: The designs.
+        pairs: ``(n, 2)`` their indices.
+        **kwargs: For ``compare``.
+
+    Returns:
+        ``(n, 1)`` indices.
+    """
+    winners = compare(population, pairs, **kwargs)
+    first, second = population.get("CV")[pairs, 0].T
+    ties = (first == second) & (first > 0)
+    winners[ties, 0] = pairs[ties, 0]
+    return winners
