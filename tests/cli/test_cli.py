@@ -23,7 +23,9 @@ def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
     out, drawn = tmp_path / "new" / "folder", []
     # Their drawing is tested with the plots, and would take most of this test's time.
     monkeypatch.setattr(
-        _reproduce, "save_figures", lambda result, folder, model: drawn.append((folder, model))
+        _reproduce,
+        "save_figures",
+        lambda result, folder, model, suffix: drawn.append((folder, model)),
     )
     code, printed, err = run(capsys, "reproduce", "--out", out, "--points", 64)
     assert code == 0

@@ -30,6 +30,16 @@ def test_surfaces_are_the_criteria_on_the_box(model):
     np.testing.assert_allclose(surfaces.u2[0, [0, -1]], [0.1, 6])
 
 
+@pytest.mark.parametrize("model", ["full", "rolling"])
+def test_lines_are_dense_where_a_criterion_changes_fast(model):
+    u1 = criterion_surfaces(0.6, model, n=21).u1[:, 0]
+    steps = np.diff(u1)
+    # the time falls fastest next to the level chute, and flattens out
+    assert steps.argmin() == 0
+    assert (steps > 0).all()
+    assert steps[0] < 2.1 / 20 / 3
+
+
 def test_points_are_the_case_in_any_space(case):
     np.testing.assert_array_equal(
         ranked_points(case, ("mu1", "mu2", "mu3")).values, case.ranking.criteria
@@ -95,6 +105,17 @@ def test_salukvadze_functions_pass_through_the_case(case):
     best = case.ranking.salukvadze
     assert functions.test_point.tolist() == case.test_point[best].tolist()
     np.testing.assert_allclose(functions.F, case.F[best], rtol=1e-14)
+
+
+def test_refined_functions_are_nearer_to_the_ideal_and_smooth():
+    speeds = np.linspace(0.2, 0.4, 9)
+    stairs = salukvadze_functions(0.4, "rolling", 256, speeds)
+    refined = salukvadze_functions(0.4, "rolling", 256, speeds, refined=True)
+    np.testing.assert_array_equal(refined.test_point, stairs.test_point)
+    u1 = (stairs.F[:, 2], refined.F[:, 2])
+    assert len(np.unique(u1[0])) < 9  # a test point stays the nearest for several speeds
+    assert (np.diff(u1[1]) < 0).all()
+    assert np.abs(np.diff(u1[1], 2)).max() < np.abs(np.diff(u1[0], 2)).max() / 5
 
 
 def test_one_point_is_enough_at_any_speed():

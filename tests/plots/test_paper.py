@@ -11,7 +11,7 @@ from pymoo_psi._markers import MARKERS
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
-from pymoo_psi.plots import paper_figures
+from pymoo_psi.plots import paper_figures, save_figures
 from pymoo_psi.plots._paper import (
     QUANTITIES,
     draw_functions,
@@ -70,10 +70,13 @@ def test_a_surface_leaves_a_hole_where_the_sphere_stalls():
 
 
 def test_each_surface_has_its_axes_named(figures):
-    axes = figures[2].axes
-    assert len(axes) == 4
+    axes = figures[2].axes[:4]
+    assert [bar.get_ylabel() for bar in figures[2].axes[4:]] == [
+        ", ".join(QUANTITIES[q]) for q in ["f1", "f2"] * 2
+    ]
+    assert len({(ax.elev, ax.azim) for ax in axes}) == 1
     for ax, name in zip(axes, ["f1", "f2"] * 2, strict=True):
-        labels = [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()]
+        labels = [ax.get_xlabel(), ax.get_ylabel(), ax.get_title().split(": ")[1]]
         assert labels == [", ".join(QUANTITIES[q]) for q in ("u1", "u2", name)]
         assert len(ax.collections) == 1
     assert [ax.get_title().split(":")[0] for ax in axes[::2]] == [
@@ -81,10 +84,10 @@ def test_each_surface_has_its_axes_named(figures):
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("names", [("mu1", "mu2", "mu3"), ("u1", "u2")])
+@pytest.mark.parametrize("names", [("mu1", "mu3"), ("u1", "u2")])
 def test_points_are_drawn_group_by_group_the_optimum_on_top(case, names):
     points = ranked_points(case, names)
-    ax = Figure().add_subplot(projection="3d" if len(names) == 3 else None)
+    ax = Figure().add_subplot()
     draw_points(ax, points)
     groups = points.groups()
     labels = [f"{name} ({len(members)})" for name, members in groups.items()]
@@ -94,10 +97,19 @@ def test_points_are_drawn_group_by_group_the_optimum_on_top(case, names):
     star = ax.lines[-1]
     assert star.get_marker() == MARKERS[6].shape == "*"
     assert star.get_zorder() == max(line.get_zorder() for line in ax.lines)
-    drawn = np.column_stack(star.get_data_3d() if len(names) == 3 else star.get_data())
-    np.testing.assert_array_equal(drawn, points.values[points.optimum])
-    for letter, name in zip("xyz", names, strict=False):
-        assert getattr(ax, f"get_{letter}label")().startswith(", ".join(QUANTITIES[name]))
+    np.testing.assert_array_equal(star.get_xydata(), points.values[points.optimum])
+    labels = [ax.get_xlabel(), ax.get_ylabel()]
+    assert labels == [", ".join(QUANTITIES[name]) for name in names]
+
+
+@pytest.mark.parametrize("number", [3, 5, 6])
+def test_every_pair_of_three_coordinates_is_drawn_twice(figures, number):
+    axes = figures[number].axes
+    pairs = [(ax.get_xlabel(), ax.get_ylabel()) for ax in axes]
+    assert len(axes) == 6
+    assert pairs[:3] == pairs[3:]
+    assert len({frozenset(pair) for pair in pairs}) == 3
+    assert len({name for pair in pairs for name in pair}) == 3
 
 
 def test_a_curve_of_the_motion_is_interrupted_at_the_transition():
@@ -115,8 +127,7 @@ def test_a_curve_of_the_motion_is_interrupted_at_the_transition():
             np.testing.assert_array_equal(drawn, expected)
         assert len({line.get_linestyle() for line in curves[::2]}) == len(values)
         assert transition.get_xdata() == [0.25, 0.25]
-        assert texts(ax)[-1] == r"$\eta_1$ = 0.250, $t_1$ = 0.500"
-        assert len(texts(ax)) == len(values) + 1
+        assert len(texts(ax)) == len(values)  # what the line is stands beside the panels, once
 
 
 @pytest.mark.parametrize(("slip_end", "shaded"), [(np.nan, 1), (0.0, 0)])
@@ -134,16 +145,33 @@ def test_the_page_of_the_motion_tells_the_design(case, figures):
     assert "motion under the full model" in figures[7].get_suptitle()
     facts = figures[7].axes[-1].texts[0].get_text()
     assert f"test point {case.test_point[best]}" in facts
-    assert f"{way.slip_end:.1%} of the way" in facts
+    assert rf"$\eta_1$ = {way.slip_end:.3f}, {way.slip_end:.1%} of the way" in facts
 
 
 def test_functions_are_drawn_by_name():
     ax = Figure().add_subplot()
-    c = np.array([0.2, 0.4])
-    draw_functions(ax, c, {("$a$", "time"): 2 * c, ("$b$", "speed"): 3 * c})
+    c, fine = np.array([0.2, 0.4]), np.array([0.1, 0.3, 0.5])
+    curves = {("$a$", "time"): (2 * c, 5 * fine), ("$b$", "speed"): (3 * c, 7 * fine)}
+    draw_functions(ax, c, fine, curves)
     assert texts(ax) == ["$a$, time", "$b$, speed", "$c$ = 0.3193"]
-    np.testing.assert_array_equal(ax.lines[1].get_xydata(), np.column_stack([c, 3 * c]))
+    drawn = [line.get_xydata() for line in ax.lines[:4]]
+    expected = [(fine, 5 * fine), (c, 2 * c), (fine, 7 * fine), (c, 3 * c)]
+    for points, columns in zip(drawn, expected, strict=True):
+        np.testing.assert_array_equal(points, np.column_stack(columns))
     assert ax.get_ylabel() == "$a$, $b$ (dimensionless)"
+
+
+@pytest.mark.parametrize("suffix", [".pdf", ".svg"])
+def test_figures_are_written_in_vector_formats(case, tmp_path, monkeypatch, suffix):
+    monkeypatch.setattr("pymoo_psi.plots._paper.paper_figures", lambda *_, **__: [(4, Figure())])
+    (path,) = save_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=suffix)
+    assert path.name == f"figure_4{suffix}"
+    assert path.read_bytes()[:5] == {".pdf": b"%PDF-", ".svg": b"<?xml"}[suffix]
+
+
+def test_other_formats_are_refused(case, tmp_path):
+    with pytest.raises(PsiError, match=r"suffix must be .*got '\.jpg'"):
+        save_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=".jpg")
 
 
 @pytest.mark.parametrize(

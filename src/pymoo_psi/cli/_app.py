@@ -62,6 +62,14 @@ class ModelName(str, Enum):
     rolling = "rolling"
 
 
+class FigureFormat(str, Enum):
+    """The formats of ``reproduce``'s figures."""
+
+    png = "png"
+    pdf = "pdf"
+    svg = "svg"
+
+
 class AssessedName(str, Enum):
     """What ``compare`` measures of a run."""
 
@@ -147,16 +155,19 @@ def _print_version() -> None:
 
 @app.command()
 def reproduce(
-    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures (PNG).")] = Path(
+    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures.")] = Path(
         "reproduction"
     ),
     points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
     jobs: Jobs = 1,
+    figures: Annotated[
+        FigureFormat, typer.Option(help="Format of the figures.")
+    ] = FigureFormat.png,
 ) -> int:
     """Compute the paper's tables under both models, beside the printed values."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
-    return run_reproduce(out, points, jobs)
+    return run_reproduce(out, points, jobs, figures.value)
 
 
 @app.command()

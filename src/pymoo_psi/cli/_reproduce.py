@@ -14,7 +14,7 @@ from pymoo_psi.paper import PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.plots import save_figures
 
 
-def run_reproduce(out: Path, points: int, jobs: int) -> int:
+def run_reproduce(out: Path, points: int, jobs: int, figures: str = "png") -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
     integer("--points", points, minimum=1)
     job_count("--jobs", jobs)
@@ -36,7 +36,7 @@ def run_reproduce(out: Path, points: int, jobs: int) -> int:
 
         result = reproduce(points, n_jobs=jobs, on_case=advance)
         for model, folder in (("full", out), ("rolling", rolling)):
-            save_figures(result, folder, model=model)
+            save_figures(result, folder, model=model, suffix=f".{figures}")
             step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     write_csv(table_6_1, out / "table_6_1.csv")

@@ -11,6 +11,7 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,6 +27,7 @@ from pymoo_psi._validation import Received, counted, instance, invalid, known_na
 from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory
 from pymoo_psi.paper import Case, Reproduction
 from pymoo_psi.paper._figures import (
+    INITIAL_SPEEDS,
     CriterionSurfaces,
     RankedPoints,
     SalukvadzeFunctions,
@@ -39,13 +41,15 @@ from pymoo_psi.plots._style import (
     enlarge_markers,
     new_page,
     save_pages,
+    tick_counts,
 )
 
 Array = NDArray[np.float64]
 
+FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 _MU = 0.4  # the paper's for Figures 7 and 8; it names none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)
-_TITLE_PAD = 29.0  # points between axes and title, room for a legend of two rows
+_TITLE_PAD = 18.0  # points between axes and title, room for a legend of one row
 _TRANSITION: dict[str, Any] = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
 
 # Of each quantity the symbol, as mathematical text, and what it means.
@@ -56,21 +60,19 @@ QUANTITIES = {
     "f2": ("$f_2$", "energy balance"),
     "f3": ("$f_3$", "height"),
     "f4": ("$f_4$", "plane speed"),
-    "mu1": (r"$\mu_1$", "distance to $U$"),
-    "mu2": (r"$\mu_2$", "distance to line $UN$"),
-    "mu3": (r"$\mu_3$", "distance along $UN$"),
+    # with a ring, as in the paper's Figure 3, since μ alone is the friction coefficient
+    "mu1": (r"$\mu_1^\circ$", "distance to $U$"),
+    "mu2": (r"$\mu_2^\circ$", "distance to line $UN$"),
+    "mu3": (r"$\mu_3^\circ$", "distance along $UN$"),
 }
 
 # The figures of points; the title of each, and its coordinates.
 _SPACES = {
-    3: (r"geometric criteria $\mu_1, \mu_2, \mu_3$", ("mu1", "mu2", "mu3")),
-    4: ("", ("u1", "u2")),
-    5: ("objectives $f_1, f_2, f_3$", ("f1", "f2", "f3")),
-    6: ("objectives $f_1, f_2, f_4$", ("f1", "f2", "f4")),
+    3: (r"by geometric criteria $\mu_1^\circ, \mu_2^\circ, \mu_3^\circ$", ("mu1", "mu2", "mu3")),
+    4: ("in the design box", ("u1", "u2")),
+    5: ("by objectives $f_1, f_2, f_3$", ("f1", "f2", "f3")),
+    6: ("by objectives $f_1, f_2, f_4$", ("f1", "f2", "f4")),
 }
-
-# The geometric criteria lie on the cone μ1² = μ2² + μ3², near the plane μ1 = μ3: seen from there.
-_CONE_VIEW = (34, -155)
 
 _MODEL_NAMES = {
     "full": "full model (slip, then roll)",
@@ -129,7 +131,12 @@ def paper_figures(
         **{number: partial(_points_page, case, *space) for number, space in _SPACES.items()},
         7: lambda: _motion_page(case),
         8: lambda: _functions_page(
-            salukvadze_functions(_MU, model, reproduction.n_points), reproduction.n_points
+            salukvadze_functions(_MU, model, reproduction.n_points),
+            # a smooth line needs fewer
+            salukvadze_functions(
+                _MU, model, reproduction.n_points, INITIAL_SPEEDS[::2], refined=True
+            ),
+            reproduction.n_points,
         ),
     }
     for number in numbers:
@@ -144,6 +151,7 @@ def save_figures(
     *,
     model: str = "full",
     dpi: int = 200,
+    suffix: str = ".png",
 ) -> tuple[Path, ...]:
     """Write ``figure_2.png`` … ``figure_8.png``: all of them, or none if one cannot be made.
 
@@ -152,12 +160,15 @@ def save_figures(
         directory: An existing folder; files of these names in it are replaced.
         model: ``"full"`` or ``"rolling"``.
         dpi: Dots per inch; a page is 180 mm wide.
+        suffix: ``".png"``, ``".pdf"`` or ``".svg"``. In the vector formats the thousands of
+            unranked points and the surfaces stay pictures of ``dpi``, so that files stay small.
 
     Returns:
         The paths written.
 
     Raises:
-        ArgumentValueError: The model is unknown or has no case with μ = 0.4.
+        ArgumentValueError: The model is unknown or has no case with μ = 0.4, or the suffix is
+            another.
         OSError: The folder does not exist or cannot be written to.
 
     Example:
@@ -168,8 +179,9 @@ def save_figures(
         ...     [path.stem for path in save_figures(small, folder, dpi=20)]
         ['figure_2', 'figure_3', 'figure_4', 'figure_5', 'figure_6', 'figure_7', 'figure_8']
     """
+    suffix = known_name("suffix", suffix, FIGURE_SUFFIXES)
     figures = paper_figures(reproduction, model=model)
-    pages = ((f"figure_{number}.png", figure) for number, figure in figures)
+    pages = ((f"figure_{number}{suffix}", figure) for number, figure in figures)
     return save_pages(pages, directory, dpi)
 
 
@@ -191,10 +203,10 @@ def _subject(model: str, mu: float) -> str:
     return rf"{_MODEL_NAMES[model]}, $\mu$ = {mu:g}"
 
 
-def _legend_above(axes: Axes) -> None:
-    """Put a legend of two rows between the axes and their title, which is ``_TITLE_PAD`` away."""
+def _legend_above(axes: Axes, ncols: int = 3) -> None:
+    """Put a legend between the axes and their title, which has room for a row of ``_TITLE_PAD``."""
     axes.legend(
-        loc="lower left", bbox_to_anchor=(0, 0.98), ncols=2, borderpad=0, borderaxespad=0.3,
+        loc="lower left", bbox_to_anchor=(0, 1.0), ncols=ncols, borderpad=0, borderaxespad=0.3,
         columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.45,
     )  # fmt: skip
 
@@ -204,15 +216,16 @@ def _legend_above(axes: Axes) -> None:
 
 def _surfaces_page(cases: Sequence[CriterionSurfaces]) -> Figure:
     """Return f1 on the left and f2 on the right, with one row for every friction coefficient."""
-    with new_page(12 + 78 * len(cases), layout=None) as figure:
+    with new_page(12 + 74 * len(cases), layout=None) as figure:
         figure.subplots_adjust(
-            left=0.0, right=0.935, bottom=0.03, top=0.92, wspace=0.08, hspace=0.02
+            left=0.01, right=0.955, bottom=0.02, top=0.91, wspace=0.08, hspace=0.05
         )
         grid = figure.subplots(len(cases), 2, squeeze=False, subplot_kw={"projection": "3d"})
         for letter, row, surfaces in zip("abcdef", grid, cases, strict=False):
             for ax, name, f in zip(row, ("f1", "f2"), surfaces.f, strict=True):
-                draw_surface(ax, surfaces.u1, surfaces.u2, f)
-                ax.set_zlabel(_axis_label(name))
+                surface = draw_surface(ax, surfaces.u1, surfaces.u2, f)
+                bar = figure.colorbar(surface, ax=ax, shrink=0.6, aspect=22, pad=0.11)
+                bar.set_label(_axis_label(name))
                 title = rf"({letter}) $\mu$ = {surfaces.mu:g}: {_axis_label(name)}"
                 ax.set_title(title, y=0.97)
         figure.suptitle(
@@ -222,8 +235,8 @@ def _surfaces_page(cases: Sequence[CriterionSurfaces]) -> Figure:
     return figure
 
 
-def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> None:
-    """Draw one criterion as a surface, shaded by its value, seen from its lower side.
+def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> Any:
+    """Draw one criterion as a surface, and return it.
 
     Args:
         axes: Three-dimensional axes.
@@ -232,51 +245,56 @@ def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> None:
         f: ``(n, n)`` the criterion; NaN leaves a hole.
     """
     values = np.ma.masked_invalid(f)  # so that the colours' range is that of what there is
-    axes.plot_surface(
+    surface = axes.plot_surface(
         u1, u2, values, cmap="viridis", norm=PowerNorm(0.6, values.min(), values.max()),
-        rcount=len(f), ccount=len(f), linewidth=0.12, edgecolor="0.2",
+        rcount=len(f), ccount=len(f), linewidth=0.08, edgecolor="0.25", rasterized=True,
     )  # fmt: skip
     axes.set_xlabel(_axis_label("u1"))
     axes.set_ylabel(_axis_label("u2"))
-    # From its higher side a surface would hide what is behind.
-    falls = values[0].mean() > values[-1].mean()  # along u1
-    axes.view_init(elev=26, azim=-40 if falls else 130)
+    axes.zaxis.set_major_locator(MaxNLocator(5))
+    # One view for all, nearly along u2: the criteria rise or fall with u1, and from either end of
+    # it one of them would hide behind its own edge.
+    axes.view_init(elev=28, azim=-70)
     axes.set_box_aspect(None, zoom=0.88)
+    return surface
 
 
 # Figures 3 to 6
 
 
 def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
-    """Return all points on the left, and on the right the part of the space with the ranked."""
+    """Return all points by pairs of coordinates, and the part of the space with the ranked.
+
+    A cloud in space would be seen from one side only; three pairs of coordinates tell it whole.
+    """
     points = ranked_points(case, names)
-    in_space = len(names) == 3
-    with new_page(98, layout=None) as figure:
-        if in_space:
-            figure.subplots_adjust(left=0.045, right=0.945, bottom=0.15, top=0.89, wspace=0.10)
-        else:
-            figure.subplots_adjust(left=0.075, right=0.985, bottom=0.27, top=0.83, wspace=0.24)
-        sides = figure.subplots(1, 2, subplot_kw={"projection": "3d"} if in_space else {})
-        height = 0.95 if in_space else None
-        for ax, shown, title in zip(
-            sides,
-            (points, points.nearby()),
-            (f"all {counted(len(points.values), 'point')}", "detail around the ranked points"),
-            strict=True,
-        ):
-            draw_points(ax, shown)
-            ax.set_title(title, y=height)
-        what = f"by {space}" if space else "in the design box"
-        note = " (all quantities dimensionless)" if in_space else ""
-        figure.suptitle(f"Pareto-optimal points {what}{note}\n{_subject(case.model, case.mu)}")
-        entries = sides[0].get_legend_handles_labels()
+    pairs = tuple(combinations(range(len(names)), 2))
+    rows, columns = (2, 3) if len(pairs) == 3 else (1, 2)
+    with new_page(150 if rows == 2 else 98, layout=None) as figure:
+        top, bottom = (0.875, 0.17) if rows == 2 else (0.83, 0.27)
+        figure.subplots_adjust(
+            left=0.09, right=0.98, bottom=bottom, top=top, wspace=0.36, hspace=0.42
+        )
+        grid = figure.subplots(rows, columns)
+        views = (
+            (points, f"all {counted(len(points.values), 'point')}"),
+            (points.nearby(), "detail around the ranked points"),
+        )
+        for line, (shown, title) in zip(grid.reshape(2, -1), views, strict=True):
+            for ax, pair in zip(line, pairs, strict=True):
+                draw_points(ax, shown.along(pair))
+            line[len(line) // 2].set_title(title)
+        figure.suptitle(
+            f"Pareto-optimal points {space} (all quantities dimensionless)\n"
+            f"{_subject(case.model, case.mu)}"
+        )
+        entries = grid.flat[0].get_legend_handles_labels()
         enlarge_markers(figure.legend(*entries, loc="lower center", ncols=3))
     return figure
 
 
-def draw_points(axes: Any, points: RankedPoints) -> None:
-    """Draw the points, each rank with a colour and a marker of its own, the optimum as a star."""
-    in_space = len(points.names) == 3
+def draw_points(axes: Axes, points: RankedPoints) -> None:
+    """Draw points of two coordinates, each rank with its colour and marker, the optimum a star."""
     for name, members in points.groups().items():
         marker = MARKERS[6 if points.optimum[members[0]] else int(points.rank[members[0]])]
         plain = name == "unranked"
@@ -292,14 +310,9 @@ def draw_points(axes: Any, points: RankedPoints) -> None:
             label=f"{name} ({len(members)})",
             rasterized=plain,
         )
-    for letter, name in zip("xyz", points.names, strict=False):
-        axis = getattr(axes, f"{letter}axis")
-        axis.set_label_text(_axis_label(name) + ("" if in_space else " (dimensionless)"))
-        axis.set_major_locator(MaxNLocator(5))
-    if in_space:
-        elevation, azimuth = _CONE_VIEW if points.names[0] == "mu1" else (24, -60)
-        axes.view_init(elev=elevation, azim=azimuth)
-        axes.set_box_aspect(None, zoom=0.88)
+    axes.set_xlabel(_axis_label(points.names[0]))
+    axes.set_ylabel(_axis_label(points.names[1]))
+    tick_counts(axes, x=5, y=5)
 
 
 # Figure 7
@@ -308,15 +321,15 @@ def draw_points(axes: Any, points: RankedPoints) -> None:
 def _motion_page(case: Case) -> Figure:
     """Return the five panels in three rows, and in the sixth place what is known of the design."""
     best, way = optimal_motion(case)
-    with new_page(200, layout=None) as figure:
+    with new_page(185, layout=None) as figure:
         figure.subplots_adjust(
-            left=0.08, right=0.975, bottom=0.055, top=0.865, wspace=0.26, hspace=0.72
+            left=0.08, right=0.975, bottom=0.06, top=0.875, wspace=0.26, hspace=0.66
         )
         *panels, facts = figure.subplots(3, 2).ravel()
         draw_motion(panels, way)
         facts.set_axis_off()
         facts.text(
-            0.0, 1.2, _facts(case, best, way), va="top", linespacing=1.6,
+            0.0, 1.25, _facts(case, best, way), va="top", linespacing=1.6,
             transform=facts.transAxes,
         )  # fmt: skip
         figure.suptitle(
@@ -344,13 +357,13 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
         if slip_end > 0:
             axes.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
         if 0 < way.slip_end <= 1:
-            text = rf"$\eta_1$ = {way.slip_end:.3f}, $t_1$ = {way.slip_time:.3f}"
-            axes.axvline(way.slip_end, label=text, **_TRANSITION)
+            # Beside the panels is said once what the line is.
+            axes.axvline(way.slip_end, label="_nolegend_", **_TRANSITION)
         axes.margins(y=0.08)
         axes.set_xlim(0, 1)
         axes.set_xlabel(r"$\eta$, share of the way (dimensionless)")
         axes.set_ylabel(f"{panel.ordinate} (dimensionless)")
-        axes.set_title(f"{panel.title}, full model", loc="left", pad=_TITLE_PAD)
+        axes.set_title(panel.title, loc="left", pad=_TITLE_PAD)
         _legend_above(axes)
 
 
@@ -361,9 +374,9 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
     slip = ["slips (grey) all the way"]
     if np.isfinite(way.slip_end):
         slip = [
-            r"slips (grey) up to $\eta_1$, $t_1$ (dotted line), then rolls:",
-            f"slip takes {way.slip_end:.1%} of the way "
-            f"and {way.slip_time / way.time[-1]:.1%} of the time",
+            "slips (grey), from the dotted line on it rolls:",
+            rf"$\eta_1$ = {way.slip_end:.3f}, {way.slip_end:.1%} of the way,",
+            rf"$t_1$ = {way.slip_time:.3f}, {way.slip_time / way.time[-1]:.1%} of the time",
         ]
     lines = [
         f"Salukvadze optimum: test point {case.test_point[best]}",
@@ -383,34 +396,68 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
 # Figure 8
 
 
-def _functions_page(functions: SalukvadzeFunctions, n_points: int) -> Figure:
+def _functions_page(optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int) -> Figure:
     """Return the time and the exit speed on the left, the other criteria on the right."""
-    with new_page(88, layout=None) as figure:
-        figure.subplots_adjust(left=0.08, right=0.975, bottom=0.13, top=0.76, wspace=0.22)
+    with new_page(104, layout=None) as figure:
+        figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
         left, right = figure.subplots(1, 2)
-        f1, f2, f3, f4 = functions.F.T
-        exit_speed = functions.exit_speed
-        draw_functions(left, functions.c, {
-            ("$f_1^S$", "time"): f1, ("$v_{Cf}^S$", "exit speed"): exit_speed,
-        })  # fmt: skip
-        draw_functions(right, functions.c, {
-            ("$f_2^S$", "energy balance"): f2, ("$f_3^S$", r"height $\tan\,\alpha$"): f3,
-            ("$f_4^S$", "plane speed $v_P$"): f4,
-        })  # fmt: skip
+
+        def curves(columns: Sequence[int]) -> dict[tuple[str, str], tuple[Array, Array]]:
+            values = [np.column_stack([found.F, found.exit_speed]) for found in (optima, refined)]
+            return {_FUNCTIONS[j]: (values[0][:, j], values[1][:, j]) for j in columns}
+
+        draw_functions(left, optima.c, refined.c, curves((0, 4)))
+        draw_functions(right, optima.c, refined.c, curves((1, 2, 3)))
         figure.suptitle(
-            f"Salukvadze optima of {counted(n_points, 'test point')} against the initial speed\n"
-            f"{_subject(functions.model, functions.mu)}"
+            f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
+            f"(lines), against the initial speed\n{_subject(optima.model, optima.mu)}"
         )
+        figure.text(0.08, 0.02, _caption(refined), va="bottom", linespacing=1.5)
     return figure
 
 
-def draw_functions(axes: Axes, c: Array, curves: dict[tuple[str, str], Array]) -> None:
-    """Draw one to three functions against c, by symbol and meaning, with the paper's c marked."""
-    for names, values, look in zip(curves, curves.values(), CURVES, strict=False):
-        axes.plot(c, values, label=", ".join(names), markersize=3.0, linewidth=1.0, **look)
+# Each function's symbol and meaning: f1 to f4 and the exit speed.
+_FUNCTIONS = (
+    ("$f_1^S$", "time"),
+    ("$f_2^S$", "energy balance"),
+    ("$f_3^S$", r"height $\tan\,\alpha$"),
+    ("$f_4^S$", "plane speed $v_P$"),
+    ("$v_{Cf}^S$", "exit speed"),
+)
+
+
+def _caption(refined: SalukvadzeFunctions) -> str:
+    """Return what the paper says of the functions, beside what the refined optima do."""
+    (_, f2, f3, f4), (_, low2, low3, low4) = refined.F.max(axis=0), refined.F.min(axis=0)
+    return (
+        "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:\n"
+        f"$f_2^S$ from {low2:.3f} to {f2:.3f}, $f_4^S$ from {low4:.3f} to {f4:.3f}, "
+        f"while $f_3^S$ goes from {low3:.3f} to {f3:.3f}."
+    )
+
+
+def draw_functions(
+    axes: Axes, c: Array, fine_c: Array, curves: dict[tuple[str, str], tuple[Array, Array]]
+) -> None:
+    """Draw functions of the initial speed, with the paper's marked.
+
+    Args:
+        axes: Where.
+        c: ``(k,)`` speeds of the test points.
+        fine_c: ``(l,)`` speeds of the refined optima.
+        curves: Of one to three functions the symbol and the meaning, with ``(k,)`` values of the
+            test points, drawn as marks, and ``(l,)`` refined ones, drawn as a line.
+    """
+    for names, (values, line), look in zip(curves, curves.values(), CURVES, strict=False):
+        style = {"color": look["color"], "linestyle": look["linestyle"]}
+        axes.plot(fine_c, line, label=", ".join(names), linewidth=1.2, **style)
+        axes.plot(
+            c, values, color=look["color"], marker=look["marker"], linestyle="none",
+            markersize=2.6, label="_nolegend_",
+        )  # fmt: skip
     paper_c = ChuteParameters(mu=_MU).c
     axes.axvline(paper_c, label=f"$c$ = {paper_c:g}", **_TRANSITION)
     axes.set_xlim(0, None)
     axes.set_xlabel("$c$, initial speed of the centre (dimensionless)")
     axes.set_ylabel(", ".join(symbol for symbol, _ in curves) + " (dimensionless)")
-    _legend_above(axes)
+    _legend_above(axes, ncols=2)
