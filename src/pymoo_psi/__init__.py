@@ -7,7 +7,8 @@ Sampling
 Algorithms
     :class:`PSI`, :func:`investigate` and their :class:`TestTable`; :func:`nsga3`.
 Decision-making
-    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`; :class:`SalukvadzeOptimum`,
+    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`; :func:`explain` a design,
+    :func:`compare_designs`, :func:`representatives`; :class:`SalukvadzeOptimum`,
     :class:`EfficientSubset`, :class:`CompromiseProgramming`; :func:`robustness`.
     More in :mod:`.selection`.
 Comparison

@@ -11,7 +11,10 @@ from .errors import PsiError as PsiError
 from .evaluation import FailureTolerant as FailureTolerant
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
+from .pareto import compare_designs as compare_designs
+from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency
+from .pareto import representatives as representatives
 from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute
 from .selection import CompromiseProgramming as CompromiseProgramming

@@ -52,11 +52,9 @@ def epsilon_additive(F: Array, reference: Array) -> float:
 
 
 def spread_subset(F: Array, size: int) -> NDArray[np.intp]:
-    """Return the indices of points that cover a set evenly: farthest first (Gonzalez 1985).
+    """Return the indices of points that cover a set evenly, the best of each objective among them.
 
-    The best point of each objective comes first; then always the point farthest from those
-    chosen. No point of the set is farther from the nearest chosen one than twice what the best
-    choice of as many points could reach.
+    After the best points of the objectives, farthest first: see :func:`farthest_first`.
 
     Args:
         F: ``(n, m)`` points, in units in which distances have a meaning.
@@ -64,17 +62,39 @@ def spread_subset(F: Array, size: int) -> NDArray[np.intp]:
     """
     if len(F) <= size:
         return np.arange(len(F))
-    chosen = list(dict.fromkeys(F.argmin(axis=0).tolist()))
+    chosen, _, _ = farthest_first(F, list(dict.fromkeys(F.argmin(axis=0).tolist())), size)
+    return chosen
+
+
+def farthest_first(
+    F: Array, start: list[int], size: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Choose points that cover a set: always the one farthest from those chosen (Gonzalez 1985).
+
+    With one point to start from, no point of the set is farther from the nearest chosen one than
+    twice what the best choice of as many points could reach.
+
+    Args:
+        F: ``(n, m)`` points, in units in which distances have a meaning.
+        start: The points that are chosen first, one or more.
+        size: How many points, ``len(start)`` to n.
+
+    Returns:
+        ``(size,)`` their indices; ``(n,)`` which of them, 0 to ``size - 1``, is the nearest to each
+        point, the first of equally near ones; ``(n,)`` the distance to it.
+    """
+    chosen = list(start)
     columns = np.ascontiguousarray(F.T)
-    far = np.full(len(F), np.inf)
+    far, owner = np.full(len(F), np.inf), np.zeros(len(F), dtype=np.intp)
     for i in range(size):
         if i == len(chosen):
             chosen.append(int(far.argmax()))
         squares = np.zeros(len(F))
         for column in columns:  # a column at a time: no (n, m) array in every step
             squares += (column - column[chosen[i]]) ** 2
+        owner[squares < far] = i
         np.minimum(far, squares, out=far)
-    return np.array(chosen)
+    return np.array(chosen), owner, np.sqrt(far)
 
 
 def attainment_surfaces(fronts: list[Array], percentiles: list[float]) -> dict[float, Array]:

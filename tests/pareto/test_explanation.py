@@ -1,0 +1,235 @@
+"""Why a design, against loops in exact fractions; what the sentences say is what the numbers say."""
+
+import re
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, compare_designs, explain
+
+small_sets = st.tuples(st.integers(1, 9), st.integers(1, 4)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
+)
+
+
+def by_hand(F, i):
+    """Distances, ranges, and for each criterion all neighbours that tie, in exact fractions."""
+    rows = [[Fraction(v) for v in row] for row in F.tolist()]
+    front = [
+        k for k, r in enumerate(rows)
+        if not any(all(a <= b for a, b in zip(o, r, strict=True)) and o != r for o in rows)
+    ]  # fmt: skip
+    m = len(rows[0])
+    best = [min(rows[k][j] for k in front) for j in range(m)]
+    ranges = [max(rows[k][j] for k in front) - best[j] for j in range(m)]
+    behind = [rows[i][j] - best[j] for j in range(m)]
+
+    def apart(k):
+        return sum(((rows[k][j] - rows[i][j]) / ranges[j]) ** 2 for j in range(m) if ranges[j])
+
+    neighbours = []
+    for j in range(m):
+        better = [k for k in front if rows[k][j] < rows[i][j]]
+        near = [k for k in better if apart(k) == min(map(apart, better))]
+        most = min((rows[k][j] for k in near), default=0)
+        neighbours.append([k for k in near if rows[k][j] == most])
+    return front, behind, ranges, neighbours
+
+
+@given(F=small_sets, data=st.data())
+def test_distances_and_neighbours_are_those_of_the_definition(F, data):
+    i = data.draw(st.integers(0, len(F) - 1))
+    front, behind, ranges, neighbours = by_hand(F, i)
+    why = explain(F, i)
+    assert why.behind.tolist() == [float(b) for b in behind]
+    for share, b, r in zip(why.shares, behind, ranges, strict=True):
+        if r == 0 and b:
+            assert np.isnan(share)
+        else:
+            assert share == pytest.approx(float(b / r) if r else 0)
+    for found, ties in zip(why.neighbours.tolist(), neighbours, strict=True):
+        assert found in (ties or [-1])
+    if i in front:
+        assert why.dominated_by == -1
+    else:
+        by = why.dominated_by
+        assert by in front
+        assert (F[by] <= F[i]).all()
+        assert (F[by] < F[i]).any()
+    gains = F[i] - F[why.steps.rows]
+    np.testing.assert_array_equal(why.steps.gains, gains)
+
+
+@given(F=small_sets, data=st.data())
+def test_turned_criteria_are_the_same_criteria(F, data):
+    """A maximised criterion and its negative minimised: gains and shares do not know which."""
+    i = data.draw(st.integers(0, len(F) - 1))
+    sign = np.array(
+        data.draw(st.lists(st.sampled_from([1, -1]), min_size=F.shape[1], max_size=F.shape[1]))
+    )
+    maximize = np.flatnonzero(sign < 0).tolist()
+    plain, turned = explain(F, i), explain(F * sign, i, maximize=maximize)
+    np.testing.assert_array_equal(plain.shares, turned.shares)
+    np.testing.assert_array_equal(plain.neighbours, turned.neighbours)
+    np.testing.assert_array_equal(plain.steps.gains, turned.steps.gains)
+    assert plain.sentences == turned.sentences
+    frame = turned.to_frame()
+    np.testing.assert_array_equal(frame["value"], F[i] * sign)
+    np.testing.assert_array_equal(abs(frame["value"] - frame["best"]), frame["behind"])
+
+
+@given(F=small_sets, factor=st.sampled_from([1e-300, 1e-9, 7.0, 1e12, 1e290]))
+def test_units_change_the_amounts_only(F, factor):
+    plain, scaled = explain(F, 0), explain(F * factor, 0)
+    np.testing.assert_allclose(scaled.shares, plain.shares, rtol=1e-9)
+    assert scaled.neighbours.tolist() == plain.neighbours.tolist()
+    assert scaled.weakest == plain.weakest
+
+
+@given(F=small_sets)
+def test_what_one_gains_the_other_loses(F):
+    rows = [0, len(F) - 1]
+    there, back = compare_designs(F, rows), compare_designs(F, rows[::-1])
+    np.testing.assert_array_equal(there.gains[1], -back.gains[1])
+    swap = {"better": "worse", "worse": "better"}
+    turned = re.sub("better|worse", lambda found: swap[found[0]], there.difference(1))
+    assert said(turned) == said(back.difference(1))
+    for j, gain in enumerate(there.gains[1].tolist()):
+        word = "better" if gain > 0 else "worse"
+        assert (f"f{j + 1} by {abs(gain):.4g}" in said(there.difference(1)).get(word, [])) == (
+            gain != 0
+        )
+
+
+def said(difference):
+    """{"better": ["f1 by 3"], ...} of a part of a sentence."""
+    parts = [re.fullmatch("(better|worse) in (.*)", part) for part in difference.split("; ")]
+    return {found[1]: re.findall(r"f\d by [\d.]+", found[2]) for found in parts if found}
+
+
+CARS = pd.DataFrame(
+    {"price": [20.0, 30.0, 60.0, 70.0], "range": [200.0, 400.0, 500.0, 390.0], "seats": [5] * 4},
+    index=["Town", "Country", "Tour", "Show"],
+)
+UNITS = {"price": "k€", "range": "km"}
+
+
+def test_sentences_name_designs_criteria_and_units_in_the_users_sense():
+    why = explain(CARS, 1, maximize=["range"], units=UNITS)
+    assert why.weakest == ("range",)
+    assert str(why).splitlines() == [
+        "Country is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to",
+        "the ideal point.",
+        "Behind the best in range by 100 km (33 % of its range), price by 10 k€ (25 %);",
+        "weakest in range; the same as all in seats.",
+        "Towards range: Tour is better in range by 100 km (33 % of its range); worse in",
+        "price by 30 k€ (75 %).",
+        "Towards price: Town is better in price by 10 k€ (25 % of its range); worse in",
+        "range by 200 km (67 %).",
+    ]
+    frame = why.to_frame()
+    assert frame.loc["range"].tolist() == [
+        "km",
+        400,
+        500,
+        200,
+        100,
+        pytest.approx(1 / 3),
+        "Tour",
+        100,
+    ]
+    assert frame.loc["seats", ["unit", "behind", "share"]].tolist() == ["", 0, 0]
+
+
+def test_a_dominated_design_is_told_by_which():
+    why = explain(CARS, 3, maximize=["range"], units=UNITS)
+    assert why.dominated_by == 2  # Country dominates it too, and is farther away
+    assert why.sentences[0] == (
+        "Show is dominated: Tour is better in range by 110 km (37 % of its range), "
+        "price by 10 k€ (25 %)."
+    )
+    assert why.shares[0] == pytest.approx(50 / 40)  # beyond the worst of the Pareto set
+
+
+def test_a_design_alone_and_a_design_among_equals():
+    assert explain([[3.0, 4.0]], 0).sentences == (
+        "Design 0 is the only Pareto-optimal design.",
+        "The same as all in f1 and f2.",
+    )
+    twins = explain([[1.0, 3.0], [1.0, 3.0], [3.0, 1.0]], 1)
+    assert twins.sentences[0] == (
+        "Design 1 is a Salukvadze optimum: one of 3 of 3 Pareto-optimal designs that are equally "
+        "near to the ideal point."
+    )
+    assert twins.sentences[1] == "Behind the best in f2 by 2 (100 % of its range); the best in f1."
+
+
+def test_criteria_that_tie_are_all_weakest():
+    why = explain([[0.0, 8.0], [4.0, 4.0], [8.0, 0.0]], 1)
+    assert why.weakest == ("f1", "f2")
+    assert "weakest in f1 and f2." in why.sentences[1]
+
+
+def test_rounding_is_no_difference():
+    F = np.array([[0.3, 1.0], [0.1 + 0.2, 1.0], [0.0, 2.0]])
+    assert compare_designs(F, [0, 1]).gains.tolist() == [[0, 0], [0, 0]]
+    assert compare_designs(F, [0, 1]).sentences == (
+        "Design 1 against design 0: equal in all criteria.",
+    )
+    assert explain(F, 1).dominated_by == -1
+    assert explain(F, 1).neighbours.tolist() == [2, -1]
+
+
+def test_a_neighbour_of_two_criteria_is_told_once():
+    F = [[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]
+    assert explain(F, 0).sentences[2:] == (
+        "Towards f1 and f2: design 1 is better in f1 by 0.5 (100 % of its range), f2 by 0.5 "
+        "(100 %); worse in f3 by 1 (100 %).",
+    )
+
+
+def test_a_dominated_design_may_be_infinitely_far():
+    F = [[-1e308, 1.0], [1e308, 1.0]]
+    assert explain(F, 1).behind.tolist() == [np.inf, 0]
+    assert explain(F, 1).dominated_by == explain(F, 1).neighbours[0] == 0
+    assert "better in f1 by inf" in str(explain(F, 1))
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(1, "100 %"), (0.0995, "10 %"), (0.0994, "9.9 %"), (0.0012, "0.12 %"), (5e-5, "under 0.01 %"), (0, "0 %"), (12.5, "1250 %")],
+)  # fmt: skip
+def test_shares_are_told_with_two_digits(share, text):
+    F = [[0.0, 1.0], [1.0, 0.0], [share, 2.0]]
+    gain = compare_designs([*F, [0.0, 2.0]], [2, 3])
+    assert share == 0 or f"({text} of its range)" in str(gain)
+
+
+def test_frame_of_a_comparison():
+    two = compare_designs(CARS, [0, 2], maximize=["range"], units=UNITS)
+    table = two.to_frame().pivot(index="criterion", columns="design", values="gain")
+    assert table.loc["price"].to_dict() == {"Town": 0, "Tour": -40}
+    assert table.loc["range"].to_dict() == {"Town": 0, "Tour": 300}
+    assert repr(two) == "DesignComparison(Tour against Town)"
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    [
+        (lambda: explain(CARS, 4), ValueError, "i must be a row of F, 0 to 3, got 4"),
+        (lambda: explain(CARS, "Town"), TypeError, "i must be an integer >= 0, got 'Town'"),
+        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of criteria among price"),
+        (lambda: compare_designs(CARS, [1]), ValueError, "rows must be two rows or more"),
+        (lambda: compare_designs(CARS, [0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
+        (lambda: compare_designs(CARS, 2), TypeError, "rows must be a list of rows of F, got 2"),
+    ],
+)  # fmt: skip
+def test_mistakes(call, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        call()
+    assert isinstance(caught.value, PsiError)

@@ -1,0 +1,82 @@
+"""A few designs for many: the bound of farthest-first traversal against all choices there are."""
+
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import PsiError, rank_of_efficiency, representatives
+
+small_sets = st.tuples(st.integers(1, 10), st.integers(1, 4)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.integers(0, 9).map(float))
+)
+
+
+def distances(F, normalize):
+    """Of all pairs of Pareto-optimal rows, and which rows these are."""
+    ranking = rank_of_efficiency(F, normalize=normalize)
+    front = np.flatnonzero(ranking.pareto)
+    lengths = np.ptp(F[front], axis=0)
+    points = F[front] / np.where(lengths > 0, lengths, np.inf) if normalize else F[front]
+    return front, np.linalg.norm(points[:, None] - points, axis=2), ranking
+
+
+@settings(max_examples=60)
+@given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
+def test_no_choice_covers_the_set_with_less_than_half_the_radius(F, k, normalize):
+    front, apart, ranking = distances(F, normalize)
+    few = representatives(F, k, normalize=normalize)
+    assert few.rows[0] == ranking.salukvadze[0]
+    assert ranking.pareto[few.rows].all()
+    best = min(
+        apart[:, list(chosen)].min(axis=1).max()
+        for chosen in combinations(range(len(front)), min(k, len(front)))
+    )
+    assert few.radius <= 2 * best + 1e-12
+    # All designs that differ are chosen before any is chosen twice.
+    assert len(few.rows) == min(k, len(np.unique(F[front], axis=0)))
+
+
+@given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
+def test_each_stands_for_those_that_are_nearest_to_it(F, k, normalize):
+    front, apart, _ = distances(F, normalize)
+    few = representatives(F, k, normalize=normalize)
+    to = apart[:, np.searchsorted(front, few.rows)]
+    owner = (to <= to.min(axis=1, keepdims=True) + 1e-12).argmax(axis=1)
+    assert few.shares.tolist() == pytest.approx(
+        np.bincount(owner, minlength=len(few.rows)) / len(front)
+    )
+    assert few.shares.sum() == pytest.approx(1)
+    assert few.radius == pytest.approx(to.min(axis=1).max())
+    for i, far in enumerate(few.farthest):
+        assert far == pytest.approx(to[owner == i, i].max())
+
+
+def test_names_labels_and_senses_are_kept():
+    F = pd.DataFrame({"cost": [1, 2, 5, 9], "yield": [10, 30, 40, 5]}, index=list("ABCD"))
+    frame = representatives(F, 2, maximize=["yield"]).to_frame()
+    assert frame.index.tolist() == ["B", "C"]  # C and A are 0.822 and 0.712 from B
+    assert frame["yield"].tolist() == [30, 40]
+    assert frame["share"].tolist() == pytest.approx([2 / 3, 1 / 3])
+    with pytest.raises(PsiError, match="names other than share and farthest, got 'share'"):
+        representatives(F.rename(columns={"cost": "share"}), 2).to_frame()
+
+
+def test_distances_may_be_as_small_as_numbers_are():
+    F = np.array([[0.0, 9.0], [1.0, 8.0], [4.0, 4.0], [9.0, 0.0]])
+    few = representatives(F, 3, normalize=False)
+    for factor in (1e-300, 1e300):
+        scaled = representatives(F * factor, 3, normalize=False)
+        assert scaled.rows.tolist() == few.rows.tolist()
+        assert scaled.radius == pytest.approx(few.radius * factor)
+
+
+@pytest.mark.parametrize(("k", "kind"), [(0, ValueError), (2.0, TypeError)])
+def test_mistakes(k, kind):
+    with pytest.raises(kind, match="k must be an integer >= 1") as caught:
+        representatives([[1.0]], k)
+    assert isinstance(caught.value, PsiError)
