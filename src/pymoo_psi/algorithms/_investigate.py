@@ -18,15 +18,16 @@ from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, invalid, known_name
-from pymoo_psi.algorithms._memory import Memory, fingerprint
-from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
+from pymoo_psi.algorithms._sampling import UniformSampling, sampling_name, uniform_sampling
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
+from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem
-from pymoo_psi.table import Kind, Layout, TestTable
+from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import limit_vector
 
@@ -179,28 +180,18 @@ class Investigation:
     ) -> None:
         self.problem, self.stop, self.first, self.memory = problem, stop, first, memory
         self.space = space = design_space(problem)
-        kinds = [variable.kind for variable in space.variables]
-        discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
-        self.layout = Layout.of(
-            space.names,
-            problem.n_obj,
-            problem.n_ieq_constr,
-            problem.n_eq_constr,
-            lower=np.where(discrete, np.nan, space.lower),  # of no meaning there
-            upper=np.where(discrete, np.nan, space.upper),
-            kinds=kinds,
-        )
+        self.layout = problem_layout(problem, space)
         self.limits = limit_vector(limits, self.layout)
         self.points = sampling.unit_points(
-            n_points, len(kinds), first=first, random_state=np.random.default_rng(seed)
+            n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
         )
         last = first + n_points - 1
         for number in sorted(memory.retry or ()):
             if not first <= number <= last:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
         if memory.study is not None:
-            identity = fingerprint(problem, space, sampling, n_points, seed, study_key)
-            memory.begin(self.layout, identity)
+            points = {"sampling": sampling_name(sampling, n_points, seed), "key": study_key}
+            memory.begin(self.layout, problem_identity(problem, space) | points)
         self._piece = 1  # how many designs take a few seconds, as far as blocks have shown
 
     def tested(self, start: int, count: int) -> tuple[TestTable, int]:

@@ -23,10 +23,10 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, known_name
 from pymoo_psi.algorithms._investigate import Investigation
-from pymoo_psi.algorithms._memory import Memory
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
+from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem

@@ -173,3 +173,18 @@ class QMCSampling(UniformSampling):
                 "use another engine",
             )
         return np.asarray(points[first - 1 :])
+
+
+def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:
+    """Return what a study must know of its points, so that the same ones come again."""
+    if isinstance(sampling, LPTauSampling):
+        return f"LP-tau from point {sampling.first}"
+    if isinstance(sampling, QMCSampling) and not sampling.randomised:
+        return sampling.engine
+    if seed is None:
+        raise invalid(
+            "seed", "given where a study has randomised points", seed, "they must come again"
+        )
+    name = getattr(sampling, "engine", type(sampling).__name__)
+    count = "" if name in EXTENDABLE else f" of {n_points} points"
+    return f"{name}{count}, seed {seed}"

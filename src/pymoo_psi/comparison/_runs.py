@@ -19,12 +19,12 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
-from pymoo_psi.algorithms._memory import problem_identity
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import PsiError, RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_identity
 
 Array = NDArray[np.float64]
 

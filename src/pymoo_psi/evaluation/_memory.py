@@ -1,4 +1,4 @@
-"""What an investigation remembers: a study file, or nothing."""
+"""What an investigation or a recorded problem remembers: a study file, or nothing."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer, invalid
-from pymoo_psi.algorithms._sampling import EXTENDABLE, LPTauSampling, QMCSampling, UniformSampling
+from pymoo_psi._validation import integer
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.storage import Study
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._exchange import columns_of, head_of, table_of
@@ -50,7 +49,8 @@ class Memory:
 
         Args:
             layout: The columns of its tests.
-            identity: The :func:`fingerprint`.
+            identity: What makes the tests belong together: the :func:`problem_identity`; where
+                the designs come from, as ``sampling``; and the user's ``key``.
         """
         if self.study is not None:
             # "LP-tau", not "LP-tau from point 1": every test has its number beside it
@@ -73,65 +73,25 @@ class Memory:
 
     def recall(self, layout: Layout, first: int, count: int) -> TestTable:
         """Return what is stored of the test points from ``first`` on and not to be retried."""
+        stored = self.stored(layout, first, count)
+        return stored.rows(~self.to_retry(stored))
+
+    def stored(self, layout: Layout, first: int, count: int) -> TestTable:
+        """Return what is stored of the test points from ``first`` on."""
         nothing = TestTable.empty(layout)
         if self.study is None or count == 0:
             return nothing
         columns = self.study.columns(first, count)
-        stored = table_of(head_of(nothing), columns, self.study.path, TestTable)
-        again = stored.status == "failed"
+        return table_of(head_of(nothing), columns, self.study.path, TestTable)
+
+    def to_retry(self, stored: TestTable) -> NDArray[np.bool_]:
+        """``(n,)`` which of stored tests are failed ones to be evaluated once more."""
+        again: NDArray[np.bool_] = stored.status == "failed"
         if self.retry is not None:
             again &= np.isin(stored.numbers, list(self.retry))
-        return stored.rows(~again)
+        return again
 
     def keep(self, block: TestTable, seconds: float | None = None) -> None:
         """Store tests, and what one took; those that are stored already are left alone."""
         if self.study is not None and len(block):
             self.study.append(columns_of(block), origin=self.origin, seconds=seconds)
-
-
-def fingerprint(
-    problem: Any,
-    space: DesignSpace,
-    sampling: UniformSampling,
-    n_points: int,
-    seed: int | None,
-    key: str | None,
-) -> dict[str, Any]:
-    """Return what makes the tests of a study belong together, as plain values.
-
-    Name, variables, sizes and bounds do not tell everything, such as a constant of the model.
-    A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
-    with its parameters; the user adds a key.
-    """
-    return {
-        **problem_identity(problem, space),
-        "sampling": _sampling_name(sampling, n_points, seed),
-        "key": key,
-    }
-
-
-def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
-    """Return what is known of a problem without its bounds, as plain values."""
-    own = getattr(problem, "fingerprint", None)
-    return {
-        "problem": problem.name(),
-        "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
-        "objectives": problem.n_obj,
-        "inequality constraints": problem.n_ieq_constr,
-        "equality constraints": problem.n_eq_constr,
-        "parameters": own() if callable(own) else {},
-    }
-
-
-def _sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:
-    if isinstance(sampling, LPTauSampling):
-        return f"LP-tau from point {sampling.first}"
-    if isinstance(sampling, QMCSampling) and not sampling.randomised:
-        return sampling.engine
-    if seed is None:
-        raise invalid(
-            "seed", "given where a study has randomised points", seed, "they must come again"
-        )
-    name = getattr(sampling, "engine", type(sampling).__name__)
-    count = "" if name in EXTENDABLE else f" of {n_points} points"
-    return f"{name}{count}, seed {seed}"
