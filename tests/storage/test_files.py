@@ -231,7 +231,7 @@ def test_a_copy_that_others_continued_is_taken(study, tmp_path):
 
 def test_a_later_version_is_said_to_be_one(study):
     with closing(sqlite3.connect(study.path)) as db:
-        db.execute("PRAGMA user_version = 3")
+        db.execute("PRAGMA user_version = 4")
         db.execute("ALTER TABLE facts ADD COLUMN more")
         db.execute("UPDATE facts SET value = '1' WHERE name = 'seal'")
         db.commit()
@@ -239,7 +239,7 @@ def test_a_later_version_is_said_to_be_one(study):
     for call in calls(study.path):
         with pytest.raises(
             StudyVersionError,
-            match="has format 3, but this version of pymoo-psi knows formats up to 2; upgrade pymoo-psi",
+            match="has format 4, but this version of pymoo-psi knows formats up to 3; upgrade pymoo-psi",
         ):
             call()
     assert contents(Path(study.path).parent) == before

@@ -137,7 +137,7 @@ def test_more_columns_than_sqlite_has_are_refused(tmp_path):
     head = HEAD | {"objectives": [f"f{j}" for j in range(2000)]}
     with pytest.raises(
         ArgumentValueError,
-        match="at most 1993 variables, criteria and constraints together, got 2006",
+        match="at most 1993 variables, criteria, constraints and outputs together, got 2006",
     ):
         begun(tmp_path / "s.db", head)
     assert os.listdir(tmp_path) == []
@@ -389,3 +389,45 @@ def test_threads_take_turns(study):
     assert sorted(done) == list(range(1, 41, 4))
     assert bits(read_study(study.path)[1]) == bits(block(1, 40))
     assert os.listdir(Path(study.path).parent) == [Path(study.path).name]
+
+
+# Outputs, which tests bring
+
+
+def test_outputs_that_appear_later_are_nan_for_earlier_tests(tmp_path):
+    study = Study(tmp_path / "study.db")
+    study.begin(HEAD)
+    study.append(block(1, 3))
+    heat, noise = np.array([1.5, np.nan]), np.array([-0.0, 2.0, np.inf])
+    study.append(block(4, 2) | {"heat": heat})
+    Study(study.path).append(block(6, 3) | {"Noise": noise, "number": noise})
+    columns = read_study(study.path)[1]
+    assert bits(columns | block(1, 8)) == bits(columns)
+    nothing = [np.nan] * 3
+    assert bits({"heat": columns["heat"]}) == bits({"heat": np.array([*nothing, *heat, *nothing])})
+    for name in ("Noise", "number"):
+        wanted = np.array([*nothing, np.nan, np.nan, *noise])
+        assert bits({name: columns[name]}) == bits({name: wanted})
+
+
+def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
+    study = Study(tmp_path / "study.db")
+    study.begin(HEAD)
+    with_heat = block(1, 3) | {"heat": np.array([1.0, 2.0, 3.0])}
+    study.append(with_heat)
+    assert study.append(block(1, 3)) == 0
+    assert study.append(block(1, 3) | {"noise": np.zeros(3)}) == 0
+    assert bits(read_study(study.path)[1]) == bits(with_heat | {})
+    with pytest.raises(ArgumentValueError, match="other values for test point 2"):
+        study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0])})
+
+
+def test_a_study_with_outputs_is_continued_by_a_run_that_does_not_know_them(tmp_path):
+    study = Study(tmp_path / "study.db")
+    study.begin(HEAD)
+    study.append(block(1, 3) | {"heat": np.arange(3.0)})
+    again = Study(study.path)
+    again.begin(HEAD)
+    again.append(block(4, 1))
+    assert again.columns(3, 2)["heat"].tolist()[0] == 2.0
+    assert np.isnan(again.columns(3, 2)["heat"][1])

@@ -253,7 +253,7 @@ def replaced(old, new):
         (lambda text: text.split("\n", 1)[1], "its head, one line of JSON, is missing"),
         (lambda text: text[:60], "its head, one line of JSON, is missing or damaged"),
         (lambda text: text.split("\n", 1)[0], "the columns 'test_point', 'α', .* are missing from its header"),
-        (head(pymoo_psi_test_table=3), "its format is 3, this version of pymoo-psi reads 1 to 2"),
+        (head(pymoo_psi_test_table=4), "its format is 4, this version of pymoo-psi reads 1 to 3"),
         (head(lower=[0]), "its head is damaged: lower must be 2 bounds"),
         (head(variables=["a"]), "its head is damaged"),
         (head(kinds=["real", "imaginary"]), "its head is damaged: kinds must be one of 'binary', 'choice', 'integer', 'real', got 'imag"),

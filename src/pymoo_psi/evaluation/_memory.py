@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -15,7 +15,7 @@ from pymoo_psi._validation import integer
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.storage import Study
 from pymoo_psi.table import Layout, TestTable
-from pymoo_psi.table._exchange import columns_of, head_of, table_of
+from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
 
 
 @dataclass
@@ -82,7 +82,11 @@ class Memory:
         if self.study is None or count == 0:
             return nothing
         columns = self.study.columns(first, count)
-        return table_of(head_of(nothing), columns, self.study.path, TestTable)
+        known = kinds_of_columns(layout)
+        # Tests of another run may have outputs that this one does not know yet.
+        outputs = tuple(name for name in columns if name not in known)
+        head = head_of(TestTable.empty(replace(layout, outputs=layout.outputs + outputs)))
+        return table_of(head, columns, self.study.path, TestTable)
 
     def to_retry(self, stored: TestTable) -> NDArray[np.bool_]:
         """``(n,)`` which of stored tests are failed ones to be evaluated once more."""

@@ -3,8 +3,9 @@
 ``tests`` has one row a test: ``number``, ``status``, ``reason`` (why it failed), ``origin`` (where
 its design comes from), ``seconds`` (what its evaluation took, the mean of designs evaluated
 together); then variables, criteria and constraints under their names, with ``_`` behind a name that
-is taken; then two for us, ``negative_zeros`` and ``checksum``. ``facts`` has a name and a value, as
-JSON, for what holds of the whole study.
+is taken; then two for us, ``negative_zeros`` and ``checksum``; then what else the model gives, its
+outputs, each from the first test that has it. ``facts`` has a name and a value, as JSON, for what
+holds of the whole study.
 
 Values come back bit for bit. SQLite keeps every float64 but NaN, which is NULL here, and the sign
 of -0.0: ``negative_zeros`` lists the columns where it stood. No value of a test is ever missing,
@@ -52,7 +53,9 @@ Head: TypeAlias = Mapping[str, Any]
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
 APPLICATION = 0x50534931  # "PSI1", in the header of the file
-VERSION = 2  # of the tables, also in the header
+# Of the tables, also in the header. Format 2 is the same but for outputs and criteria that are
+# maximised, of which its readers know nothing: it is read, and continued as it is.
+VERSION = 3
 LAST = 2**63 - 1  # the largest number of a test point
 
 _TYPES = {
@@ -307,7 +310,8 @@ def stored_facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
             f"study {path} has format {version}, but this version of pymoo-psi knows formats up "
             f"to {VERSION}; upgrade pymoo-psi: pip install --upgrade pymoo-psi"
         )
-    if version != VERSION or not sealed:
+    # The version stands in the header, which no seal covers, and once more among the facts.
+    if version not in (2, VERSION) or not sealed or texts.get("format") != str(version):
         raise corrupt(path, "its facts are not those that were committed last")
     return {name: json.loads(text) for name, text in texts.items()}
 
@@ -360,7 +364,8 @@ def changes(
 ) -> tuple[NDArray[np.bool_], list[int]]:
     """Return which of n tests are to be written, and the checksums of those they replace.
 
-    Origin and seconds may differ from what is stored; that is no other result.
+    Origin and seconds may differ from what is stored; that is no other result. Nor is an output
+    that one of both does not have.
 
     Raises:
         ArgumentValueError: A test that did not fail would change.
@@ -368,12 +373,21 @@ def changes(
     new = np.ones(len(cells[0]), dtype=bool)
     replaced = []
     places = {number: i for i, number in enumerate(cells[0].tolist())}
+    names = list(_sql_columns(head))
+    last = len(names) - len(_BACK)  # behind the outputs, which end the columns of results
+    outputs = range(last - len(head.get("outputs", ())), last)
+    compared = [j for j in range(len(names) - 1) if j not in (3, 4, *outputs)]
     for stored in _selected(db, head, min(places, default=LAST), max(places, default=0)):
         if stored[0] not in places:
             continue
         i = places[stored[0]]
-        pairs = [(stored[j], cells[j][i]) for j in range(len(cells) - 1) if j not in (3, 4)]
+        pairs = [(stored[j], cells[j][i]) for j in compared]
         # NULL is how SQLite gives NaN back, and only a NaN differs from itself.
+        pairs += [
+            (stored[j], cells[j][i])
+            for j in outputs
+            if stored[j] is not None and not np.isnan(cells[j][i])
+        ]
         if all(old == cell or (old is None and cell != cell) for old, cell in pairs):
             new[i] = False
         elif stored[1] == "failed":
@@ -403,11 +417,39 @@ def put_tests(
     db.executemany(f"INSERT OR REPLACE INTO tests ({listed}) VALUES ({marks})", rows)
     tests = int(facts["tests"] - len(replaced) + new.sum())
     total = np.bitwise_xor.reduce([facts["checksum"], *replaced, *cells[-1][new].tolist()])
-    texts = dict(db.execute("SELECT name, value FROM facts WHERE name <> 'seal'"))
-    texts |= {"tests": str(tests), "checksum": str(total)}
-    changed = [(text, name) for name, text in [*texts.items(), ("seal", _seal(texts))]]
-    db.executemany("UPDATE facts SET value = ? WHERE name = ?", changed)
+    _put_facts(db, tests=tests, checksum=int(total))
     return tests
+
+
+def add_outputs(db: sqlite3.Connection, path: str, facts: Head, names: Sequence[str]) -> None:
+    """Add columns for outputs that the study does not have; its tests have NaN in them.
+
+    Raises:
+        StudyCorruptError: A test is damaged, so that no new checksum can vouch for it.
+        ArgumentValueError: There are too many columns.
+    """
+    stored_tests(db, path, facts)  # each one checked
+    wider = {**facts, "outputs": [*facts.get("outputs", ()), *names]}
+    for name, type_ in _sql_columns(wider).items():
+        if name not in _sql_columns(facts):
+            db.execute(f"ALTER TABLE tests ADD COLUMN {_quoted(name)} {type_}")
+    # The checksum of a row is of all its cells, also of those that are new.
+    cursor, total = _selected(db, wider, 1, LAST), 0
+    while rows := cursor.fetchmany(_AT_A_TIME):
+        cells = _cells(rows, wider)
+        sums = _checksums(cells[:-1])
+        total ^= int(np.bitwise_xor.reduce(sums))
+        pairs = zip(sums.tolist(), cells[0].tolist(), strict=True)
+        db.executemany("UPDATE tests SET checksum = ? WHERE number = ?", pairs)
+    db.execute(f"PRAGMA user_version = {VERSION}")
+    _put_facts(db, outputs=wider["outputs"], checksum=total, format=VERSION)
+
+
+def _put_facts(db: sqlite3.Connection, **changed: Any) -> None:
+    texts = dict(db.execute("SELECT name, value FROM facts WHERE name <> 'seal'"))
+    texts |= {name: json.dumps(value, ensure_ascii=False) for name, value in changed.items()}
+    rows = [*texts.items(), ("seal", _seal(texts))]
+    db.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", rows)
 
 
 def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> sqlite3.Cursor:
@@ -421,17 +463,18 @@ def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> sqli
 
 
 def _kinds(head: Head) -> dict[str, Kind]:
-    """Return what each variable, criterion and constraint is, by name."""
-    others = ("objectives", "inequalities", "equalities")
+    """Return what each variable, criterion, constraint and output is, by name."""
+    others = ("objectives", "inequalities", "equalities", "outputs")
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    return kinds | {name: Kind.REAL for group in others for name in head[group]}
+    # A study without outputs says nothing of them.
+    return kinds | {name: Kind.REAL for group in others for name in head.get(group, ())}
 
 
 def _sql_columns(head: Head) -> dict[str, str]:
     """Return SQL's columns and their types. SQL takes ``a`` and ``A`` for one name."""
     kinds = _kinds(head)
     if len(kinds) > _MOST_COLUMNS:
-        rule = f"of at most {_MOST_COLUMNS} variables, criteria and constraints together"
+        rule = f"of at most {_MOST_COLUMNS} variables, criteria, constraints and outputs together"
         raise invalid("the problem of a study", rule, Received(len(kinds)))
     columns = dict(_FRONT)
     taken = {*_FRONT, *_BACK}
@@ -447,15 +490,25 @@ def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
+def unknown_outputs(columns: Columns, head: Head) -> list[str]:
+    """Return the names of columns of tests that a study does not have."""
+    known = {"test_point", "status", "reason", *_kinds(head)}
+    return [name for name in columns if name not in known]
+
+
 def cells_of(
     columns: Columns,
     head: Head,
     origin: str | None = None,
     seconds: float | None = None,
 ) -> list[Any]:
-    """Return the cells of n tests, SQL's columns in their order, the checksums last."""
+    """Return the cells of n tests, SQL's columns in their order, the checksums last.
+
+    An output that the tests do not have is NaN.
+    """
     n = len(columns["test_point"])
-    values = []
+    columns = dict.fromkeys(head.get("outputs", ()), np.full(n, np.nan)) | columns
+    values: list[Any] = []
     negative: dict[int, list[str]] = {}
     for name, kind in _kinds(head).items():
         column = columns[name]
@@ -512,14 +565,7 @@ def _columns_of(rows: Sequence[tuple[Any, ...]], head: Head) -> Columns:
     Raises:
         ValueError: The checksum of a row is another one; or what else is in ``_DAMAGE``.
     """
-    types = list(_sql_columns(head).values())
-    columns = list(zip(*rows, strict=True)) if rows else [()] * len(types)
-    dtypes = [np.float64 if t == "REAL" else None if t == "TEXT" else np.int64 for t in types]
-    dtypes[0] = dtypes[-1] = np.int64
-    cells: list[Any] = [
-        list(column) if dtype is None else np.array(column, dtype=dtype)
-        for column, dtype in zip(columns, dtypes, strict=True)
-    ]
+    cells = _cells(rows, head)
     if (_checksums(cells[:-1]) != cells[-1]).any():
         raise ValueError("a checksum is another one")
     number, status, reason, _, _, *values, zeros, _ = cells
@@ -531,6 +577,22 @@ def _columns_of(rows: Sequence[tuple[Any, ...]], head: Head) -> Columns:
             result[name][i] = -0.0
     texts = objects([text or "" for text in reason])
     return result | {"status": objects(status), "reason": texts}
+
+
+def _cells(rows: Sequence[tuple[Any, ...]], head: Head) -> list[Any]:
+    """Return rows of SQL as cells, columns as :func:`cells_of` gives them.
+
+    Raises:
+        ValueError: A cell is damaged; or what else is in ``_DAMAGE``.
+    """
+    types = list(_sql_columns(head).values())
+    columns = list(zip(*rows, strict=True)) if rows else [()] * len(types)
+    dtypes = [np.float64 if t == "REAL" else None if t == "TEXT" else np.int64 for t in types]
+    dtypes[0] = dtypes[-1] = np.int64
+    return [
+        list(column) if dtype is None else np.array(column, dtype=dtype)
+        for column, dtype in zip(columns, dtypes, strict=True)
+    ]
 
 
 def _damaged(rows: list[tuple[Any, ...]], head: Head) -> list[Any]:

@@ -63,7 +63,7 @@ class Study:
         Args:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
-                else makes the problem what it is.
+                else makes the problem what it is, but for its outputs, which tests bring.
 
         Raises:
             StudyMismatchError: The file belongs to another problem; the message says what differs.
@@ -86,6 +86,7 @@ class Study:
         facts = database.read(self.path, self._facts)
         if facts["format"] == 1:  # which knows no kinds
             facts["kinds"] = asked["kinds"]
+        facts.pop("outputs", None)
         differences = list(_differences(_by_variable(_head(facts)), _by_variable(asked)))
         if differences:
             raise StudyMismatchError(
@@ -120,7 +121,8 @@ class Study:
 
         Args:
             columns: ``(n,)`` each: ``test_point``, the numbers; the variables, criteria and
-                constraints by name, choices as texts; ``status``; ``reason``, texts.
+                constraints by name, choices as texts; ``status``; ``reason``, texts; and numbers
+                that the model gives besides, its outputs, which may be others each time.
             origin: Where the designs come from.
             seconds: What the evaluation of a design took.
 
@@ -138,18 +140,21 @@ class Study:
         if facts["format"] == 1:
             self._convert()
             facts = database.read(self.path, self._facts)
-        cells = database.cells_of(columns, facts, origin, seconds)
 
-        def changes(db: sqlite3.Connection) -> tuple[NDArray[np.bool_], list[int]]:
-            return database.changes(db, self.path, self._facts(db), cells)
+        def changes(db: sqlite3.Connection) -> tuple[list[Any], NDArray[np.bool_], list[int]]:
+            facts = self._facts(db)
+            cells = database.cells_of(columns, facts, origin, seconds)
+            return cells, *database.changes(db, self.path, facts, cells)
 
         # Without the lock first: a run that repeats what is stored waits for nobody and writes
         # nothing. Under the lock it is asked again, since another writer may have stored the tests
-        # meanwhile.
-        if not database.read(self.path, changes)[0].any():
+        # meanwhile, or outputs that this one does not know.
+        if not database.read(self.path, changes)[1].any():
             return 0
         with self.writing(), database.transaction(self.path) as db:
-            new, replaced = changes(db)
+            if added := database.unknown_outputs(columns, stored := self._facts(db)):
+                database.add_outputs(db, self.path, stored, added)
+            cells, new, replaced = changes(db)
             tests = database.put_tests(db, self._facts(db), cells, new, replaced)
         self._seen = (facts["id"], tests)
         return int(new.sum())

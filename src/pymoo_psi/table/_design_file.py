@@ -380,12 +380,15 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
     frame = table.rows(feasible).to_frame().reset_index()
     # Of feasible designs these say nothing; a ranking adds a pareto of its own.
     frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
-    columns = {str(name): _column(frame[name].tolist()) for name in frame.columns}
+    columns = {
+        str(name): replace(_column(frame[name].tolist()), unit=layout.units.get(str(name), ""))
+        for name in frame.columns
+    }
     n, others = len(feasible), len(table) - len(feasible)
     remark = (
         f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
     )
-    roles = Roles(layout.objectives, layout.variables, "test_point")
+    roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized)
     return DesignFile(path, columns, feasible + 1, (), roles, rows, (remark,) if others else ())
 
 

@@ -25,6 +25,8 @@ Head: TypeAlias = dict[str, Any]
 Columns: TypeAlias = dict[str, NDArray[Any]]
 Table = TypeVar("Table")
 _LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
+# Left out of a head where there are none: so a table without them has the head of earlier versions.
+_FURTHER: dict[str, Any] = {"outputs": [], "maximized": [], "units": {}}
 
 
 def head_of(table: Any) -> Head:
@@ -34,8 +36,9 @@ def head_of(table: Any) -> Head:
         ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
-        ``eq_tolerance``; and ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h`` if there
-        is one.
+        ``eq_tolerance``; if there are any ``outputs`` and ``maximized``, lists of names, and
+        ``units``, texts by name; and ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h``
+        if there is one.
     """
     layout: Layout = table.layout
     # Of a table without tests nothing can be told: a later block may be of any kind.
@@ -44,6 +47,9 @@ def head_of(table: Any) -> Head:
     head = {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
     head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
     head["kinds"] = [kind.value for kind in kinds]
+    for key, nothing in _FURTHER.items():
+        if value := type(nothing)(getattr(layout, key)):
+            head[key] = value
     prototype: Prototype | None = table.prototype
     if prototype is not None:
         values = {letter: getattr(prototype, letter).tolist() for letter in "xfgh"}
@@ -55,9 +61,9 @@ def columns_of(table: Any) -> Columns:
     """Return the columns that make a :class:`TestTable`, n cells each, in the order of its tests.
 
     Returns:
-        ``test_point`` (int64); the variables, criteria and constraints under their names;
-        ``status`` and ``reason`` (texts, empty where there is none). A choice is text, see
-        :func:`choice_texts`; other variables have the dtype of their kind.
+        ``test_point`` (int64); the variables, criteria, constraints and outputs under their names,
+        criteria in their own sense; ``status`` and ``reason`` (texts, empty where there is none).
+        A choice is text, see :func:`choice_texts`; other variables have the dtype of their kind.
     """
     layout: Layout = table.layout
     columns: Columns = {"test_point": table.numbers}
@@ -65,9 +71,11 @@ def columns_of(table: Any) -> Columns:
     for name, column, kind in zip(layout.variables, table.X.T, kinds, strict=True):
         texts = kind is Kind.CHOICE
         columns[name] = choice_texts(column.tolist()) if texts else column.astype(DTYPES[kind])
-    columns |= zip(layout.objectives, table.F.T, strict=True)
+    # Turning a sign twice gives every float64 back, zeros and NaN too.
+    columns |= zip(layout.objectives, (table.F * layout.sign).T, strict=True)
     columns |= zip(layout.inequalities, table.G.T, strict=True)
     columns |= zip(layout.equalities, table.H.T, strict=True)
+    columns |= zip(layout.outputs, table.outputs.T, strict=True)
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
     reasons = np.full(len(table), "", dtype=object)
     if table.reasons:
@@ -80,14 +88,16 @@ def layout_of(head: Mapping[str, Any], where: object) -> Layout:
     """Return the layout in a head; see :func:`table_of` for the arguments."""
     try:
         bounds = {side: head[side] for side in ("lower", "upper")}
-        return Layout(**{name: head[name] for name in _LAYOUT}, **bounds, kinds=head["kinds"])
+        further = {key: head.get(key, nothing) for key, nothing in _FURTHER.items()}
+        known = {name: head[name] for name in _LAYOUT}
+        return Layout(**known, **bounds, kinds=head["kinds"], **further)
     except (PsiError, ValueError, KeyError, TypeError) as error:
         raise damaged(where, f"its head is damaged: {error}") from None
 
 
 def kinds_of_columns(layout: Layout) -> dict[str, Kind]:
     """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
-    real = layout.objectives + layout.constraints
+    real = layout.objectives + layout.constraints + layout.outputs
     return {
         "test_point": Kind.INTEGER,
         **dict(zip(layout.variables, _kinds(layout), strict=True)),
@@ -124,16 +134,17 @@ def table_of(
     X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
     for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
         X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
-    F, G, H = (
+    F, G, H, outputs = (
         _reals(columns, names, len(numbers))
-        for names in (layout.objectives, layout.inequalities, layout.equalities)
+        for names in (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
     )
+    F *= layout.sign
     # The status is taken from the file, not derived: the table checks it against the constraints,
     # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
     try:
         prototype = _prototype(head.get("prototype"), layout)
-        return make(layout, numbers, X, F, G, H, status, reasons, prototype)
+        return make(layout, numbers, X, F, G, H, status, reasons, prototype, outputs)
     except PsiError as error:
         raise damaged(where, str(error)) from None
 

@@ -38,7 +38,10 @@ from pymoo_psi.table._exchange import (
 
 Path: TypeAlias = str | PathLike[str]
 MARK = "pymoo_psi_test_table"
-_FORMAT = 2  # of the head; a reader refuses a later one
+_FORMAT = 3  # of the head; a reader refuses a later one
+# Without these a table is one of format 2. Earlier versions know nothing of them, and would take
+# what is to be maximised for minimised, and leave columns out.
+_OF_3 = {"maximized", "outputs"}
 _WORDS = {"boolean": "binary", "text": "choice", "mixed": "choice"}  # for kinds in format 1
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _ROWS = 8192  # parsed at a time, so that the memory for texts stays small
@@ -145,7 +148,7 @@ def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Column
 
 def _head_text(head: Head, columns: Columns) -> str:
     """Return the head of a file, JSON in one line."""
-    marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
+    marks = {MARK: _FORMAT if _OF_3 & {*head} else 2, "tests": len(columns["test_point"])}
     return json.dumps(marks | head, ensure_ascii=False)
 
 
@@ -156,7 +159,7 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind], lis
         version = head.pop(MARK)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
-    if version not in (1, _FORMAT):
+    if version not in range(1, _FORMAT + 1):
         what = f"its format is {version!r:.20}, this version of pymoo-psi reads 1 to {_FORMAT}"
         raise damaged(path, what)
     n, old_texts = head.pop("tests", None), []

@@ -1,9 +1,9 @@
-"""What the columns of a test table mean: names, kinds, the box of the variables, the tolerance."""
+"""What the columns of a test table mean: names, senses, units, kinds, the box of the variables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -28,7 +28,7 @@ Limits: TypeAlias = Mapping[str, float] | Mapping[int, float] | Mapping[str | in
 """Limits on criteria, f_j <= limit: each for the name of a criterion, or its index from 0."""
 
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
-_GROUPS = ("variables", "objectives", "inequalities", "equalities")
+_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,11 @@ class Layout:
         upper: ``(n_var,)`` upper bounds likewise.
         eq_tolerance: How far an equality constraint may be from 0.
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
+        outputs: ``k`` names of what else the model gives, numbers that are neither criteria nor
+            constraints.
+        maximized: The criteria of which more is better. ``F`` holds these with the sign turned,
+            as pymoo minimises; whatever is reached by their names is in their own sense.
+        units: Units of columns by name; a column without one is not in it.
 
     Example:
         >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
@@ -59,13 +64,16 @@ class Layout:
     upper: Array
     eq_tolerance: float
     kinds: tuple[Kind, ...] = ()
+    outputs: tuple[str, ...] = ()
+    maximized: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check that the names are distinct, and kinds and bounds fit."""
-        for group in _GROUPS:
+        """Check that the names are distinct, and senses, units, kinds and bounds fit."""
+        for group in (*_GROUPS, "maximized"):
             object.__setattr__(self, group, _names(group, getattr(self, group)))
         seen: set[str] = set(RESERVED)
-        for name in (*self.variables, *self.objectives, *self.constraints):
+        for name in self.columns:
             if name in seen:
                 raise invalid(
                     "the names of a test table",
@@ -90,6 +98,12 @@ class Layout:
             raise invalid("eq_tolerance", "0 or more", tolerance)
         object.__setattr__(self, "eq_tolerance", tolerance)
         object.__setattr__(self, "kinds", _known_kinds(self.kinds, len(self.variables)))
+        for name in self.maximized:
+            known_name("maximize", name, self.objectives)
+        # In the order of the criteria, so that layouts of one meaning are equal.
+        more = tuple(name for name in self.objectives if name in self.maximized)
+        object.__setattr__(self, "maximized", more)
+        object.__setattr__(self, "units", _known_units(self.units, self.columns))
 
     @classmethod
     def of(
@@ -103,6 +117,9 @@ class Layout:
         upper: ArrayLike | None = None,
         eq_tolerance: float = EQ_TOLERANCE,
         kinds: Sequence[Kind | str] = (),
+        outputs: Sequence[str] = (),
+        maximize: Sequence[str] = (),
+        units: Mapping[str, str] | None = None,
     ) -> Layout:
         """Return the layout with these names; a number stands for as many default names.
 
@@ -116,14 +133,19 @@ class Layout:
             eq_tolerance: How far an equality constraint may be from 0.
             kinds: What each variable is, "real", "integer", "binary" or "choice"; as the designs
                 tell unless given.
+            outputs: Names of what else the model gives.
+            maximize: The criteria of which more is better.
+            units: Units of columns by name.
 
         Raises:
-            ArgumentValueError: A name occurs twice or is reserved; bounds or kinds do not fit.
+            ArgumentValueError: A name occurs twice, is reserved or not known; bounds or kinds do
+                not fit.
             ArgumentTypeError: A name is not text, a bound not a number.
 
         Example:
-            >>> Layout.of(2, ["mass", "cost"], 1).constraints
-            ('g1',)
+            >>> layout = Layout.of(2, ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
+            >>> layout.label("x1"), layout.label("mass"), layout.sign
+            ('x1', 'mass [kg]', array([ 1., -1.]))
         """
         names = _numbered("x", variables)
         unknown = np.full(len(names), np.nan)
@@ -136,6 +158,9 @@ class Layout:
             unknown if upper is None else real_array("upper", upper),
             eq_tolerance,
             kinds,  # type: ignore[arg-type]  # words become kinds when they are checked
+            outputs,  # type: ignore[arg-type]  # lists become tuples likewise
+            maximize,  # type: ignore[arg-type]
+            {} if units is None else units,
         )
 
     @property
@@ -147,6 +172,38 @@ class Layout:
             ('stress', 'volume')
         """
         return self.inequalities + self.equalities
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns: variables, criteria, constraints, outputs.
+
+        Example:
+            >>> Layout.of(1, ["mass"], ["stress"], outputs=["heat"]).columns
+            ('x1', 'mass', 'stress', 'heat')
+        """
+        return self.variables + self.objectives + self.constraints + self.outputs
+
+    @property
+    def sign(self) -> Array:
+        """``(m,)`` 1 for a criterion to be minimised, -1 for one to be maximised.
+
+        ``F * sign`` are the criteria in their own sense, and these times ``sign`` are F.
+
+        Example:
+            >>> Layout.of(1, ["mass", "gain"], maximize=["gain"]).sign
+            array([ 1., -1.])
+        """
+        return np.array([-1.0 if name in self.maximized else 1.0 for name in self.objectives])
+
+    def label(self, name: str) -> str:
+        """Return the name of a column with its unit, for axes and headings.
+
+        Example:
+            >>> Layout.of(1, ["mass"], units={"mass": "kg"}).label("mass")
+            'mass [kg]'
+        """
+        unit = self.units.get(name, "")
+        return f"{name} [{unit}]" if unit else name
 
     @property
     def is_blank(self) -> bool:
@@ -188,16 +245,23 @@ class Layout:
     def difference(self, other: Layout) -> str:
         """Say in what another layout differs first; empty if in nothing.
 
+        Outputs may be any: a later test can have more of them than an earlier one.
+
         Example:
             >>> Layout.of(1, ["mass"]).difference(Layout.of(1, ["cost"]))
             'objectives mass against cost'
         """
         if other is self:
             return ""
-        for group in (*_GROUPS, "eq_tolerance"):
+        for group in (*_GROUPS[:-1], "maximized", "eq_tolerance"):
             a, b = getattr(self, group), getattr(other, group)
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
+        for name in self.columns:
+            # Of an output the other may not know, the unit is not known either.
+            a, b = self.units.get(name, "none"), other.units.get(name, "none")
+            if name in other.columns and a != b:
+                return f"unit of {name}: {a} against {b}"
         # Kinds that follow from the designs may be any.
         for name, a, b in zip(self.variables, self.kinds, other.kinds, strict=False):
             if a != b:
@@ -233,7 +297,23 @@ def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
     return known
 
 
+def _known_units(units: Any, columns: Sequence[str]) -> dict[str, str]:
+    """Return units as texts that every file can hold, without those that are empty."""
+    if not isinstance(units, Mapping):
+        rule = "units must map columns to units, such as {'mass': 'kg'}"
+        raise ArgumentTypeError(f"{rule}, got {units!r:.80}")
+    for name, unit in units.items():
+        known_name("units", name, columns)
+        if not isinstance(unit, str):
+            raise ArgumentTypeError(f"the unit of {name!r} must be text, got {unit!r:.80}")
+        if not is_writable(unit) or not unit.isprintable():
+            raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
+    return {name: unit for name in columns if (unit := str(units.get(name, "")).strip())}
+
+
 def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
+    if isinstance(names, str):
+        raise ArgumentTypeError(f"{group} must be a list of names, got {names!r:.80}")
     for name in names:
         if not isinstance(name, str):
             raise ArgumentTypeError(f"{group} must be names, got {name!r:.80}")

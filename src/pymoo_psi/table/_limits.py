@@ -1,4 +1,7 @@
-"""Limits on criteria, f_j <= f_j**, which are set after the tests and change none of them."""
+"""Limits on criteria, f_j <= f_j**, which are set after the tests and change none of them.
+
+A limit is given in the criterion's own sense: the least value allowed of one that is maximised.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ Mask = NDArray[np.bool_]
 
 
 def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
-    """Return the limits by index of the criterion, in the order of the criteria.
+    """Return the limits on F by index of the criterion, in the order of the criteria.
 
     Raises:
         ArgumentValueError: A criterion is not known or named twice, a limit is NaN.
@@ -42,7 +45,7 @@ def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
         if np.isnan(float(limit)):
             hint = "leave the criterion out where it has no limit"
             raise invalid(f"the limit on {key!r}", "a number", Received("nan"), hint)
-        result[j] = float(limit)
+        result[j] = float(limit) * float(layout.sign[j])
     # The order of the criteria, not of the mapping: columns of violations stand in it.
     return dict(sorted(result.items()))
 

@@ -23,7 +23,7 @@ class Prototype:
     Attributes:
         name: What it is called.
         x: ``(n_var,)`` its variables; they may lie outside the box.
-        f: ``(m,)`` its criteria, finite.
+        f: ``(m,)`` its criteria, finite, each in its own sense.
         g: ``(n_ieq,)`` its inequality constraints; NaN where not known.
         h: ``(n_eq,)`` its equality constraints; NaN where not known.
 

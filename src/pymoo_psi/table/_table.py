@@ -8,8 +8,8 @@ that are feasible then, and refine the box for the next investigation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
     instance,
     integer,
     invalid,
+    known_name,
     real_array,
 )
 from pymoo_psi.errors import ArgumentTypeError
@@ -47,7 +48,7 @@ Mask = NDArray[np.bool_]
 
 # _status takes them by index: 0 and 1 for constraints met and violated, 2 for a failure.
 STATUSES = ("ok", "infeasible", "failed")
-_BLOCKS = ("X", "F", "G", "H", "status")  # with a row for each test
+_BLOCKS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,11 +59,16 @@ class TestTable:
     :meth:`read_csv`. A table never changes; its arrays are read-only.
 
     Wherever ``limits`` are asked for, they are limits f_j <= f_j** on criteria, by name or index
-    from 0: ``{"f1": 2.5, "f3": 0.1}``. They are set on the tests there are and need no evaluation.
+    from 0: ``{"f1": 2.5, "f3": 0.1}``; of a criterion that is maximised, f_j >= f_j**. They are set
+    on the tests there are and need no evaluation.
+
+    ``F`` is pymoo's: all criteria minimised, those that are maximised (``layout.maximized``) with
+    the sign turned. Whatever is reached by a criterion's name is in its own sense: :meth:`column`,
+    limits, frames, files, plots.
 
     Attributes:
-        layout: Names of variables, criteria and constraints, kinds and bounds of the variables,
-            the tolerance of equality constraints.
+        layout: Names and units of all columns, senses of the criteria, kinds and bounds of the
+            variables, the tolerance of equality constraints.
         numbers: ``(n,)`` numbers of the test points, from 1, each once.
         X: ``(n, n_var)`` designs: float64; int64 or bool if all variables are integers or all
             binary; object if they differ, or are choices.
@@ -72,6 +78,8 @@ class TestTable:
         status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
         reasons: Why designs failed, for the numbers of their test points.
         prototype: An existing design to compare with, if there is one.
+        outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
+            a design failed, or an earlier version of the model did not give it.
 
     Example:
         >>> table = TestTable.of(
@@ -94,17 +102,20 @@ class TestTable:
     status: NDArray[np.str_]
     reasons: Mapping[int, str] = field(default_factory=dict)
     prototype: Prototype | None = None
+    outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
         layout, numbers = self.layout, _point_numbers(self.numbers)
+        if self.outputs is None:
+            self._set({"outputs": np.zeros((len(numbers), 0))})
         checked: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, layout.variables, layout.kinds),
             "status": np.array(self.status, dtype=str),
             "reasons": _reason_texts(self.reasons),
         }
-        for name in "FGH":
+        for name in ("F", "G", "H", "outputs"):
             checked[name] = np.array(real_array(name, getattr(self, name)), order="C")
         for name, width in _widths(layout).items():
             shape = (len(numbers), width)
@@ -126,6 +137,7 @@ class TestTable:
         G: ArrayLike | None = None,
         H: ArrayLike | None = None,
         *,
+        outputs: Mapping[str, ArrayLike] | None = None,
         reasons: Mapping[int, str] | None = None,
         layout: Layout | None = None,
     ) -> TestTable:
@@ -137,11 +149,15 @@ class TestTable:
         Args:
             numbers: ``(n,)`` numbers of the test points, from 1, each once.
             X: ``(n, n_var)`` designs, or n mappings from variable to value.
-            F: ``(n, m)`` criteria, all minimised; NaN and infinity are allowed.
+            F: ``(n, m)`` criteria, all minimised, those that the layout says are maximised with
+                the sign turned; NaN and infinity are allowed.
             G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
             H: ``(n, n_eq)`` equality constraints, met within the tolerance.
+            outputs: ``(n,)`` values of what else the model gives, by name; they follow those
+                that the layout names, which are NaN where they are not given.
             reasons: Why designs failed, for their numbers.
-            layout: Names, kinds, bounds and tolerance; default names and no bounds unless given.
+            layout: Names, senses, units, kinds, bounds and tolerance; default names, all criteria
+                minimised and no bounds unless given.
 
         Raises:
             ArgumentValueError: The arrays do not fit each other or the layout.
@@ -160,14 +176,17 @@ class TestTable:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], *(v.shape[1] if v.ndim == 2 else 0 for v in (F, G, H)))
         given = _reason_texts({} if reasons is None else reasons)
+        layout, further = _with_outputs(layout, len(numbers), {} if outputs is None else outputs)
         # "failed" fits any constraints; what the status is follows from the checked arrays.
-        table = cls(layout, numbers, X, F, G, H, np.full(len(numbers), "failed"))
+        status = np.full(len(numbers), "failed")
+        table = cls(layout, numbers, X, F, G, H, status, outputs=further)
         failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
         lost = ~failed & ~np.isfinite(table.F).all(axis=1)
         lost &= ~table._violated().any(axis=1)
         for i in np.flatnonzero(lost):
             j = int(np.flatnonzero(~np.isfinite(table.F[i]))[0])
-            given[int(table.numbers[i])] = f"{layout.objectives[j]} is {table.F[i, j]}"
+            value = table.F[i, j] * layout.sign[j]
+            given[int(table.numbers[i])] = f"{layout.objectives[j]} is {value}"
         table._set({"status": table._status(failed | lost), "reasons": given})
         table._check_reasons()
         return table
@@ -186,8 +205,9 @@ class TestTable:
             (0, 1)
         """
         layout = Layout.of() if layout is None else layout
-        X, F, G, H = (np.zeros((0, width)) for width in _widths(layout).values())
-        return cls(layout, np.zeros(0, dtype=np.int64), X, F, G, H, np.zeros(0, dtype="<U10"))
+        X, F, G, H, outputs = (np.zeros((0, width)) for width in _widths(layout).values())
+        numbers, status = np.zeros(0, dtype=np.int64), np.zeros(0, dtype="<U10")
+        return cls(layout, numbers, X, F, G, H, status, outputs=outputs)
 
     def __repr__(self) -> str:
         """Return the size of the table."""
@@ -213,6 +233,29 @@ class TestTable:
             ['real', 'integer', 'choice']
         """
         return self.layout.kinds or column_kinds(self.X)
+
+    def column(self, name: str) -> NDArray[Any]:
+        """``(n,)`` values of a variable, criterion, constraint or output; criteria in their sense.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+            ArgumentTypeError: The name is not text.
+
+        Example:
+            >>> layout = Layout.of(["width"], ["mass", "gain"], maximize=["gain"])
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3, -0.8], [4, -0.9]], layout=layout)
+            >>> table.column("width"), table.column("gain")
+            (array([0.1, 0.5]), array([0.8, 0.9]))
+        """
+        layout = self.layout
+        j = layout.columns.index(known_name("column", name, layout.columns))
+        blocks = [self.X, self.F * layout.sign, self.G, self.H, self.outputs]
+        for block in blocks:
+            if j < block.shape[1]:
+                break
+            j -= block.shape[1]
+        values: NDArray[Any] = block[:, j]
+        return values
 
     # Sets of designs under limits
 
@@ -264,8 +307,8 @@ class TestTable:
         """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
 
         Returns:
-            The ranking of ``self.F[self.pareto(limits)]``, in that order, without another search
-            for the Pareto set.
+            The ranking of the rows ``self.pareto(limits)``, in that order, without another search
+            for the Pareto set; its objectives have the criteria's names and senses.
 
         Raises:
             ArgumentValueError: There is no design to rank, or a limit does not fit.
@@ -285,13 +328,16 @@ class TestTable:
             raise invalid("the table", "one with a feasible design", found, remedy)
         # All of them are optimal: the search is not done twice.
         known = np.ones(len(front), dtype=bool)
-        return ranking_of(Objectives.of(front), known, normalize=normalize)
+        sign, names = self.layout.sign, self.layout.objectives
+        objectives = Objectives(Objectives.of(front).values * sign, sign, names, range(len(front)))
+        return ranking_of(objectives, known, normalize=normalize)
 
     def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
         """Return the ordered test table of a criterion: the feasible designs, the best first.
 
-        It is a table again, for the next question, a frame or a file. Equal designs stay in the
-        order of testing; those whose criterion is NaN come last.
+        The largest value is the best one if the criterion is maximised. It is a table again, for
+        the next question, a frame or a file. Equal designs stay in the order of testing; those
+        whose criterion is NaN come last.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
@@ -408,7 +454,8 @@ class TestTable:
     def extended(self, *blocks: TestTable) -> TestTable:
         """Return this table with the tests of others behind its own, in their order.
 
-        Joining many blocks in one call copies the rows once.
+        Joining many blocks in one call copies the rows once. An output that one of them does not
+        have is NaN for its tests.
 
         Raises:
             ArgumentValueError: A block has another layout, or a test point occurs twice.
@@ -432,9 +479,11 @@ class TestTable:
                 raise invalid("block", "of the table's layout", Received(difference))
         numbers = np.concatenate([t.numbers for t in tables])
         _require_distinct(numbers)
+        layout, outputs = _joined_outputs(layout, tables)
         joined: dict[str, Any] = {
-            name: np.concatenate([getattr(t, name) for t in tables]) for name in _BLOCKS[1:]
+            name: np.concatenate([getattr(t, name) for t in tables]) for name in "FGH"
         }
+        joined |= {"outputs": outputs, "status": np.concatenate([t.status for t in tables])}
         X = joined_designs([t.X for t in tables])
         # Designs of a block that declares no kinds take those of the others.
         if any(t.layout.kinds != layout.kinds for t in tables):
@@ -449,11 +498,11 @@ class TestTable:
         """Return the tests of this and another run of the same problem, by number of test point.
 
         ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once.
+        tables counts once; an output of it that is NaN in one of them, not known, is the other's.
 
         Raises:
-            ArgumentValueError: The tables differ in names, bounds, tolerance or prototype, or
-                have other results for the same test point.
+            ArgumentValueError: The tables differ in names, senses, units, bounds, tolerance or
+                prototype, or have other results for the same test point.
             ArgumentTypeError: ``other`` is no table.
 
         Example:
@@ -472,6 +521,14 @@ class TestTable:
             self.numbers, other.numbers, assume_unique=True, return_indices=True
         )
         # Not without common points: numpy cannot reshape to (0, -1).
+        if len(mine):
+            # Outputs of both under all their names: first one table's, then what the other adds.
+            layout, outputs = _joined_outputs(self.layout, [self, other])
+            known, added = outputs[: len(self)], outputs[len(self) :]
+            known[mine] = np.where(np.isnan(known[mine]), added[theirs], known[mine])
+            added[theirs] = np.where(np.isnan(added[theirs]), known[mine], added[theirs])
+            self = self._with(layout=layout, outputs=known)
+            other = other._with(layout=layout, outputs=added)
         for block in _BLOCKS if len(mine) else ():
             same = _same_cells(getattr(self, block)[mine], getattr(other, block)[theirs])
             for i in np.flatnonzero(~same.reshape(len(mine), -1).all(axis=1)):
@@ -494,6 +551,7 @@ class TestTable:
         return (
             isinstance(other, TestTable)
             and not self.layout.difference(other.layout)
+            and self.layout.outputs == other.layout.outputs
             and np.array_equal(self.numbers, other.numbers)
             and all(_same_cells(getattr(self, b), getattr(other, b)).all() for b in _BLOCKS)
             and dict(self.reasons) == dict(other.reasons)
@@ -514,7 +572,7 @@ class TestTable:
 
         Args:
             x: ``(n_var,)`` its variables; they may lie outside the box.
-            f: ``(m,)`` its criteria, finite.
+            f: ``(m,)`` its criteria, finite, each in its own sense.
             g: ``(n_ieq,)`` its inequality constraints; not known unless given.
             h: ``(n_eq,)`` its equality constraints; not known unless given.
             name: What it is called.
@@ -545,9 +603,9 @@ class TestTable:
         """Return the table with one row per test point.
 
         Returns:
-            Index ``test_point``; a column for each variable, criterion and constraint under its
-            name; ``status``; ``violated``, the names of the constraints a design violates;
-            ``reason``, why it failed; ``pareto``.
+            Index ``test_point``; a column for each variable, criterion, constraint and output
+            under its name, criteria in their own sense; ``status``; ``violated``, the names of the
+            constraints a design violates; ``reason``, why it failed; ``pareto``.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
@@ -568,7 +626,8 @@ class TestTable:
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; :meth:`read_csv` reads it back without a change.
 
-        The first line, a comment, holds names, bounds, tolerance and prototype as JSON; below are
+        The first line, a comment, holds names, senses, units, bounds, tolerance and prototype as
+        JSON; below are
         a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
         them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
         ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
@@ -745,9 +804,42 @@ class TestTable:
 
 
 def _widths(layout: Layout) -> dict[str, int]:
-    """Return how many columns X, F, G and H have."""
+    """Return how many columns each block of a table has."""
     groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
-    return {name: len(group) for name, group in zip("XFGH", groups, strict=True)}
+    return {
+        name: len(group) for name, group in zip(_BLOCKS, (*groups, layout.outputs), strict=False)
+    }
+
+
+def _with_outputs(layout: Layout, n: int, outputs: Mapping[str, ArrayLike]) -> tuple[Layout, Array]:
+    """Return a layout with the names of n tests' outputs, and ``(n, k)`` their values."""
+    if not isinstance(outputs, Mapping):
+        rule = "outputs must map names to values of each test"
+        raise ArgumentTypeError(f"{rule}, got {outputs!r:.80}")
+    names = tuple(dict.fromkeys((*layout.outputs, *outputs)))
+    values = np.full((n, len(names)), np.nan)
+    for j, name in enumerate(names):
+        if name in outputs:
+            column = real_array(f"the output {name!r}", outputs[name])
+            if column.shape != (n,):
+                found = Received(f"shape {column.shape}")
+                raise invalid(f"the output {name!r}", f"of shape {(n,)}", found)
+            values[:, j] = column
+    return layout if names == layout.outputs else replace(layout, outputs=names), values
+
+
+def _joined_outputs(layout: Layout, tables: Sequence[TestTable]) -> tuple[Layout, Array]:
+    """Return a layout with the outputs of all tables, and their values one below the other."""
+    names = tuple(dict.fromkeys(name for t in tables for name in t.layout.outputs))
+    parts = []
+    for table in tables:
+        part = np.full((len(table), len(names)), np.nan)
+        part[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
+        parts.append(part)
+    units = {name: unit for t in tables for name, unit in t.layout.units.items()}
+    if (names, units) != (layout.outputs, layout.units):
+        layout = replace(layout, outputs=names, units=units)
+    return layout, np.concatenate(parts)
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:

@@ -89,10 +89,12 @@ class Dependence:
         criterion: Name of the criterion.
         numbers: ``(n,)`` numbers of the test points.
         x: ``(n,)`` values of the variable.
-        f: ``(n,)`` values of the criterion; NaN or infinite where it could not be computed.
+        f: ``(n,)`` values of the criterion in its own sense; NaN or infinite where it could not be
+            computed.
         feasible: ``(n,)`` which designs are feasible within the limits.
         pareto: ``(n,)`` which are Pareto optimal among these.
-        limit: The limit on the criterion; infinity if there is none.
+        limit: The limit on the criterion, the least value allowed if it is maximised; infinite if
+            there is none.
 
     Example:
         >>> seen = dependence(TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]]), "f1", "x1")
@@ -170,16 +172,16 @@ def dependence(
     """
     layout = table.layout
     i, j = layout.objective(criterion), layout.variable(variable)
-    x = table.X[:, j]
+    x, sign = table.X[:, j], float(layout.sign[i])
     return Dependence(
         layout.variables[j],
         layout.objectives[i],
         table.numbers,
         x.astype(np.float64) if table.kinds[j] is Kind.REAL else x,
-        table.F[:, i],
+        table.F[:, i] * sign,
         table.feasible(limits),
         table.pareto(limits),
-        limit_vector(limits, layout).get(i, np.inf),
+        limit_vector(limits, layout).get(i, np.inf) * sign,
     )
 
 
@@ -275,9 +277,10 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
 
     Returns:
         One row per constraint and then per limit. Columns: ``limit``, what its value must not
-        exceed; ``rejects``, how many designs violate it; ``alone``, how many it alone rejects;
-        and for each criterion the best value among the feasible designs (``f1_feasible``) and
-        among those it alone rejects (``f1_alone``); NaN where there are none.
+        exceed, or fall below if the criterion is maximised; ``rejects``, how many designs violate
+        it; ``alone``, how many it alone rejects; and for each criterion the best value among the
+        feasible designs (``f1_feasible``) and among those it alone rejects (``f1_alone``); NaN
+        where there are none.
 
     Example:
         Test 2 violates the constraint only; without it f1 = 1 would be had instead of 2.
@@ -294,7 +297,7 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     mask, names = table.violations(limits)
     layout = table.layout
     bounds = [0.0] * len(layout.inequalities) + [layout.eq_tolerance] * len(layout.equalities)
-    bounds += limit_vector(limits, layout).values()
+    bounds += [layout.sign[j] * limit for j, limit in limit_vector(limits, layout).items()]
     alone = mask & (mask.sum(axis=1) == 1)[:, None]
     frame = pd.DataFrame(
         {"limit": bounds, "rejects": mask.sum(axis=0), "alone": alone.sum(axis=0)},
@@ -302,8 +305,9 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     )
     feasible = table.feasible(limits)
     for j, name in enumerate(layout.objectives):
-        frame[f"{name}_feasible"] = _best(table.F[feasible, j])
-        frame[f"{name}_alone"] = [_best(table.F[column, j]) for column in alone.T]
+        sign = layout.sign[j]
+        frame[f"{name}_feasible"] = sign * _best(table.F[feasible, j])
+        frame[f"{name}_alone"] = [sign * _best(table.F[column, j]) for column in alone.T]
     return frame.astype({"limit": float})
 
 
@@ -365,8 +369,8 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
     """Return what the Pareto-optimal designs gain on the prototype, the best first.
 
     Returns:
-        Index ``test_point``; columns: the criteria; ``gain_f1`` …, the prototype's value less
-        the design's, above 0 where the design is better; ``better_in``, in how many criteria
+        Index ``test_point``; columns: the criteria; ``gain_f1`` …, by how much the design is
+        better than the prototype, below 0 where it is worse; ``better_in``, in how many criteria
         it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
 
     Raises:
@@ -388,12 +392,13 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
             "the table", "one with a prototype", Received("none"), "give it by with_prototype(x, f)"
         )
     pareto = table.pareto(limits)
-    names, F = table.layout.objectives, table.F[pareto]
+    names, sign = table.layout.objectives, table.layout.sign
+    F = table.F[pareto] * sign
     added = ["better_in", "dominates", "better_in_all", *(f"gain_{name}" for name in names)]
     # Else the comparison would overwrite the criterion of that name without a word.
     if taken := [name for name in names if name in added]:
         raise invalid("the criteria", "named unlike the columns of the comparison", taken[0])
-    gain = table.prototype.f - F
+    gain = (table.prototype.f - F) * sign
     better = (gain > 0).sum(axis=1)
     dominates = (gain >= 0).all(axis=1) & (better > 0)
     frame = pd.DataFrame(

@@ -1,0 +1,194 @@
+"""Criteria that are maximised, units and outputs: one meaning from the arrays to files and back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.table import (
+    Layout,
+    TestTable,
+    compare_with_prototype,
+    constraint_as_criterion,
+    constraint_costs,
+    dependence,
+    histogram,
+    read_designs,
+)
+
+# Few values, so that designs are equal in a criterion and limits are met exactly.
+VALUES = st.sampled_from([-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0, np.inf, -np.inf, np.nan])
+FINITE = st.sampled_from([-2.0, -0.0, 0.0, 0.5, 3.0])
+
+
+@st.composite
+def mirrored(draw):
+    """A table of two criteria, and the same tests with some of them said to be maximised."""
+    n = draw(st.integers(1, 7))
+    F = [[draw(VALUES), draw(VALUES)] for _ in range(n)]
+    G = [[draw(FINITE)] for _ in range(n)]
+    more = draw(st.sets(st.sampled_from(["f1", "f2"]), min_size=1))
+    X = np.arange(2.0 * n).reshape(n, 2) % 5
+    plain = TestTable.of(range(1, n + 1), X, F, G, outputs={"heat": np.sqrt(np.arange(n))})
+    return plain, replace(plain, layout=replace(plain.layout, maximized=tuple(more)))
+
+
+@st.composite
+def mirrored_limits(draw):
+    return {name: draw(FINITE) for name in draw(st.sets(st.sampled_from(["f1", "f2"])))}
+
+
+def own(table, limits):
+    """The same limits in the senses of a table."""
+    sign = dict(zip(table.layout.objectives, table.layout.sign, strict=True))
+    return {name: float(sign[name] * limit) for name, limit in limits.items()}
+
+
+@settings(max_examples=60, deadline=None)
+@given(mirrored(), mirrored_limits())
+def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
+    plain, turned = tables
+    turned_limits = own(turned, limits)
+    assert np.array_equal(turned.feasible(turned_limits), plain.feasible(limits))
+    assert np.array_equal(turned.pareto(turned_limits), plain.pareto(limits))
+    for mine, its in zip(turned.violations(turned_limits), plain.violations(limits), strict=True):
+        assert np.array_equal(mine, its)
+    for name in ("f1", "f2"):
+        order = turned.sorted_by(name, turned_limits)
+        assert np.array_equal(order.numbers, plain.sorted_by(name, limits).numbers)
+        # The best is first, in the criterion's own sense.
+        steps = np.diff(order.column(name)[np.isfinite(order.column(name))])
+        assert ((steps <= 0) if name in turned.layout.maximized else (steps >= 0)).all()
+        seen, its = (dependence(t, name, "x1", limits=x) for t, x in (
+            (turned, turned_limits), (plain, limits)))  # fmt: skip
+        sign = turned.layout.sign[int(name[1]) - 1]
+        assert np.array_equal(seen.f * sign, its.f, equal_nan=True)
+        assert seen.limit * sign == its.limit
+        assert np.array_equal(seen.pareto, its.pareto)
+    counts = histogram(turned, "x1", limits=turned_limits).pareto
+    assert np.array_equal(counts, histogram(plain, "x1", limits=limits).pareto)
+    signs = {**dict.fromkeys(("limit", "rejects", "alone"), 1.0)}
+    costs, its = constraint_costs(turned, turned_limits), constraint_costs(plain, limits)
+    for name, sign in zip(("f1", "f2"), turned.layout.sign, strict=True):
+        signs |= {f"{name}_feasible": sign, f"{name}_alone": sign}
+        if name in limits:
+            costs.loc[name, "limit"] *= sign
+    for name, sign in signs.items():
+        assert np.array_equal(costs[name] * sign, its[name], equal_nan=True)
+    if plain.feasible(limits).any():
+        for mine, its in zip(
+            turned.refined_bounds(turned_limits), plain.refined_bounds(limits), strict=True
+        ):
+            assert np.array_equal(mine, its)
+    if plain.pareto(limits).any():
+        ranking, its = turned.ranking(turned_limits), plain.ranking(limits)
+        assert np.array_equal(ranking.rank, its.rank)
+        assert np.array_equal(ranking.criteria, its.criteria)
+        assert np.array_equal(ranking.salukvadze, its.salukvadze)
+        assert np.array_equal(ranking.ideal, its.ideal * turned.layout.sign)
+
+
+@settings(max_examples=25, deadline=None)
+@given(tables=mirrored())
+def test_senses_units_and_outputs_come_back_from_csv_and_study_columns(tables, tmp_path_factory):
+    table = tables[1]
+    table = replace(table, layout=replace(table.layout, units={"x1": "mm", "heat": "°C"}))
+    path = tmp_path_factory.mktemp("csv") / "table.csv"
+    table.to_csv(path)
+    back = TestTable.read_csv(path)
+    assert back.equals(table)
+    assert back.layout.units == table.layout.units
+    frame = table.to_frame()
+    for name in table.layout.columns:
+        assert np.array_equal(frame[name], table.column(name), equal_nan=True)
+    assert np.array_equal(frame[["f1", "f2"]] * table.layout.sign, table.F, equal_nan=True)
+
+
+def test_a_gain_on_the_prototype_is_above_0_where_more_of_a_maximised_criterion_is_had():
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
+    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -0.4], [2.0, -0.9]], layout=layout)
+    found = compare_with_prototype(table.with_prototype([0.3], [3.0, 0.5]))
+    assert found.loc[2].tolist() == [2.0, 0.9, 1.0, pytest.approx(0.4), 2, True, True]
+    assert found.loc[1, "gain_gain"] == pytest.approx(-0.1)
+
+
+def test_a_constraint_made_a_criterion_leaves_senses_and_outputs():
+    layout = Layout.of(1, ["gain"], 1, maximize=["gain"])
+    table = TestTable.of([1], [[0.0]], [[-1.0]], [[2.0]], outputs={"heat": [5.0]}, layout=layout)
+    freed = constraint_as_criterion(table, "g1")
+    assert freed.layout.maximized == ("gain",)
+    assert freed.column("heat").tolist() == [5.0]
+    assert freed.column("g1").tolist() == [2.0]
+
+
+def test_a_file_of_tests_ranks_in_the_senses_it_was_made_with(tmp_path):
+    layout = Layout.of(["w"], ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
+    F = [[1.0, -1.0], [2.0, -4.0], [3.0, -5.0], [4.0, -1.0]]
+    table = TestTable.of(range(1, 5), [[0.1 * j] for j in range(4)], F, layout=layout)
+    table.to_csv(tmp_path / "table.csv")
+    file = read_designs(tmp_path / "table.csv")
+    assert file.roles().maximize == ("gain",)
+    assert file.columns["mass"].unit == "kg"
+
+
+def test_an_earlier_version_refuses_what_it_would_misread(tmp_path):
+    plain = TestTable.of([1], [[0.0]], [[1.0]])
+    turned = replace(plain, layout=replace(plain.layout, maximized=("f1",)))
+    further = TestTable.of([1], [[0.0]], [[1.0]], outputs={"heat": [1.0]})
+    marks = []
+    for table in (plain, turned, further):
+        table.to_csv(tmp_path / "table.csv")
+        marks.append((tmp_path / "table.csv").read_text("utf-8").split(",")[0][-1])
+    assert marks == ["2", "3", "3"]
+
+
+def test_tests_with_other_outputs_are_joined_with_nan_where_one_has_none():
+    first = TestTable.of([1], [[0.0]], [[1.0]], outputs={"heat": [5.0]})
+    second = TestTable.of([2], [[0.5]], [[2.0]], outputs={"noise": [7.0], "heat": [6.0]})
+    third = TestTable.of([3], [[0.75]], [[3.0]])
+    for joined in (first.extended(second, third), first.merge(second).merge(third)):
+        assert joined.layout.outputs == ("heat", "noise")
+        wanted = [[5.0, np.nan], [6.0, 7.0], [np.nan, np.nan]]
+        assert np.array_equal(joined.outputs, wanted, equal_nan=True)
+        assert joined.rows([1]).column("noise").tolist() == [7.0]
+
+
+def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
+    older = TestTable.of([1, 2], [[0.0], [0.5]], [[1.0], [2.0]])
+    newer = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.0]})
+    for merged in (older.merge(newer), newer.merge(older)):
+        assert np.array_equal(merged.column("heat"), [np.nan, 6.0], equal_nan=True)
+    other = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.5]})
+    with pytest.raises(ArgumentValueError, match="another outputs for test point 2"):
+        newer.merge(other)
+
+
+@pytest.mark.parametrize(
+    ("layout", "error", "message"),
+    [
+        (lambda: Layout.of(1, ["mass"], maximize=["mas"]), ArgumentValueError, "maximize .* did you mean 'mass'"),
+        (lambda: Layout.of(["w"], ["mass"], maximize=["w"]), ArgumentValueError, "maximize must be one of 'mass', got 'w'"),
+        (lambda: Layout.of(1, ["mass"], maximize="mass"), ArgumentTypeError, "maximized must be a list of names, got 'mass'"),
+        (lambda: Layout.of(1, ["mass"], units={"mas": "kg"}), ArgumentValueError, "units .* did you mean 'mass'"),
+        (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "unit of 'mass' must be text, got 1"),
+        (lambda: Layout.of(1, ["mass"], units={"mass": "k\ng"}), ArgumentValueError, "must be one line of Unicode text"),
+        (lambda: Layout.of(1, ["mass"], units="kg"), ArgumentTypeError, "units must map columns to units"),
+        (lambda: Layout.of(1, ["mass"], outputs=["mass"]), ArgumentValueError, "distinct"),
+        (lambda: Layout.of(1, ["mass"], outputs=["status"]), ArgumentValueError, "distinct, and none of test_point, status"),
+    ],
+)  # fmt: skip
+def test_senses_units_and_outputs_of_no_column_are_refused(layout, error, message):
+    with pytest.raises(error, match=message):
+        layout()
+
+
+def test_tables_of_other_senses_or_units_are_not_joined():
+    plain = TestTable.of([1], [[0.0]], [[1.0]])
+    other = TestTable.of([2], [[0.5]], [[2.0]])
+    with pytest.raises(ArgumentValueError, match="maximized none against f1"):
+        plain.merge(replace(other, layout=replace(other.layout, maximized=("f1",))))
+    with pytest.raises(ArgumentValueError, match="unit of f1: none against kg"):
+        plain.extended(replace(other, layout=replace(other.layout, units={"f1": "kg"})))
