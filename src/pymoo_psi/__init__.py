@@ -9,7 +9,8 @@ Algorithms
 Decision-making
     :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`; :func:`explain` a design,
     :func:`compare_designs`, :func:`representatives`; :class:`SalukvadzeOptimum`,
-    :class:`EfficientSubset`, :class:`CompromiseProgramming`; :func:`robustness`.
+    :class:`EfficientSubset`, :class:`CompromiseProgramming`, :class:`ReferencePoint`,
+    :class:`Knee`, :class:`Lexicographic`; :func:`robustness`.
     More in :mod:`.selection`.
 Comparison
     :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.

@@ -19,6 +19,9 @@ from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute
 from .selection import CompromiseProgramming as CompromiseProgramming
 from .selection import EfficientSubset as EfficientSubset
+from .selection import Knee as Knee
+from .selection import Lexicographic as Lexicographic
+from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
 from .sequences import lp_tau as lp_tau

@@ -64,7 +64,7 @@ class Objectives:
                 f"list too"
             )
         sign = np.ones(m)
-        sign[[_column(entry, m, names) for entry in maximize]] = -1.0
+        sign[[_column("maximize", entry, m, names) for entry in maximize]] = -1.0
         if names is None:
             names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
         return cls(values, sign, names, labels)
@@ -79,10 +79,17 @@ class Objectives:
         turned: Array = values * self.sign + 0.0  # no -0.0
         return turned
 
-    def point(self, name: str, value: ArrayLike | None) -> Array | None:
+    def column(self, argument: str, entry: Any) -> int:
+        """Return the index of an objective that an argument gives by name or index."""
+        return _column(argument, entry, len(self.names), self.names)
+
+    def rows(self, indices: NDArray[np.intp]) -> Objectives:
+        """Return the same objectives of some of the designs."""
+        labels = [self.labels[i] for i in indices.tolist()]
+        return Objectives(self.values[indices], self.sign, self.names, labels)
+
+    def turned(self, name: str, value: ArrayLike) -> Array:
         """Return a point given in the user's sense in that of :attr:`minimized`."""
-        if value is None:
-            return None
         point = finite_array(name, value)
         if point.shape != self.sign.shape:
             rule = f"of shape {self.sign.shape}"
@@ -103,18 +110,18 @@ def _numbers(frame: Any) -> Array:
     return values
 
 
-def _column(entry: Any, m: int, names: Sequence[Any] | None) -> int:
+def _column(argument: str, entry: Any, m: int, names: Sequence[Any] | None) -> int:
     """Return the index of an objective; a name goes before an index."""
     if names is not None and entry in names:
         if names.count(entry) > 1:
-            raise invalid("maximize", "names that only one column has", entry)
+            raise invalid(argument, "names that only one column has", entry)
         return names.index(entry)
     if isinstance(entry, str):
         if names is None:
             remedy = "name objectives only where F is a data frame"
-            raise invalid("maximize", f"column indices from 0 to {m - 1}", entry, remedy)
-        known_name("maximize", entry, [name for name in names if isinstance(name, str)])
-    column = integer("maximize", entry, minimum=0)
+            raise invalid(argument, f"column indices from 0 to {m - 1}", entry, remedy)
+        known_name(argument, entry, [name for name in names if isinstance(name, str)])
+    column = integer(argument, entry, minimum=0)
     if column >= m:
-        raise invalid("maximize", f"column indices from 0 to {m - 1}", column)
+        raise invalid(argument, f"column indices from 0 to {m - 1}", column)
     return column

@@ -247,9 +247,8 @@ def ranking_of(
     F = objectives.minimized
     F[pareto] = front = settled(F[pareto])
     best = front.min(axis=0)
-    U, N = objectives.point("ideal", ideal), objectives.point("nadir", nadir)
-    U = best if U is None else U
-    N = front.max(axis=0) if N is None else N
+    U = best if ideal is None else objectives.turned("ideal", ideal)
+    N = front.max(axis=0) if nadir is None else objectives.turned("nadir", nadir)
     sign = objectives.sign
     _require_order("ideal", "the best value of every objective", U, best, sign, better=True)
     _require_order("nadir", "the ideal in every objective", N, U, sign, better=False)

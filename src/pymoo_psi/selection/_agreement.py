@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.selection._selectors import RankingSelector
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -135,9 +136,10 @@ def compare_selectors(
 ) -> SelectorComparison:
     """Ask several selectors about one set of designs.
 
-    All are asked the same question: they get the Pareto-optimal rows only, all objectives
-    minimised, since methods that take dominated rows into account would shift their scales by
-    them. What a selector does to Python's warning filters is undone.
+    All are asked the same question: they get the Pareto-optimal rows only, since methods that take
+    dominated rows into account would shift their scales by them. Those of this package know which
+    objectives are maximised, so that a reference point is in the user's own sense; others get all
+    objectives minimised. What a selector does to Python's warning filters is undone.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame.
@@ -174,12 +176,14 @@ def compare_selectors(
     _require_selectors(selectors)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front = np.flatnonzero(ranking.pareto)
-    values = ranking.objectives.minimized[front]
+    objectives = ranking.objectives.rows(front)
     chosen = {}
     for name, selector in selectors.items():
-        # A copy, as a selector may write into what it is given.
-        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-            answer = selector.do(values.copy())
+        if isinstance(selector, RankingSelector):  # it may speak of objectives by name and sense
+            answer: Any = selector.chosen(objectives)
+        else:
+            with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+                answer = selector.do(objectives.minimized)
         chosen[name] = front[_indices(name, answer, len(front))]
     # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
     sets = [set(choice.tolist()) for choice in chosen.values()]

@@ -7,16 +7,24 @@ these two calls will do.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Received, invalid, objective_matrix
+from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto._rounding import unit_lengths
-from pymoo_psi.selection._selectors import checked_weights, weights_of
+from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.pareto._rounding import settled, unit_lengths
+from pymoo_psi.selection._selectors import (
+    RankingSelector,
+    checked_weights,
+    objectives_of,
+    weights_of,
+)
 
 
 class McdmMethod(Indicator):
@@ -59,16 +67,19 @@ class McdmMethod(Indicator):
         self.method = method
         self.weights = None if weights is None else checked_weights(weights)
 
-    def do(self, F: Any, *args: Any, **kwargs: Any) -> NDArray[np.intp]:
-        """Return the indices of the rows of ``(n, m)`` ``F`` that the method ranks first.
+    def do(self, F: Any, *, maximize: Collection[Any] = ()) -> NDArray[np.intp]:
+        """Return the indices of the rows of ``F`` that the method ranks first.
+
+        Args:
+            F: ``(n, m)`` objective values, an array or a data frame; one row may be ``(m,)``.
+            maximize: The objectives to be maximised: column indices or, of a data frame, names.
 
         Example:
             >>> from pymcdm.methods import TOPSIS
             >>> McdmMethod(TOPSIS()).do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
             array([1])
         """
-        F = np.asanyarray(F)  # a mask is kept, to be refused
-        F = objective_matrix("F", F[None, :] if F.ndim == 1 else F)
+        F = objectives_of(F, maximize).minimized
         weights = weights_of(F.shape[1], self.weights)
         # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
         counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
@@ -89,3 +100,43 @@ class McdmMethod(Indicator):
         if not usable:
             raise invalid("F", f"fit for {name}", Received("no finite scores"))
         return np.asarray(self.method.rank(scores), dtype=np.float64)
+
+
+class HighTradeoff(RankingSelector):
+    """pymoo's ``HighTradeoffPoints``, in units of the ranges, of any set and without its warnings.
+
+    A design stays if leaving it for any neighbour costs much more than it gains: more by two
+    standard deviations than for the other designs, or the one for which it costs most if that is
+    more than one above the mean (Rachmawati and Srinivasan 2009). Neighbours are the designs
+    within an eighth of the ranges, with fewer than 2 m of them the nearest 2 m. Such a design is a
+    knee in its surroundings, where :class:`Knee` finds the knee of the whole set.
+
+    ``.do(F)`` returns an index array; no index if no design stands out.
+
+    Args:
+        normalize: Measure each objective in units of its range, which pymoo's own selector leaves
+            to its caller, though its radius of 0.125 takes for granted.
+
+    Example:
+        >>> import numpy as np
+        >>> f1 = np.linspace(0, 1, 21)
+        >>> F = np.column_stack([f1, np.where(f1 < 0.5, 1 - 1.8 * f1, 0.2 - 0.2 * f1)])
+        >>> HighTradeoff().do(F)
+        array([10])
+    """
+
+    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+        front = np.flatnonzero(ranking.pareto)
+        points = ranking.frame.scaled(settled(ranking.objectives.minimized[front]))
+        # Of equal designs one: pymoo divides their differences, 0 by 0. Nor can it tell which of
+        # two designs stands out.
+        distinct, which = np.unique(points, axis=0, return_inverse=True)
+        if len(distinct) < 3:
+            return front[:0]
+        with warnings.catch_warnings():
+            # pymoo.mcdm imports a module that SciPy deprecates, and switches all warnings off.
+            warnings.simplefilter("ignore")
+            from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+
+            found = HighTradeoffPoints().do(distinct)
+        return front[:0] if found is None else front[np.isin(which.ravel(), found)]

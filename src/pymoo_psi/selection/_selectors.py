@@ -1,27 +1,41 @@
 """Choosing designs from a Pareto set by pymoo's convention: ``.do(F)`` returns indices.
 
 Every selector here returns an index array, as several designs may be equally good, or none be of
-the wanted rank; pymoo's ``PseudoWeights`` returns one index, its ``HighTradeoffPoints`` an array
-or None. :func:`pymoo_psi.selection.compare_selectors` takes them all.
+the wanted rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives
+of which more is better, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights``
+returns one index, its ``HighTradeoffPoints`` an array or None.
+:func:`pymoo_psi.selection.compare_selectors` takes them all.
 """
 
 from __future__ import annotations
 
 import numbers
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Received, boolean, finite_array, integer, invalid
+from pymoo_psi._validation import (
+    Received,
+    boolean,
+    finite_array,
+    finite_number,
+    integer,
+    invalid,
+)
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
-from pymoo_psi.pareto._compromise import nearest_compromise
+from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto._compromise import highest_achievement, nearest_compromise
+from pymoo_psi.pareto._knee import knee
+from pymoo_psi.pareto._objectives import Objectives
+from pymoo_psi.pareto._ranking import ranking_of
+from pymoo_psi.pareto._rounding import settled
 
 
-class _RankingSelector(Indicator):
-    """A selection by rank of efficiency.
+class RankingSelector(Indicator):
+    """A selection among the Pareto-optimal designs, all of which have been ranked.
 
     It derives from pymoo's ``Indicator``, the base of pymoo's own decision makers, because
     importing ``pymoo.core.decision_making`` pulls a module that SciPy has deprecated.
@@ -31,23 +45,31 @@ class _RankingSelector(Indicator):
         super().__init__()
         self.normalize = boolean("normalize", normalize)
 
-    def do(self, F: Any, *args: Any, **kwargs: Any) -> NDArray[np.intp]:
-        """Return the indices of the chosen rows of the ``(n, m)`` matrix ``F``, nearest U first.
+    def do(self, F: Any, *, maximize: Collection[Any] = ()) -> NDArray[np.intp]:
+        """Return the indices of the chosen rows of ``F``.
+
+        Args:
+            F: ``(n, m)`` objective values, an array or a data frame; one row may be ``(m,)``.
+            maximize: The objectives to be maximised: column indices or, of a data frame, names.
 
         Example:
             >>> SalukvadzeOptimum().do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
             array([1])
+            >>> SalukvadzeOptimum().do([[0.0, 0.0], [0.3, 0.6], [1.0, 1.0]], maximize=[1])
+            array([1])
         """
-        F = np.asanyarray(F)  # a mask is kept, to be refused
-        return self._choose(
-            rank_of_efficiency(F[None, :] if F.ndim == 1 else F, normalize=self.normalize)
-        )
+        return self.chosen(objectives_of(F, maximize))
+
+    def chosen(self, objectives: Objectives) -> NDArray[np.intp]:
+        """Return what :meth:`do` returns, of objectives that know their names and senses."""
+        pareto = nondominated(objectives.minimized)
+        return self._choose(ranking_of(objectives, pareto, normalize=self.normalize))
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
         raise NotImplementedError
 
 
-class SalukvadzeOptimum(_RankingSelector):
+class SalukvadzeOptimum(RankingSelector):
     """The designs nearest to the utopian point U; usually there is one.
 
     Args:
@@ -64,7 +86,7 @@ class SalukvadzeOptimum(_RankingSelector):
         return ranking.salukvadze
 
 
-class EfficientSubset(_RankingSelector):
+class EfficientSubset(RankingSelector):
     """The designs M_Re of exactly one rank of efficiency; the set may be empty.
 
     For "this rank or better" take ``rank_of_efficiency(F).rank >= rank``.
@@ -94,7 +116,7 @@ class EfficientSubset(_RankingSelector):
         return ranking.subset(self.rank)
 
 
-class CompromiseProgramming(_RankingSelector):
+class CompromiseProgramming(RankingSelector):
     """The Pareto-optimal designs nearest to the utopian point U in a weighted L_p norm.
 
     ``.do(F)`` returns an index array: usually one design, all of them where several are equally
@@ -144,6 +166,124 @@ class CompromiseProgramming(_RankingSelector):
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
         return nearest_compromise(ranking, self.p, weights_of(len(ranking.ideal), self.weights))
+
+
+class ReferencePoint(RankingSelector):
+    """The Pareto-optimal designs that come nearest to what one aspires to, or exceed it by most.
+
+    They have the least achievement function max_j w_j (f_j − r_j) / (N_j − U_j), where r is the
+    reference point, the aspiration, and N − U the range of an objective (Wierzbicki 1980). Among
+    designs that tie in it the least sum of the terms decides: the augmented function in the limit
+    of a small augmentation. A point that is out of reach, and one that every objective can better,
+    are both answered sensibly.
+
+    Args:
+        point: ``(m,)`` the wanted value of each objective, in the sense of the ``F`` that
+            ``.do(F, maximize=...)`` gets: of an objective to be maximised as it is, not negative.
+        weights: ``(m,)`` weights >= 0, not all 0; all 1 unless given. Only their ratios matter.
+        normalize: As for :class:`SalukvadzeOptimum`.
+
+    Raises:
+        ArgumentValueError: ``point`` is not finite, a weight is negative, or all are 0; by
+            ``.do``: their number is not that of the objectives.
+        ArgumentTypeError: ``point`` does not hold numbers.
+
+    Example:
+        >>> import numpy as np
+        >>> F = np.array([[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0]])
+        >>> ReferencePoint([0.0, 0.8]).do(F), ReferencePoint([0.6, 0.3]).do(F)
+        (array([1]), array([2]))
+    """
+
+    def __init__(
+        self, point: ArrayLike, *, weights: ArrayLike | None = None, normalize: bool = True
+    ) -> None:
+        super().__init__(normalize=normalize)
+        self.point = finite_array("point", point)
+        self.weights = None if weights is None else checked_weights(weights)
+
+    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+        objectives = ranking.objectives
+        weights = weights_of(len(objectives.names), self.weights)
+        point = objectives.turned("point", self.point)
+        return highest_achievement(ranking, point, weights)
+
+
+class Lexicographic(RankingSelector):
+    """The Pareto-optimal designs that are best in one objective, then in the next, and so on.
+
+    Args:
+        order: The objectives, the most important first: column indices or, of a data frame,
+            names. Those that are left out do not count.
+        tolerance: How much of the best value may be given up for the objectives that follow, as a
+            share of the objective's range over the Pareto set, 0 to 1. With 0 the first objective
+            decides alone unless designs tie in it; in the last one only the best remain.
+
+    Raises:
+        ArgumentValueError: ``order`` is empty or names an objective twice, ``tolerance`` is not
+            from 0 to 1; by ``.do``: there is no such objective.
+        ArgumentTypeError: ``order`` is no list.
+
+    Example:
+        >>> import numpy as np
+        >>> F = np.array([[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0]])
+        >>> Lexicographic([0, 1]).do(F), Lexicographic([0, 1], tolerance=0.2).do(F)
+        (array([0]), array([1]))
+    """
+
+    def __init__(self, order: Collection[Any], *, tolerance: float = 0.0) -> None:
+        super().__init__()
+        if isinstance(order, (str, int)) or not isinstance(order, Collection):
+            raise ArgumentTypeError(f"order must be a list of objectives, got {order!r:.80}")
+        self.order = tuple(order)
+        if not self.order or len(set(self.order)) < len(self.order):
+            raise invalid("order", "one or more objectives, each once", list(self.order))
+        self.tolerance = finite_number("tolerance", tolerance)
+        if not 0 <= self.tolerance <= 1:
+            raise invalid("tolerance", "a share from 0 to 1", self.tolerance)
+
+    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+        rows = np.flatnonzero(ranking.pareto)
+        columns = [ranking.objectives.column("order", entry) for entry in self.order]
+        values = settled(ranking.objectives.minimized[rows])
+        allowed = self.tolerance * np.ptp(values, axis=0)
+        for k, j in enumerate(columns):
+            last = k == len(columns) - 1
+            kept = values[:, j] <= values[:, j].min() + (0.0 if last else allowed[j])
+            rows, values = rows[kept], values[kept]
+        return rows
+
+
+class Knee(RankingSelector):
+    """The Pareto-optimal design where the set bulges most towards the utopian point U.
+
+    It lies farthest beyond the plane through the extreme designs (Das, Structural Optimization 18,
+    1999); for two objectives it is ``CompromiseProgramming(1)``. There it costs more to improve
+    any objective than it does between the extremes. ``.do(F)`` returns no index where there is no
+    knee: if the set is straight or bulges away from U, or its extremes span no plane. Units and
+    ranges do not matter to it.
+
+    Example:
+        >>> import numpy as np
+        >>> Knee().do(np.array([[0.0, 1.0], [0.2, 0.3], [0.5, 0.2], [1.0, 0.0]]))
+        array([1])
+        >>> Knee().do(np.array([[0.0, 1.0], [0.6, 0.6], [1.0, 0.0]]))
+        array([], dtype=int64)
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+        return knee(ranking)
+
+
+def objectives_of(F: Any, maximize: Collection[Any]) -> Objectives:
+    """Return what ``.do(F)`` of a selector gets; one design may be a vector."""
+    if not hasattr(F, "columns"):
+        F = np.asanyarray(F)  # a mask is kept, to be refused
+        F = F[None, :] if F.ndim == 1 else F
+    return Objectives.of(F, maximize)
 
 
 def checked_weights(weights: ArrayLike) -> NDArray[np.float64]:

@@ -1,0 +1,229 @@
+"""Selectors that hold a preference: by their definitions, and against other packages."""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pymoo.decomposition.aasf import AASF
+from pymoo.decomposition.asf import ASF
+from pymoo.decomposition.tchebicheff import Tchebicheff
+
+from pymoo_psi import (
+    CompromiseProgramming,
+    EfficientSubset,
+    Knee,
+    Lexicographic,
+    PsiError,
+    ReferencePoint,
+    SalukvadzeOptimum,
+    lp_tau,
+    rank_of_efficiency,
+)
+from pymoo_psi.selection import HighTradeoff, McdmMethod, compare_selectors
+from tests.selection.test_selectors import topsis
+
+with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
+    warnings.simplefilter("ignore", DeprecationWarning)
+    from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+
+sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
+    lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
+)
+
+
+def smooth_front(n=200):
+    """A convex front with scales of 1, 10 and 100."""
+    shares = lp_tau(n, 3, first=2) + 0.01
+    return (shares / shares.sum(axis=1, keepdims=True)) ** 2 * [1, 10, 100]
+
+
+def in_shares(F, point=0.0):
+    """Rows, and a point, in units of the ranges of the Pareto-optimal rows; and which these are."""
+    ranking = rank_of_efficiency(F)
+    front = np.flatnonzero(ranking.pareto)
+    lengths = np.ptp(F[front], axis=0)
+    lengths[lengths == 0] = np.inf
+    return front, (F[front] - point) / lengths
+
+
+@given(F=sets, data=st.data())
+def test_the_reference_point_by_its_definition(F, data):
+    point = data.draw(arrays(float, F.shape[1], elements=st.integers(-3, 9).map(float)))
+    weights = data.draw(arrays(float, F.shape[1], elements=st.sampled_from([1.0, 2.0, 5.0])))
+    front, d = in_shares(F, point)
+    keys = [(round(max(t), 9), round(sum(t), 9)) for t in (d * weights).tolist()]
+    expected = [i for i, key in zip(front.tolist(), keys, strict=True) if key == min(keys)]
+    assert ReferencePoint(point, weights=weights).do(F).tolist() == expected
+
+
+@given(F=sets, normalize=st.booleans())
+def test_who_aspires_to_the_ideal_has_the_least_bad_worst_criterion(F, normalize):
+    ideal = rank_of_efficiency(F).ideal
+    aspiring = ReferencePoint(ideal, normalize=normalize).do(F)
+    assert aspiring.tolist() == CompromiseProgramming(np.inf, normalize=normalize).do(F).tolist()
+
+
+REFERENCE_POINTS = [[0, 0, 0], [0.1, 1, 10], [0.5, 5, 50], [0.9, 0.1, 90], [0.05, 9, 3], [0.3, 0.2, 0.1]]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("weights", "rows"),
+    [
+        ([1, 1, 1], [0, 0, 108, 84, 167, 22]),
+        ([5, 1, 1], [121, 58, 22, 84, 167, 148]),
+        ([1, 3, 2], [162, 0, 63, 84, 167, 138]),
+    ],
+)
+def test_reference_points_choose_what_desdeo_and_pymoo_choose(weights, rows):
+    """The rows are those of desdeo-tools 1.9.0, ``ReferencePointASF`` with rho = 1e-9."""
+    F = smooth_front()
+    found = [ReferencePoint(r, weights=weights).do(F).tolist() for r in REFERENCE_POINTS]
+    assert found == [[row] for row in rows]
+    for point, row in zip(REFERENCE_POINTS, rows, strict=True):
+        _, d = in_shares(F, point)
+        divisors = 1 / np.array(weights)  # pymoo divides by its weights
+        assert ASF().do(d, divisors).argmin() == row
+        assert AASF(rho=1e-9).do(d, divisors).argmin() == row
+
+
+def test_chebyshev_chooses_what_pymoo_chooses():
+    F = smooth_front()
+    _, d = in_shares(F, F.min(axis=0))
+    for weights in ([1, 1, 1], [5, 1, 1], [1, 3, 2]):
+        expected = Tchebicheff().do(d, np.array(weights, dtype=float)).argmin()
+        assert CompromiseProgramming(np.inf, weights=weights).do(F).tolist() == [expected]
+
+
+def test_weighted_sums_choose_what_pymcdm_chooses():
+    methods = pytest.importorskip("pymcdm.methods")
+    F = smooth_front()
+    spotis = methods.SPOTIS(np.column_stack([F.min(axis=0), F.max(axis=0)]))
+    for weights in ([1, 1, 1], [5, 1, 1], [1, 3, 2]):
+        chosen = McdmMethod(spotis, weights=weights).do(F).tolist()
+        assert CompromiseProgramming(1, weights=weights).do(F).tolist() == chosen
+
+
+def test_a_point_that_every_criterion_betters_and_one_out_of_reach():
+    F = np.array([[0.0, 1.0], [0.3, 0.4], [0.6, 0.35], [1.0, 0.0]])
+    for step in (-10.0, 10.0):  # along the diagonal only the distance changes
+        assert ReferencePoint([0.6 + step, 0.35 + step]).do(F).tolist() == [2]
+
+
+@given(F=sets, data=st.data())
+def test_lexicographic_order_by_its_definition(F, data):
+    order = data.draw(st.permutations(range(F.shape[1])))[: data.draw(st.integers(1, F.shape[1]))]
+    rows = np.flatnonzero(rank_of_efficiency(F).pareto).tolist()
+    best = min(tuple(F[i, order]) for i in rows)
+    assert Lexicographic(order).do(F).tolist() == [i for i in rows if tuple(F[i, order]) == best]
+
+
+def test_a_tolerance_gives_up_a_share_of_the_range_for_what_follows():
+    F = pd.DataFrame({"cost": [0.0, 1, 2, 10], "mass": [9.0, 5, 4, 0], "noise": [1.0, 4, 4, 4]})
+    order = ["cost", "mass"]
+    chosen = [Lexicographic(order, tolerance=t).do(F).tolist() for t in (0, 0.1, 0.2, 1)]
+    assert chosen == [[0], [1], [2], [3]]
+    assert Lexicographic([0, 2], tolerance=0.2).do(F).tolist() == [0]
+
+
+@given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
+def test_the_knee_of_two_criteria_is_the_least_sum_where_it_bulges(F):
+    _, d = in_shares(F, rank_of_efficiency(F).ideal)
+    expected = CompromiseProgramming(1).do(F).tolist() if d.sum(axis=1).min() < 1 - 1e-9 else []
+    if np.isfinite(d).all() and d.any(axis=0).all():
+        assert Knee().do(F).tolist() == expected
+
+
+@pytest.mark.parametrize("m", [2, 3, 6])
+def test_a_dent_in_a_plane_is_its_knee_in_any_unit(m):
+    """Shares of one are a plane; the third design is drawn from it towards the ideal."""
+    shares = np.vstack([np.eye(m), np.random.default_rng(m).dirichlet(np.ones(m), 30)])
+    assert Knee().do(shares).tolist() == []
+    dented = shares.copy()
+    dented[m + 2] *= 0.9
+    for units in (np.ones(m), 10.0 ** np.arange(m)):
+        assert Knee().do(dented * units + 7).tolist() == [m + 2]
+    assert Knee().do(shares**0.5).tolist() == []  # bulges away from the ideal
+    assert Knee().do(shares**2).shape == (1,)
+
+
+def test_sets_without_a_knee():
+    """One design, one criterion, a curve in three criteria whose extremes span no plane."""
+    curve = np.column_stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9), np.linspace(1, 0, 9) ** 2])
+    for F in (curve, curve[:1], curve[:, :1], np.ones((3, 2))):
+        assert Knee().do(F).tolist() == []
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("m", [2, 3])
+def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed):
+    F = np.random.default_rng(seed).dirichlet(np.ones(m), 60) ** 1.7
+    _, d = in_shares(F, F.min(axis=0))
+    with warnings.catch_warnings():
+        expected = HighTradeoffPoints().do(d)
+    expected = [] if expected is None else sorted(expected.tolist())
+    before = list(warnings.filters)
+    assert HighTradeoff().do(F * 10.0 ** np.arange(m)).tolist() == expected
+    assert warnings.filters == before
+
+
+def test_high_tradeoffs_of_sets_without_any():
+    for F in (np.ones((3, 2)), np.ones((1, 2)), np.array([[1.0], [2.0]]), np.eye(2), np.eye(5)):
+        assert HighTradeoff().do(F).tolist() == []
+
+
+SELECTORS = {
+    "Salukvadze": SalukvadzeOptimum(),
+    "rank 5": EfficientSubset(5),
+    "weights": CompromiseProgramming(1, weights=[3, 1]),
+    "Chebyshev": CompromiseProgramming(np.inf),
+    "order": Lexicographic(["yield", "cost"], tolerance=0.3),
+    "knee": Knee(),
+    "trade-off": HighTradeoff(),
+    "TOPSIS": McdmMethod(topsis(), weights=[1, 2]),
+}
+
+
+@settings(max_examples=25)
+@given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
+def test_every_selector_knows_what_is_maximised(F):
+    cost = pd.DataFrame(F, columns=["cost", "yield"])
+    gain = cost.assign(**{"yield": 7 - cost["yield"]})
+    selectors = SELECTORS | {"aspiration": ReferencePoint([3.0, -1.0])}
+    turned = SELECTORS | {"aspiration": ReferencePoint([3.0, 8.0])}
+    for name, selector in selectors.items():
+        chosen = selector.do(cost).tolist()
+        assert turned[name].do(gain, maximize=["yield"]).tolist() == chosen
+    plain = compare_selectors(cost, selectors)
+    other = compare_selectors(gain, turned, maximize=["yield"])
+    assert {name: rows.tolist() for name, rows in plain.chosen.items()} == {
+        name: rows.tolist() for name, rows in other.chosen.items()
+    }
+
+
+F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    [
+        (lambda: ReferencePoint([1, np.nan]), ValueError, "point must be finite"),
+        (lambda: ReferencePoint("cost"), TypeError, "point must be an array of real numbers"),
+        (lambda: ReferencePoint([1, 2, 3]).do(F3), ValueError, r"point must be of shape \(2,\)"),
+        (lambda: ReferencePoint([1, 2], weights=[1]).do(F3), ValueError, "weights must be 2 numbers"),
+        (lambda: Lexicographic([]), ValueError, "order must be one or more objectives, each once"),
+        (lambda: Lexicographic([0, 0]), ValueError, "each once, got"),
+        (lambda: Lexicographic("cost"), TypeError, "order must be a list of objectives, got 'cost'"),
+        (lambda: Lexicographic([2]).do(F3), ValueError, "order must be column indices from 0 to 1, got 2"),
+        (lambda: Lexicographic([0], tolerance=2), ValueError, "tolerance must be a share from 0 to 1"),
+        (lambda: Lexicographic(["c"]).do(pd.DataFrame(F3, columns=["a", "b"])), ValueError, "order must be one of 'a', 'b'"),
+        (lambda: Knee().do(F3, maximize=["a"]), ValueError, "maximize must be column indices"),
+    ],
+)  # fmt: skip
+def test_mistakes(call, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        call()
+    assert isinstance(caught.value, PsiError)
