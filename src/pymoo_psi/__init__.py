@@ -2,6 +2,7 @@
 
 Problems
     :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
+    :class:`Restricted`, a part of any problem's box.
 Sampling
     :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
 Algorithms

@@ -15,6 +15,7 @@ from .pareto import compare_designs as compare_designs
 from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency
 from .pareto import representatives as representatives
+from .problems import Restricted as Restricted
 from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute
 from .selection import CompromiseProgramming as CompromiseProgramming

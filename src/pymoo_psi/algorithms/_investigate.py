@@ -183,7 +183,10 @@ class Investigation:
         self.layout = problem_layout(problem, space)
         self.limits = limit_vector(limits, self.layout)
         self.points = sampling.unit_points(
-            n_points, len(space.variables), first=first, random_state=np.random.default_rng(seed)
+            n_points,
+            len(space.free.variables),
+            first=first,
+            random_state=np.random.default_rng(seed),
         )
         last = first + n_points - 1
         for number in sorted(memory.retry or ()):

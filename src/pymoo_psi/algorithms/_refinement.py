@@ -96,7 +96,7 @@ def refine(
 
     require_problem(problem)
     ranking = instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
-    space = design_space(problem, continuous=True)
+    space = design_space(problem, continuous=True).free
     lower, upper = space.lower, space.upper
     start = finite_array("x0", x0)
     if start.shape != lower.shape:

@@ -39,7 +39,7 @@ class UniformSampling(Sampling):
         if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
             random_state = np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002
         space = design_space(problem)
-        points = self.unit_points(n_samples, len(space.variables), random_state=random_state)
+        points = self.unit_points(n_samples, len(space.free.variables), random_state=random_state)
         return space.designs(space.matrix(points))
 
     def unit_points(

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.problem import Problem
 from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
@@ -25,6 +24,7 @@ from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity
+from pymoo_psi.problems._wrapped import WrappedProblem
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
     X, F = observed.front()
     return Run(
         task,
-        design_space(problem).to_matrix(X),
+        design_space(problem).free.to_matrix(X),
         F,
         returned,
         observed.n_evaluated,
@@ -125,7 +125,7 @@ def _warm_up(algorithm: NamedAlgorithm) -> None:
         algorithm.search(ObservedProblem(BNH(), 16), 16, 0)
 
 
-class ObservedProblem(Problem):
+class ObservedProblem(WrappedProblem):
     """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
 
     That the problem counts, not the algorithm, makes the cost of all algorithms the same thing.
@@ -143,34 +143,11 @@ class ObservedProblem(Problem):
     """
 
     def __init__(self, problem: Any, budget: int) -> None:
-        super().__init__(
-            n_obj=problem.n_obj,
-            n_ieq_constr=problem.n_ieq_constr,
-            n_eq_constr=problem.n_eq_constr,
-            vtype=problem.vtype,
-            requires_kwargs=problem.requires_kwargs,
-            replace_nan_values_by=problem.replace_nan_values_by,
-            **problem.data,
-        )
-        # pymoo's constructor would turn bounds into floats: they are taken over as they are.
-        self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
-        if hasattr(problem, "vars"):
-            self.vars = problem.vars
-        self.wrapped, self.budget = problem, budget
+        super().__init__(problem, elementwise=False)
+        self.budget = budget
         self.n_evaluated = 0
         self.evaluation_seconds = self.counting_seconds = 0.0
         self._kept: list[tuple[Any, Array]] = []
-
-    def name(self) -> str:
-        """Return the name of the wrapped problem."""
-        return str(self.wrapped.name())
-
-    def __getattr__(self, name: str) -> Any:
-        """Give what only the wrapped problem has, to repairs and operators that ask for it."""
-        # While it is unpickled there is no wrapped problem yet, and the search would not end.
-        if name.startswith("_") or "wrapped" not in self.__dict__:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return getattr(self.wrapped, name)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""

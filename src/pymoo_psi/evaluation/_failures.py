@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
-from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import known_name
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._restricted import Restricted
+from pymoo_psi.problems._wrapped import WrappedProblem
 
 Mask = NDArray[np.bool_]
 
@@ -40,7 +41,7 @@ class Failure:
         return self
 
 
-class FailureTolerant(Problem):
+class FailureTolerant(WrappedProblem):
     """Any pymoo problem, with designs that fail made infeasible and the run going on.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see
@@ -100,49 +101,12 @@ class FailureTolerant(Problem):
         problem, _ = untolerant(problem)
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.on_failure = known_name("on_failure", on_failure, FAILURE_ACTIONS)
-        self.wrapped = problem
         self.failures: list[Failure] = []
         self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
         self._penalties: dict[Any, tuple[float, ...]] = {}
-        super().__init__(
-            n_obj=problem.n_obj,
-            n_ieq_constr=problem.n_ieq_constr + (self.failed_as == "constraint"),
-            n_eq_constr=problem.n_eq_constr,
-            vtype=problem.vtype,
-            elementwise=problem.elementwise,
-            elementwise_runner=problem.elementwise_runner,
-            requires_kwargs=problem.requires_kwargs,
-            strict=problem.strict,
-            **problem.data,
-        )
-        self.n_var, self.xl, self.xu = problem.n_var, problem.xl, problem.xu
-        if hasattr(problem, "vars"):
-            self.vars = problem.vars
-
-    def __getattr__(self, name: str) -> Any:
-        """Give what only the wrapped problem has, to repairs and operators that ask for it."""
-        if name.startswith("_") or "wrapped" not in self.__dict__:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return getattr(self.wrapped, name)
-
-    @property
-    def elementwise_runner(self) -> Any:
-        """What runs the evaluations: the wrapped problem's, also where it is changed here."""
-        return self.wrapped.elementwise_runner
-
-    @elementwise_runner.setter
-    def elementwise_runner(self, runner: Any) -> None:
-        self.wrapped.elementwise_runner = runner
-
-    def name(self) -> str:
-        """Return the name of the wrapped problem.
-
-        Example:
-            >>> from pymoo_psi import SphereChute
-            >>> FailureTolerant(SphereChute()).name()
-            'SphereChute'
-        """
-        return str(self.wrapped.name())
+        n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
+        # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
+        super().__init__(problem, n_ieq_constr=n_ieq_constr, replace_nan_values_by=None)
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_front(*args, **kwargs)
@@ -232,4 +196,7 @@ def untolerant(problem: Any, stop: bool = False) -> tuple[Any, bool]:
     """
     if isinstance(problem, FailureTolerant):
         return problem.wrapped, stop or problem.on_failure == "raise"
+    if isinstance(problem, Restricted) and isinstance(problem.wrapped, FailureTolerant):
+        inner, stop = untolerant(problem.wrapped, stop)
+        return Restricted(inner, problem.box), stop
     return problem, stop

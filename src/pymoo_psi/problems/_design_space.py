@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ class Variable:
         kind: What it is, in pymoo's words.
         lower: Lower bound; for a choice the index of the first option.
         upper: Upper bound; for a choice the index of the last option.
-        options: The options of a choice.
+        options: The options of a choice; the value of a fixed variable.
+        fixed: Whether it keeps one value; a design as the problem takes it is without it.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Variable:
     lower: float
     upper: float
     options: tuple[Any, ...] = ()
+    fixed: bool = False
 
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1), every discrete value equally often."""
@@ -53,7 +55,10 @@ class Variable:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """The variables of a problem.
+    """The variables of a problem, and those that :class:`Restricted` has fixed.
+
+    A matrix has a column for each variable, as a test table; points, and designs as the problem
+    takes them, have the free variables only.
 
     Attributes:
         variables: The variables in their order.
@@ -84,11 +89,22 @@ class DesignSpace:
         """Whether all variables are real and a design is a vector."""
         return not self.named and all(variable.kind is Kind.REAL for variable in self.variables)
 
+    @property
+    def free(self) -> DesignSpace:
+        """The space of the free variables alone: of the designs as the problem takes them."""
+        return replace(self, variables=tuple(v for v in self.variables if not v.fixed))
+
     def matrix(self, points: Array) -> NDArray[Any]:
-        """Return the designs at ``(n, n_var)`` points of [0, 1) as an ``(n, n_var)`` matrix.
+        """Return the designs at ``(n, n_free)`` points of [0, 1) as an ``(n, n_var)`` matrix.
 
         Its dtype is that of the variables if they have one in common, else object.
         """
+        free = self._are_free()
+        if not free.all():
+            # 0 is the lower bound or the first option: the only one of a fixed variable
+            every = np.zeros((len(points), len(free)))
+            every[:, free] = points
+            points = every
         if self.continuous:
             return self.lower + (self.upper - self.lower) * points
         columns = [v.values(column) for v, column in zip(self.variables, points.T, strict=True)]
@@ -101,20 +117,33 @@ class DesignSpace:
 
     def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of such a matrix as the problem takes them: vectors, or dictionaries."""
+        free = self._are_free()
+        matrix = matrix if free.all() else matrix[:, free]
         if not self.named:
             return matrix
+        names = self.free.names
         designs = np.empty(len(matrix), dtype=object)
-        designs[:] = [dict(zip(self.names, row, strict=True)) for row in matrix.tolist()]
+        designs[:] = [dict(zip(names, row, strict=True)) for row in matrix.tolist()]
         return designs
 
     def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
-        if not self.named:
-            return np.asarray(designs)
-        result = np.empty((len(designs), len(self.variables)), dtype=object)
-        for i, design in enumerate(designs):
-            result[i] = [design[name] for name in self.names]
+        if self.named:
+            result = np.empty((len(designs), len(self.variables)), dtype=object)
+            for i, design in enumerate(designs):
+                result[i] = [v.options[0] if v.fixed else design[v.name] for v in self.variables]
+            return result
+        free, given = self._are_free(), np.asarray(designs)
+        if free.all():
+            return given
+        fixed = np.array([v.options[0] for v in self.variables if v.fixed])
+        dtype = np.result_type(given, fixed)  # of whole numbers and 0.5, numbers
+        result = np.empty((*given.shape[:-1], len(free)), dtype=dtype)
+        result[..., free], result[..., ~free] = given, fixed
         return result
+
+    def _are_free(self) -> NDArray[np.bool_]:
+        return np.array([not variable.fixed for variable in self.variables], dtype=bool)
 
 
 def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
@@ -129,7 +158,9 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
             where it must be.
         ArgumentValueError: A bound is missing, infinite or the wrong way round.
     """
-    space = _named_space(problem) if getattr(problem, "vars", None) else _vector_space(problem)
+    space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
+    if not isinstance(space, DesignSpace):
+        space = _named_space(problem) if getattr(problem, "vars", None) else _vector_space(problem)
     if continuous and not space.continuous:
         kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
         raise ArgumentTypeError(f"{problem.name()} must have continuous variables, got {kinds}")
