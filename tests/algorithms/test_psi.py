@@ -441,11 +441,6 @@ def test_bad_investigations(options, message):
             ValueError,
             "bounds of x1 of Unbounded must be in rising order, got 1.0 and 0.0",
         ),
-        (
-            lambda: minimize(Unbounded(0, 1, 52), PSI(10)),
-            ValueError,
-            "at most 51 for LPτ, got 52; use QMCSampling",
-        ),
     ],
 )
 def test_bad_arguments(make, kind, message):

@@ -1,5 +1,8 @@
 """Sampling operators inside pymoo's algorithms."""
 
+import itertools
+import sqlite3
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -8,7 +11,15 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
 
-from pymoo_psi import LPTauSampling, PsiError, QMCSampling, lp_tau
+from pymoo_psi import (
+    PSI,
+    LPTauSampling,
+    PsiError,
+    QMCSampling,
+    Restricted,
+    investigate,
+    lp_tau,
+)
 
 PROBLEM = get_problem("zdt1", n_var=4)
 
@@ -61,6 +72,29 @@ def test_plain_engines_are_scipys():
     )
 
 
+def test_beyond_51_variables_the_points_are_scipys(tmp_path):
+    """Numbered as they come: a run in two parts has the points of one, as with LPτ."""
+    problem, study = get_problem("zdt1", n_var=60), tmp_path / "many.db"
+    table = minimize(problem, PSI(40, study=study)).algorithm.table
+    np.testing.assert_array_equal(table.X, qmc.Sobol(60, scramble=False).random_base2(6)[:40])
+    assert investigate(problem, 13).merge(investigate(problem, 27, first=14)).equals(table)
+    with sqlite3.connect(study) as file:
+        assert file.execute("SELECT DISTINCT origin FROM tests").fetchall() == [("sobol",)]
+    # the free variables count, not those of the whole problem
+    few = Restricted(problem, {f"x{j}": 0.0 for j in range(52, 61)})
+    np.testing.assert_array_equal(investigate(few, 8).X[:, :51], lp_tau(8, 51))
+
+
+def test_a_continued_sequence_is_the_whole_one():
+    for engine, scramble in itertools.product(("sobol", "halton"), (False, True)):
+        sampling = QMCSampling(engine, scramble=scramble)
+        whole, *parts = (
+            sampling.unit_points(n, 3, first=first, random_state=np.random.default_rng(5))
+            for n, first in ((37, 1), (16, 1), (1, 17), (20, 18))
+        )
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+
+
 def test_any_number_of_sobol_points_without_a_warning():
     assert QMCSampling("sobol").unit_points(13, 3).shape == (13, 3)
     assert QMCSampling("sobol").unit_points(0, 3).shape == (0, 3)
@@ -81,3 +115,5 @@ def test_bad_arguments():
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
     with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
         QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)
+    with pytest.raises(PsiError, match="n_dim must be at most 21201 for Sobol' points, got 21202"):
+        PSI(8).setup(get_problem("zdt1", n_var=21202))

@@ -18,7 +18,12 @@ from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, invalid, known_name
-from pymoo_psi.algorithms._sampling import UniformSampling, sampling_name, uniform_sampling
+from pymoo_psi.algorithms._sampling import (
+    UniformSampling,
+    default_sampling,
+    sampling_name,
+    uniform_sampling,
+)
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
@@ -66,7 +71,7 @@ def investigate(
         problem: A pymoo problem with finite bounds.
         n_points: How many points to test.
         first: Number of the first point, from 1.
-        sampling: Where the points come from; ``LPTauSampling()`` by default.
+        sampling: Where the points come from; as for :class:`PSI`.
         seed: Seed of a randomised sampling.
         limits: Limits on criteria that a feasible design must keep, for ``keep``.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
@@ -152,7 +157,7 @@ class Investigation:
         stop: Whether a design that fails ends the run.
         n_points: How many points there are.
         first: Number of the first.
-        sampling: Where they come from.
+        sampling: Where they come from; unless given, as their dimension wants.
         seed: Of a randomised sampling.
         limits: Limits of a user, on the table's columns.
         memory: The study, if there is one; it is begun here, when nothing else can be wrong.
@@ -172,7 +177,7 @@ class Investigation:
         n_points: int,
         *,
         first: int,
-        sampling: UniformSampling,
+        sampling: UniformSampling | None,
         seed: int | None,
         limits: Limits | None,
         memory: Memory,
@@ -182,11 +187,10 @@ class Investigation:
         self.space = space = design_space(problem)
         self.layout = problem_layout(problem, space)
         self.limits = limit_vector(limits, self.layout)
+        n_dim = len(space.free.variables)
+        sampling = sampling or default_sampling(n_dim)
         self.points = sampling.unit_points(
-            n_points,
-            len(space.free.variables),
-            first=first,
-            random_state=np.random.default_rng(seed),
+            n_points, n_dim, first=first, random_state=np.random.default_rng(seed)
         )
         last = first + n_points - 1
         for number in sorted(memory.retry or ()):

@@ -50,9 +50,10 @@ class PSI(Algorithm):
         n_points: How many points to test.
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
-        sampling: Where the points come from: ``LPTauSampling()`` by default;
-            :class:`~pymoo_psi.QMCSampling` for more than 51 variables or for randomised points,
-            which then follow the ``seed`` of the run.
+        sampling: Where the points come from: ``LPTauSampling()`` by default, and for more than 51
+            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or
+            another :class:`~pymoo_psi.QMCSampling`, whose random points follow the ``seed`` of
+            the run.
         limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
             design that exceeds one counts as infeasible in the result; the table keeps it as it
             is, so that other limits can be tried on the table afterwards.
@@ -75,7 +76,7 @@ class PSI(Algorithm):
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
-            finite bounds, or more than 51 variables.
+            finite bounds.
         ArgumentTypeError: A count is not an integer, a keyword is unknown; at the start of a run:
             the problem is no pymoo problem or has variables of another type.
         StudyError: The study belongs to another problem, is damaged, is being written by another

@@ -13,6 +13,7 @@ from pymoo_psi._validation import Received, boolean, integer, invalid, known_nam
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.sequences import lp_tau
+from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 
 Array = NDArray[np.float64]
 
@@ -49,10 +50,10 @@ class UniformSampling(Sampling):
         raise NotImplementedError
 
 
-def uniform_sampling(sampling: object) -> UniformSampling:
-    """Return ``sampling``, or LPτ for None; it must be one of the operators of this module."""
+def uniform_sampling(sampling: object) -> UniformSampling | None:
+    """Return ``sampling``, which must be None or one of the operators of this module."""
     if sampling is None:
-        return LPTauSampling()
+        return None
     if not isinstance(sampling, UniformSampling):
         raise ArgumentTypeError(
             f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
@@ -63,6 +64,13 @@ def uniform_sampling(sampling: object) -> UniformSampling:
             "first of LPTauSampling", "1 here", sampling.first, "give first= to PSI or investigate"
         )
     return sampling
+
+
+def default_sampling(n_dim: int) -> UniformSampling:
+    """Return LPτ, or beyond its dimensions SciPy's points of Sobol', of up to 21201."""
+    if n_dim <= MAX_DIMENSIONS:
+        return LPTauSampling()
+    return QMCSampling("sobol", scramble=False)
 
 
 class LPTauSampling(UniformSampling):
@@ -154,25 +162,28 @@ class QMCSampling(UniformSampling):
             )
         from scipy.stats import qmc  # takes most of a second to import
 
-        # From number 1 on, so that a seed gives the same points however they are cut into runs.
-        count = first - 1 + n_points
+        if self.engine == "sobol" and n_dim > qmc.Sobol.MAXDIM:
+            raise invalid("n_dim", f"at most {qmc.Sobol.MAXDIM} for Sobol' points", n_dim)
         engine_class = getattr(qmc, _ENGINES[self.engine])
         known = inspect.signature(engine_class).parameters
         options = {"scramble": self.scramble} if "scramble" in known else {}
         options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
         engine = engine_class(n_dim, **options)
-        if self.engine == "sobol":  # a full power of two draws the same points without a warning
-            points = engine.random_base2(max(count - 1, 0).bit_length())[:count]
+        # A seed gives the same points however they are cut into runs.
+        if first > 1:
+            points = engine.fast_forward(first - 1).random(n_points)
+        elif self.engine == "sobol":  # a full power of two draws the same without a warning
+            points = engine.random_base2(max(n_points - 1, 0).bit_length())[:n_points]
         else:
-            points = engine.random(count)
-        if len(points) < count:  # Poisson disks keep a distance, and the cube is full
+            points = engine.random(n_points)
+        if len(points) < n_points:  # Poisson disks keep a distance, and the cube is full
             raise invalid(
                 "n_samples",
                 f"at most {len(points)}, all that the engine {self.engine!r} can place",
-                Received(str(count)),
+                Received(str(n_points)),
                 "use another engine",
             )
-        return np.asarray(points[first - 1 :])
+        return np.asarray(points)
 
 
 def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:

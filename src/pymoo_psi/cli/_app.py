@@ -178,6 +178,10 @@ def solve(
     seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
     jobs: Jobs = 1,
     limits: Limits = None,
+    box: Annotated[
+        list[str] | None,
+        typer.Option(metavar="X=1:2,Y=3", help="Part of the box: bounds, or the value to fix at."),
+    ] = None,
     timeout: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
@@ -208,7 +212,8 @@ def solve(
 
     # A wrong option is told before a model is imported, which may take its time.
     search = Search(algorithm.value, points, seed, limits or (), study, study_key, retry)
-    return run_solve(load_problem(problem, _chute(mu, c, r, model), jobs, timeout), search, out)
+    wanted = load_problem(problem, _chute(mu, c, r, model), jobs, timeout, box or ())
+    return run_solve(wanted, search, out)
 
 
 @app.command()

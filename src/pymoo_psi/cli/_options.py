@@ -11,12 +11,17 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+from pymoo.core.problem import Problem
+
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, known_name
-from pymoo_psi.table import DesignFile, read_designs
+from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
+from pymoo_psi.table import DesignFile, TestTable, read_designs
 from pymoo_psi.table._design_file import Roles
 
 # Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
@@ -149,6 +154,97 @@ def _limit(part: str) -> tuple[str, str, float]:
         return (found["name"], found["sign"], float(found["limit"])) if found else ("", "", 0.0)
     except ValueError:
         return found["name"] if found else "", "", math.nan
+
+
+def box_in(entries: Sequence[str], space: DesignSpace) -> dict[str, Any]:
+    """Return the part of a box, as :class:`~pymoo_psi.Restricted` takes it.
+
+    Args:
+        entries: Each ``name=lower:upper``, of which either may be missing, ``name=value``, or for
+            a choice ``name=option|option``.
+        space: The variables of the problem.
+
+    Raises:
+        ArgumentValueError: A part is no such pair, there is no such variable, or it is named twice.
+
+    Example:
+        >>> from pymoo_psi import SphereChute
+        >>> from pymoo_psi.problems._design_space import design_space
+        >>> box_in(["x1=0.2:, x2=3"], design_space(SphereChute()))
+        {'x1': (0.2, None), 'x2': 3.0}
+    """
+    variables = {variable.name: variable for variable in space.variables}
+
+    def pair(part: str) -> tuple[str, str]:
+        """Split at the first sign behind the name of a variable: names may hold one, too."""
+        signs = [place for place, letter in enumerate(part) if letter == "="]
+        names = [(part[:place].strip(), part[place + 1 :].strip()) for place in signs]
+        return next((p for p in names if p[0] in variables), names[0] if names else ("", ""))
+
+    box: dict[str, Any] = {}
+    for part in _parts(
+        entries, lambda entry: pair(entry)[0] in variables and "=" not in pair(entry)[1]
+    ):
+        name, text = pair(part)
+        if not name or not text:
+            rule = "of the form variable=lower:upper or variable=value, joined by commas"
+            raise invalid("--box", rule, Received(part or "nothing"))
+        known_name("--box", name, variables)
+        if name in box:
+            raise invalid("--box", "given once for each variable", Received(part))
+        box[name] = _part_in(text, variables[name], part)
+    return box
+
+
+def box_text(table: TestTable, limits: Mapping[str, float], problem: Problem) -> str:
+    """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
+
+    Bounds are rounded outwards, to a thousandth of their distance; those of the problem's own box
+    are left out. What the problem has fixed, or left of a choice, stays.
+    """
+    kept, parts = getattr(problem, "box", {}), []
+    bounds = zip(*table.refined_bounds(limits), strict=True)
+    for variable, ends in zip(design_space(problem).variables, bounds, strict=True):
+        low, high = ends
+        if low < high:  # not so of choices, where they are NaN, and of fixed variables
+            digits = 3 - math.floor(math.log10(high - low))
+            grid = 10.0**-digits
+            ends = (math.floor(low / grid) * grid, math.ceil(high / grid) * grid)
+            low, high = (round(end, max(digits, 0)) for end in ends)
+        value, own = "", variable.name in kept  # where a bound is not that of the whole box
+        if variable.fixed or variable.kind in (Kind.CHOICE, Kind.BINARY):
+            given = kept.get(variable.name, [])
+            value = "|".join(map(str, given if isinstance(given, list) else [given]))
+        elif own or low > variable.lower or high < variable.upper:
+            first = f"{max(low, variable.lower):.12g}" if own or low > variable.lower else ""
+            last = f"{min(high, variable.upper):.12g}" if own or high < variable.upper else ""
+            value = f"{first}:{last}"
+        part = f"{variable.name}={value}" if value else ""
+        parts += [f'"{part}"' if "," in part else part] if part else []
+    return ",".join(parts)
+
+
+def _part_in(text: str, variable: Variable, part: str) -> Any:
+    """Return bounds, value or options of a variable; ``part`` is what was typed, for messages."""
+    words: dict[str, Any] = {"True": True, "False": False}
+    if variable.kind is Kind.CHOICE:
+        words = {str(option): option for option in variable.options}
+        if len(words) < len(variable.options):
+            rule = "a choice whose options differ as text, to be restricted by --box"
+            raise invalid(variable.name, rule, Received(", ".join(map(repr, variable.options))))
+    if variable.kind in (Kind.CHOICE, Kind.BINARY):
+        if text in words:
+            return words[text]
+        return [words[known_name("--box", word.strip(), words)] for word in text.split("|")]
+    ends = [end.strip() for end in text.split(":")]
+    try:
+        if len(ends) > 2 or "_" in text:  # Python reads 1_0 as 10
+            raise ValueError
+        numbers = [float(end) if end else None for end in ends]
+    except ValueError:
+        rule = f"{variable.name}=lower:upper or {variable.name}=value, in numbers"
+        raise invalid("--box", rule, Received(part)) from None
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
 
 
 def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:

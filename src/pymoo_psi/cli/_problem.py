@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
+from pymoo_psi.cli._options import box_in
 from pymoo_psi.errors import ArgumentTypeError, PsiError
 from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.problems import VectorizedSphereChute
+from pymoo_psi.problems import Restricted, VectorizedSphereChute
+from pymoo_psi.problems._design_space import design_space
 
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
 
 
 def load_problem(
-    name: str, chute_options: Mapping[str, Any], jobs: int = 1, timeout: float | None = None
+    name: str,
+    chute_options: Mapping[str, Any],
+    jobs: int = 1,
+    timeout: float | None = None,
+    box: Sequence[str] = (),
 ) -> Problem:
     """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
 
@@ -29,6 +35,7 @@ def load_problem(
         chute_options: Options of the chute; an error for any other problem.
         jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
+        box: The part of its box that is meant, as it is typed; the whole unless given.
 
     Raises:
         PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
@@ -52,7 +59,7 @@ def load_problem(
         shown = Received(f"{problem.name()}, which takes many at once")
         rule = "a problem that evaluates one design at a time where --timeout is given"
         raise invalid("PROBLEM", rule, shown)
-    return problem
+    return Restricted(problem, box_in(box, design_space(problem))) if box else problem
 
 
 def _from_pymoo(name: str) -> Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,10 +17,12 @@ from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.algorithms import PSI, investigate, nsga3
-from pymoo_psi.cli._options import limits_in, numbers_in
+from pymoo_psi.cli._options import box_text, limits_in, numbers_in
 from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant
 from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 from pymoo_psi.table import TestTable
 
 _SHOWN = 12  # designs printed; all are in the file
@@ -112,7 +115,9 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
         found = _by_nsga3(FailureTolerant(problem), search)
     elif search.study is None and not problem.elementwise:
         # A million designs in seconds; as pymoo's individuals they would take minutes.
-        found = _of_table(_on_arrays(problem, search.points, limits), limits, search.points)
+        found = _of_table(
+            problem, _on_arrays(problem, search.points, limits), limits, search.points
+        )
     else:
         found = _by_psi(problem, search, limits)
 
@@ -132,6 +137,9 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     print_frame(frame.head(_SHOWN), title, spare=variables)
     for line in found.remarks:
         say(line)
+    n_free = len(design_space(problem).free.variables)
+    if search.algorithm == "psi" and n_free > MAX_DIMENSIONS:
+        say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     return 0
@@ -148,7 +156,8 @@ def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
         remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
         return SolveResult(pd.DataFrame(), np.empty((0, 0)), counts, remarks)
     X, F = result.opt.get("X", "F")
-    designs = pd.DataFrame(X, columns=[f"x{j + 1}" for j in range(X.shape[1])])
+    space = design_space(problem)
+    designs = pd.DataFrame(space.to_matrix(X), columns=space.names)
     return SolveResult(designs, F, counts, failures)
 
 
@@ -193,10 +202,12 @@ def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> So
             told = f"{stored} of {search.points} designs are in {search.study}"
             say(f"{told}; the same command continues.")
         raise
-    return _of_table(result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
+    return _of_table(problem, result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
 
 
-def _of_table(table: TestTable, limits: Mapping[str, float], n_new: int) -> SolveResult:
+def _of_table(
+    problem: Problem, table: TestTable, limits: Mapping[str, float], n_new: int
+) -> SolveResult:
     """Return what a table holds of which ``n_new`` tests were evaluated now, the others before."""
     rows = np.flatnonzero(table.pareto(limits))
     if table.F.shape[1] == 1:
@@ -211,6 +222,8 @@ def _of_table(table: TestTable, limits: Mapping[str, float], n_new: int) -> Solv
     remarks = _failures(table.reasons.values())
     if len(rows) == 0:
         remarks = (*_most_violated(table, limits, "{} that were computed"), *remarks)
+    elif limits and (box := box_text(table, limits, problem)):
+        remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
     return SolveResult(designs, front.F, counts, remarks)
 
 

@@ -36,7 +36,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 
 from pymoo_psi._validation import invalid, known_name
-from pymoo_psi.algorithms import PSI, LPTauSampling, QMCSampling, investigate, nsga3
+from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
 from pymoo_psi.algorithms._nsga3 import population_size, reference_directions, run_within_budget
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
@@ -114,7 +114,9 @@ def _named(name: str, what: Any) -> NamedAlgorithm:
 # The searches. They are functions of the module, as processes are sent them.
 
 
-def _investigate(sampling: UniformSampling, problem: Any, n_evaluations: int, seed: int) -> Array:
+def _investigate(
+    sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int
+) -> Array:
     """Investigate the parameter space with the points of a sampling."""
     table = investigate(problem, n_evaluations, sampling=sampling, seed=seed)
     return table.F[table.pareto()]
@@ -125,7 +127,7 @@ def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
 
 
 def _investigate_then_nsga3(
-    sampling: UniformSampling, problem: Any, n_evaluations: int, seed: int
+    sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int
 ) -> Array:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
     n_points = n_evaluations // 2
@@ -148,10 +150,10 @@ def _investigate_then_nsga3(
 
 _SCRAMBLED = QMCSampling("sobol")
 _OURS: dict[str, Callable[[Any, int, int], Array]] = {
-    "psi": partial(_investigate, LPTauSampling()),
+    "psi": partial(_investigate, None),
     "psi-scrambled": partial(_investigate, _SCRAMBLED),
     "nsga3": _nsga3,
-    "psi+nsga3": partial(_investigate_then_nsga3, LPTauSampling()),
+    "psi+nsga3": partial(_investigate_then_nsga3, None),
     "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
 }
 

@@ -1,0 +1,247 @@
+"""A part of a box gives the whole problem's values, to any algorithm and in every table."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableMating,
+    MixedVariableSampling,
+)
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    JoblibRunner,
+    LPTauSampling,
+    PsiError,
+    Restricted,
+    SphereChute,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+    lp_tau,
+    rank_of_efficiency,
+)
+from pymoo_psi.algorithms import refine
+from pymoo_psi.errors import StudyMismatchError
+
+DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
+
+
+class Beam(ElementwiseProblem):
+    """A mixed problem, whose model gives more than it must and fails for thick beams of wood."""
+
+    def __init__(self, **kwargs):
+        variables = {
+            "width": Real(bounds=(0.1, 2.0)),
+            "ribs": Integer(bounds=(1, 9)),
+            "metal": Choice(options=list(DENSITY)),
+            "hollow": Binary(),
+        }
+        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1, **kwargs)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x["metal"] == "wood" and x["width"] > 1.5:
+            raise ValueError("does not grow")
+        mass = x["width"] * (x["ribs"] - 0.5 * x["hollow"]) * DENSITY[x["metal"]]
+        out["F"], out["G"] = [mass, 1 / mass + x["hollow"]], [x["ribs"] - 7]
+
+
+class Knapsack(Problem):
+    """Things to take or to leave, or how many of each."""
+
+    def __init__(self, vtype):
+        super().__init__(n_var=6, n_obj=2, n_ieq_constr=1, xl=0, xu=3, vtype=vtype)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        weight = x @ np.array([1.1, 2.3, 3.1, 4.7, 5.9, 6.1])
+        out["F"], out["G"] = np.column_stack([weight, -x.sum(axis=1)]), weight[:, None] - 30
+
+
+def bnh():
+    return get_problem("bnh")
+
+
+CASES = [
+    (lambda: SphereChute(0.4), {"x1": (0.2, 0.4)}),
+    (lambda: VectorizedSphereChute(0.4), {"x2": 1.7}),
+    (bnh, {"x1": (None, 1.0), "x2": (0.5, None)}),
+    (lambda: Knapsack(bool), {"x3": True, "x5": False}),
+    (lambda: Knapsack(int), {"x3": 1, "x5": (0, 2)}),
+    (Beam, {"width": (0.5, 1.0), "metal": ["wood", "iron"], "hollow": True}),
+    (Beam, {"ribs": (2, 4), "width": 0.7}),
+    (Beam, {"ribs": 3, "metal": "steel"}),
+]
+
+
+def given(table, problem):
+    """The designs of a table as the whole problem takes them."""
+    if not getattr(problem, "vars", None):
+        return table.X
+    names = table.layout.variables
+    return np.array([dict(zip(names, row, strict=True)) for row in table.X.tolist()], dtype=object)
+
+
+@pytest.mark.parametrize(("make", "box"), CASES)
+def test_a_table_has_the_whole_problems_columns_and_values(make, box):
+    whole = make()
+    table = investigate(Restricted(whole, box), 32)
+    assert table.layout.variables == investigate(whole, 1).layout.variables
+    F = whole.evaluate(given(table, whole), return_as_dictionary=True)
+    np.testing.assert_array_equal(table.F, F["F"])
+    np.testing.assert_array_equal(table.G, F.get("G", table.G))
+    for name, kept in box.items():
+        column = table.X[:, table.layout.variable(name)].tolist()
+        if isinstance(kept, tuple):
+            assert min(column) >= (-np.inf if kept[0] is None else kept[0])
+            assert max(column) <= (np.inf if kept[1] is None else kept[1])
+        else:
+            assert set(column) == set(kept if isinstance(kept, list) else [kept])
+
+
+def test_a_fixed_variable_takes_no_dimension_of_the_points():
+    whole = get_problem("zdt1", n_var=5)
+    table = investigate(Restricted(whole, {"x1": 0.25, "x4": 0.5}), 64)
+    np.testing.assert_array_equal(table.X[:, [1, 2, 4]], lp_tau(64, 3))
+    np.testing.assert_array_equal(table.X[:, [0, 3]], np.tile([0.25, 0.5], (64, 1)))
+
+
+def test_every_way_of_testing_gives_one_table(tmp_path):
+    """minimize and investigate, processes, a study continued, tolerance of failures in and out."""
+    box = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
+    table = investigate(Restricted(Beam(), box), 48)
+    assert (table.status == "failed").any()
+    part = Restricted(Beam(), box)
+    part.elementwise_runner = JoblibRunner(2)
+    assert investigate(part, 48).equals(table)
+    study = tmp_path / "beam.db"
+    for n in (16, 48):
+        result = minimize(Restricted(Beam(), box), PSI(n, study=study))
+    assert result.algorithm.table.equals(table)
+    assert TestTable.read_study(study).equals(table)
+    assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
+    assert investigate(Restricted(FailureTolerant(Beam()), box), 48).equals(table)
+
+
+MIXED = {
+    "sampling": MixedVariableSampling(),
+    "mating": MixedVariableMating(eliminate_duplicates=MixedVariableDuplicateElimination()),
+    "eliminate_duplicates": MixedVariableDuplicateElimination(),
+}
+
+
+@pytest.mark.parametrize("tolerant", ["", "inside", "outside"])
+@pytest.mark.parametrize(("make", "box"), [(bnh, {"x1": (None, 1.0)}), (Beam, CASES[-2][1])])
+def test_another_algorithm_stays_in_the_part(make, box, tolerant):
+    whole = make()
+    part = Restricted(FailureTolerant(whole) if tolerant == "inside" else whole, box)
+    problem = FailureTolerant(part) if tolerant == "outside" else part
+    options = MIXED if make is Beam else {"sampling": LPTauSampling()}
+    result = minimize(problem, NSGA2(pop_size=16, **options), ("n_gen", 4), seed=1)
+    designs = part.completed(result.X)
+    np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
+    for design in designs:
+        values = design if make is Beam else dict(zip(("x1", "x2"), design, strict=True))
+        first = next(iter(values))
+        Restricted(part, {first: values[first]})  # refused unless it is in the part
+
+
+@pytest.mark.parametrize("width", [1.5, (1.25, 1.75)])
+def test_a_part_of_a_part_is_the_part_by_both(width):
+    outer, inner = {"width": (1.0, 2.0), "metal": "steel"}, {"width": width, "ribs": (None, 4)}
+    twice = Restricted(Restricted(Beam(), outer), inner)
+    assert twice.box == outer | {"width": width, "ribs": (1.0, 4.0)}
+    assert investigate(twice, 16).equals(investigate(Restricted(Beam(), twice.box), 16))
+    with pytest.raises(PsiError, match="within the problem's box, 1.0 to 2.0"):
+        Restricted(Restricted(Beam(), outer), {"width": 0.5})
+
+
+@pytest.mark.parametrize("make", [Beam, lambda: VectorizedSphereChute(0.4)])
+def test_refined_bounds_lead_to_a_part(make):
+    table = investigate(make(), 128)
+    limits = {"f1": float(np.median(table.F[table.feasible(), 0]))}
+    lower, upper = table.refined_bounds(limits)
+    finer = investigate(Restricted(make(), (lower, upper)), 128)
+    numeric = ~np.isnan(lower)
+    np.testing.assert_array_equal(finer.layout.lower[numeric], lower[numeric])
+    np.testing.assert_array_equal(finer.layout.upper[numeric], upper[numeric])
+    assert set(map(str, finer.X[:, ~numeric].ravel())) == set(
+        map(str, table.X[:, ~numeric].ravel())
+    )
+
+
+def test_the_optimum_is_refined_among_the_free_variables():
+    part = Restricted(VectorizedSphereChute(0.4, model="rolling"), {"x1": (0.2, 1.0), "x2": 1.0})
+    result = minimize(part, PSI(32))
+    ranking = rank_of_efficiency(result.F)
+    found = refine(part, result.X[ranking.salukvadze[0]], ranking)
+    assert found.distance <= found.start_distance
+    assert found.x.shape == (1,)
+
+
+@pytest.mark.parametrize(
+    "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
+)
+def test_a_study_of_another_part_is_refused(tmp_path, box):
+    study = tmp_path / "beam.db"
+    investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study)
+    investigate(Beam(), 4, study=study)  # the whole, however it is said
+    with pytest.raises(StudyMismatchError):
+        investigate(Restricted(Beam(), box), 4, study=study)
+
+
+def test_gradients_are_those_by_the_free_variables():
+    class Slopes(Problem):
+        def __init__(self):
+            super().__init__(n_var=3, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = np.column_stack([x @ [1, 2, 3], x[:, 0]])
+            out["dF"] = np.tile([[1.0, 2, 3], [1, 0, 0]], (len(x), 1, 1))
+
+    part = Restricted(Slopes(), {"x2": 0.5})
+    assert part.evaluate(np.zeros((1, 2)), return_values_of=["dF"]).tolist() == [[[1, 3], [1, 0]]]
+
+
+def test_callback_and_copies():
+    seen = []
+    problem = bnh()
+    problem.callback = lambda X, out: seen.append(X)
+    part = Restricted(problem, {"x2": 3})
+    part.evaluate(np.array([[1.0]]))
+    investigate(part, 2)
+    assert [X.tolist() for X in seen] == [[[1, 3]], [[0, 3], [2.5, 3]]]
+    again = pickle.loads(pickle.dumps(Restricted(bnh(), {"x2": 3})))
+    assert copy.deepcopy(again).box == {"x2": 3}
+    assert again.name() == "BNH"
+    assert again.pareto_front() is None  # bnh's own is that of the whole box
+
+
+@pytest.mark.parametrize(
+    ("box", "message"),
+    [
+        ({"width": (0.05, 1)}, r"width of box must be within the problem's box, 0.1 to 2.0"),
+        ({"width": (1, 0.5)}, r"rising order, got \(1, 0.5\)"),
+        ({"width": float("nan")}, "a finite number, got nan"),
+        ({"widht": 1}, "did you mean 'width'"),
+        ({"ribs": (1.5, 3)}, "of whole numbers"),
+        ({"ribs": [2, 3]}, r"a value or a tuple \(lower, upper\), got \[2, 3\]"),
+        ({"metal": ["iron", "gold"]}, "one of 'iron', 'steel', 'wood', or a list of some, got 'gold'"),
+        ({"metal": []}, "of one option or more"),
+        ({"hollow": 2}, "True or False, got 2"),
+        ({"width": 1, "ribs": 2, "metal": "iron", "hollow": True}, "leaves a variable free"),
+        (([0.2], [0.4]), r"of shape \(4,\), one for each variable"),
+        (0.5, "a mapping from variables to bounds or values"),
+    ],
+)  # fmt: skip
+def test_what_is_no_part_is_refused(box, message):
+    with pytest.raises(PsiError, match=message):
+        Restricted(Beam(), box)
