@@ -60,11 +60,11 @@ class Restricted(WrappedProblem):
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> chute = VectorizedSphereChute(0.4)
-        >>> table = investigate(chute, 256)
         >>> limits = {"f1": 2.2, "f2": 0.2}
-        >>> part = Restricted(chute, table.refined_bounds(limits))
-        >>> {name: (round(low, 2), round(high, 2)) for name, (low, high) in part.box.items()}
-        {}
+        >>> bounds = investigate(chute, 256).refined_bounds(limits)
+        >>> bounds[0].round(2), bounds[1].round(2)
+        (array([0.31, 0.12]), array([1.39, 5.95]))
+        >>> part = investigate(Restricted(chute, bounds), 256)
 
         One variable fixed, and what a table shows of it:
 
