@@ -366,6 +366,7 @@ class TestWhatComesOut:
         assert os.getcwd() == str(tmp_path)
         assert np.geterr()["under"] == "ignore"
 
+    @pytest.mark.filterwarnings("ignore:out.* is not kept in the table:UserWarning")
     def test_of_an_investigation(self, model, elementwise, expected, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         result = minimize(problem_of(model, elementwise=elementwise), PSI(16))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from os import PathLike
 from typing import Any
 
@@ -28,6 +28,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
@@ -60,6 +61,9 @@ def investigate(
     study_key: str | None = None,
     retry: str | Collection[int] = (),
     on_failure: str = "record",
+    names: Mapping[str, str] | None = None,
+    maximize: Collection[str] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -81,6 +85,9 @@ def investigate(
         study_key: As for :class:`PSI`.
         retry: As for :class:`PSI`.
         on_failure: As for :class:`PSI`.
+        names: As for :class:`PSI`.
+        maximize: As for :class:`PSI`.
+        units: As for :class:`PSI`.
 
     Returns:
         The table of the tests kept, by number.
@@ -116,6 +123,9 @@ def investigate(
         limits=limits,
         memory=Memory.of(study, retry),
         study_key=study_key,
+        names=names,
+        maximize=maximize,
+        units=units,
     )
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     kept: list[TestTable] = []
@@ -162,10 +172,13 @@ class Investigation:
         limits: Limits of a user, on the table's columns.
         memory: The study, if there is one; it is begun here, when nothing else can be wrong.
         study_key: What a user says that the study depends on.
+        names: The user's names of columns; the problem's unless given.
+        maximize: The criteria to be maximised, likewise.
+        units: Units of columns, likewise.
 
     Attributes:
         space: The variables of the problem.
-        layout: The columns of the test table: names and bounds.
+        layout: The columns of the test table that the problem promises: names, senses, bounds.
         limits: ``{column of F: limit}``.
         points: ``(n_points, n_var)`` the points of the unit cube.
     """
@@ -182,10 +195,13 @@ class Investigation:
         limits: Limits | None,
         memory: Memory,
         study_key: str | None,
+        names: Mapping[str, str] | None,
+        maximize: Collection[str] | None,
+        units: Mapping[str, str] | None,
     ) -> None:
         self.problem, self.stop, self.first, self.memory = problem, stop, first, memory
         self.space = space = design_space(problem)
-        self.layout = problem_layout(problem, space)
+        self.layout = problem_layout(problem, space, names, maximize, units)
         self.limits = limit_vector(limits, self.layout)
         n_dim = len(space.free.variables)
         sampling = sampling or default_sampling(n_dim)
@@ -221,7 +237,8 @@ class Investigation:
             blocks = []
             for piece in self._pieces(new):
                 began = time.monotonic()
-                block = self._evaluated(numbers[piece], X[piece])
+                out = evaluate_designs(self.problem, self.space.designs(X[piece]))
+                block = table_of_values(self.layout, numbers[piece], X[piece], out)
                 self.memory.keep(block, (time.monotonic() - began) / len(piece))
                 if self.stop:
                     for number, reason in block.reasons.items():
@@ -231,13 +248,6 @@ class Investigation:
         if len(stored):  # what is stored may have gaps, where failures are tried again
             table = table.rows(np.argsort(table.numbers))
         return table, len(new)
-
-    def _evaluated(self, numbers: NDArray[np.int64], X: NDArray[Any]) -> TestTable:
-        out = evaluate_designs(self.problem, self.space.designs(X))
-        reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
-        return TestTable.of(
-            numbers, X, out["F"], out["G"], out["H"], reasons=reasons, layout=self.layout
-        )
 
     def _pieces(self, rows: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
         """Cut a block into what is evaluated, and stored, at a time.

@@ -7,7 +7,7 @@ test table is all its state: pymoo's individuals are made from it when they are 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from os import PathLike
 from typing import Any
 
@@ -24,9 +24,10 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo_psi._validation import Received, integer, invalid, known_name
 from pymoo_psi.algorithms._investigate import Investigation
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._evaluator import evaluate_designs, value_column
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
@@ -44,7 +45,11 @@ class PSI(Algorithm):
     ``res.algorithm.table`` the table of all tests.
 
     Asking and telling works as for every pymoo algorithm; ``ask()`` returns the same block until
-    it is told, and ``None`` when no points are left.
+    it is told, and ``None`` when no points are left. The table has the further outputs of told
+    designs if the algorithm's own ``evaluator`` has evaluated them.
+
+    Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
+    column of the table; ``res.pop.get("temperature")`` gives it, too.
 
     Args:
         n_points: How many points to test.
@@ -70,6 +75,15 @@ class PSI(Algorithm):
         on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
             shape, or is lost, as failed with its reason, and goes on; ``"raise"`` stops there,
             with everything before it stored.
+        names: Names of your own for variables, criteria and constraints, by their default names:
+            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
+            plots and limits have them. Unless given, those of the problem's attribute ``names``,
+            a mapping likewise, if there is one.
+        maximize: The criteria of which more is better, by these names. pymoo minimises, so that
+            ``out["F"]`` holds such a criterion with the sign turned; whatever is reached by name
+            is in its own sense. Unless given, those of the problem's attribute ``maximize``.
+        units: Units of columns by these names, also of further outputs. Unless given, those of
+            the problem's attribute ``units``.
         block_size: Points per iteration, after each of which display, callback and termination
             are called. By default the run has 32 iterations, of at least 64 points.
         **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
@@ -105,6 +119,9 @@ class PSI(Algorithm):
         study_key: str | None = None,
         retry: str | Collection[int] = (),
         on_failure: str = "record",
+        names: Mapping[str, str] | None = None,
+        maximize: Collection[str] | None = None,
+        units: Mapping[str, str] | None = None,
         **kwargs: Any,
     ) -> None:
         require_known_keywords("PSI", Algorithm, kwargs)
@@ -117,6 +134,7 @@ class PSI(Algorithm):
         self.limits = limits
         self.memory = Memory.of(study, retry)
         self.study_key = study_key
+        self.names, self.maximize, self.units = names, maximize, units
         self.stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
         kwargs.setdefault("evaluator", _Evaluator(self.stop))
         kwargs.setdefault("output", _Output())
@@ -164,6 +182,9 @@ class PSI(Algorithm):
             limits=self.limits,
             memory=self.memory,
             study_key=self.study_key,
+            names=self.names,
+            maximize=self.maximize,
+            units=self.units,
         )
         self.table = TestTable.empty(self._investigation.layout)
 
@@ -248,15 +269,12 @@ class PSI(Algorithm):
                     Received(f"an array of shape {values.shape}"),
                     "evaluate the population before it is told",
                 )
-        X, failures = infills.get("X", "failure")
-        reasons = {n: r for n, r in zip(numbers.tolist(), failures, strict=True) if r}
-        return TestTable.of(
-            numbers,
-            self._investigation.space.to_matrix(X),
-            *infills.get("F", "G", "H"),
-            reasons=reasons,
-            layout=layout,
-        )
+        # What else an individual carries may be a mark of the user's.
+        names = {name: None for i in infills for name in i.data.get("outputs", ())}
+        out = {name: value_column([i.data.get(name) for i in infills]) for name in names}
+        out |= {name: infills.get(name) for name in ("F", "G", "H", "failure")}
+        X = self._investigation.space.to_matrix(infills.get("X"))
+        return table_of_values(self._investigation.layout, numbers, X, out)
 
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -276,14 +294,16 @@ class PSI(Algorithm):
         values = zip(
             block,
             tests.numbers.tolist(),
-            *(tests.F, tests.G, tests.H, self._violation(tests)[:, None]),
+            *(tests.F, tests.G, tests.H, self._violation(tests)[:, None], tests.outputs),
             strict=True,
         )
-        for individual, number, f, g, h, violation in values:
+        for individual, number, f, g, h, violation, outputs in values:
             # copies, since a row of the table would keep the whole table in memory
             individual.F, individual.G, individual.H = f.copy(), g.copy(), h.copy()
             individual.CV = violation.copy()
             individual.data["failure"] = tests.reasons.get(number, "")
+            individual.data |= dict(zip(tests.layout.outputs, outputs.tolist(), strict=True))
+            individual.data["outputs"] = tests.layout.outputs
             individual.evaluated.update("FGH")
 
     # What pymoo's tools read: individuals made from the table when they are first asked for.
@@ -350,9 +370,12 @@ class _Evaluator(Evaluator):
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
         wrapped, stop = untolerant(problem, self.stop)
         out = evaluate_designs(wrapped, pop.get("X"), stop=stop)
-        for name in ("F", "G", "H", "failure"):
-            pop.set(name, out[name])
-        pop.apply(lambda individual: individual.evaluated.update("FGH"))
+        for name, values in out.items():
+            pop.set(name, values)
+        outputs = tuple(name for name in out if name not in NO_OUTPUTS)
+        for individual in pop:
+            individual.data["outputs"] = outputs
+            individual.evaluated.update("FGH")
 
 
 class _PointsTested(Termination):

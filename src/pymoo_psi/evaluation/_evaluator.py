@@ -141,7 +141,7 @@ class _Model:
         out["failure"] = _objects([row["failure"] for row in rows])
         for name in dict.fromkeys(name for row in rows for name in row):
             if name not in out:
-                out[name] = _column([row.get(name) for row in rows])
+                out[name] = value_column([row.get(name) for row in rows])
         return out
 
 
@@ -211,7 +211,11 @@ def _checked_rows(
     for name, value in further.items():
         if value is not None:
             many = isinstance(value, (list, np.ndarray)) and np.ndim(value) and len(value) == n
-            out[name] = _column(list(value) if many else [value] * n)
+            plain = isinstance(value, np.ndarray) and value.dtype.kind in "fiub"
+            if many and plain and not isinstance(value, np.ma.MaskedArray):
+                out[name] = value.copy()  # a million rows one by one would take a second
+            else:
+                out[name] = value_column(list(value) if many else [value] * n)
     return out
 
 
@@ -270,8 +274,10 @@ def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> A
     return numbers
 
 
-def _column(values: list[Any]) -> NDArray[Any]:
+def value_column(values: list[Any]) -> NDArray[Any]:
     """Return another value of all designs as an array; NaN or None where a design has none."""
+    # NumPy would take what lies under the mask for the value.
+    values = [None if value is np.ma.masked else value for value in values]
     present = [value for value in values if value is not None]
     try:
         arrays = [np.asarray(value) for value in present]

@@ -2,28 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import known_name
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout
 
 
-def problem_layout(problem: Any, space: DesignSpace) -> Layout:
-    """Return the columns of a problem's tests."""
+def problem_layout(
+    problem: Any,
+    space: DesignSpace,
+    names: Mapping[str, str] | None = None,
+    maximize: Collection[str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Layout:
+    """Return the columns of a problem's tests, under the user's names.
+
+    Args:
+        problem: A pymoo problem, which may have attributes ``names``, ``maximize`` and ``units``.
+        space: Its variables.
+        names: The user's names of columns by their default names, instead of the attribute.
+        maximize: The criteria that ``out["F"]`` holds with the sign turned, by the user's names,
+            likewise.
+        units: Units by the user's names, likewise; also of further outputs.
+
+    Raises:
+        ArgumentValueError: There is no such column, or two would have one name.
+        ArgumentTypeError: A name or unit is not text, or an argument of another type.
+    """
+    names = _mapping("names", names, getattr(problem, "names", None))
+    units = _mapping("units", units, getattr(problem, "units", None))
+    if maximize is None:
+        maximize = getattr(problem, "maximize", ())
+    if isinstance(maximize, str) or not isinstance(maximize, Collection):
+        example = "such as ['efficiency']; one goes into a list too"
+        raise ArgumentTypeError(
+            f"maximize must be a list of criteria, {example}, got {maximize!r:.80}"
+        )
     kinds = [variable.kind for variable in space.variables]
     discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
+    plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
+    for name in names:
+        known_name("names", name, plain.columns)
+    groups = (plain.variables, plain.objectives, plain.inequalities, plain.equalities)
     return Layout.of(
-        space.names,
-        problem.n_obj,
-        problem.n_ieq_constr,
-        problem.n_eq_constr,
+        *([names.get(name, name) for name in group] for group in groups),
+        maximize=list(maximize),
+        units=units,
         lower=np.where(discrete, np.nan, space.lower),  # of no meaning there
         upper=np.where(discrete, np.nan, space.upper),
         kinds=kinds,
     )
+
+
+def _mapping(argument: str, given: Mapping[str, str] | None, attribute: Any) -> Mapping[str, str]:
+    """Return what is told of a problem's columns: by the argument, or else by its attribute."""
+    told = given if given is not None else {} if attribute is None else attribute
+    if not isinstance(told, Mapping):
+        whose = argument if given is not None else f"the attribute {argument} of the problem"
+        raise ArgumentTypeError(
+            f"{whose} must map names to texts, got {told!r:.80}; see the argument {argument} of PSI"
+        )
+    return told
 
 
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:

@@ -48,7 +48,7 @@ class Layout:
             constraints.
         maximized: The criteria of which more is better. ``F`` holds these with the sign turned,
             as pymoo minimises; whatever is reached by their names is in their own sense.
-        units: Units of columns by name; a column without one is not in it.
+        units: Units of columns by name, also of outputs that no test has brought yet.
 
     Example:
         >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
@@ -103,7 +103,7 @@ class Layout:
         # In the order of the criteria, so that layouts of one meaning are equal.
         more = tuple(name for name in self.objectives if name in self.maximized)
         object.__setattr__(self, "maximized", more)
-        object.__setattr__(self, "units", _known_units(self.units, self.columns))
+        object.__setattr__(self, "units", _unit_texts(self.units))
 
     @classmethod
     def of(
@@ -258,7 +258,7 @@ class Layout:
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
         for name in self.columns:
-            # Of an output the other may not know, the unit is not known either.
+            # Of an output that the other does not have, the unit may not be known either.
             a, b = self.units.get(name, "none"), other.units.get(name, "none")
             if name in other.columns and a != b:
                 return f"unit of {name}: {a} against {b}"
@@ -297,18 +297,18 @@ def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
     return known
 
 
-def _known_units(units: Any, columns: Sequence[str]) -> dict[str, str]:
+def _unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
     if not isinstance(units, Mapping):
         rule = "units must map columns to units, such as {'mass': 'kg'}"
         raise ArgumentTypeError(f"{rule}, got {units!r:.80}")
     for name, unit in units.items():
-        known_name("units", name, columns)
-        if not isinstance(unit, str):
-            raise ArgumentTypeError(f"the unit of {name!r} must be text, got {unit!r:.80}")
-        if not is_writable(unit) or not unit.isprintable():
+        if not isinstance(name, str) or not isinstance(unit, str):
+            found = f"{unit!r:.40} for {name!r:.40}"
+            raise ArgumentTypeError(f"units must map names to texts, got {found}")
+        if not is_writable(name) or not is_writable(unit) or not unit.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
-    return {name: unit for name in columns if (unit := str(units.get(name, "")).strip())}
+    return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
 
 
 def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:

@@ -1,0 +1,67 @@
+"""From the values of designs to their tests, with what else the model gives."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table._layout import RESERVED, is_writable
+
+# What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.
+NO_OUTPUTS = {
+    *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
+    "failure",
+}
+
+
+def table_of_values(
+    layout: Layout, numbers: NDArray[np.int64], X: Any, out: Mapping[str, Any]
+) -> TestTable:
+    """Return the tests of n designs with all numbers that the model gave.
+
+    What is no single number for each design, or has the name of another column, is left out with
+    a warning: the values of the other columns count, and a run is not to end for it.
+
+    Args:
+        layout: The columns that the problem promises.
+        numbers: ``(n,)`` numbers of the tests.
+        X: ``(n, n_var)`` the designs.
+        out: Their values, as :func:`evaluate_designs` returns them.
+    """
+    reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
+    failed = np.array([bool(reason) for reason in out["failure"]], dtype=bool)
+    taken = {*layout.columns, *RESERVED}
+    outputs = {}
+    for name, values in out.items():
+        if name in NO_OUTPUTS or (isinstance(name, str) and name.startswith("__")):
+            continue
+        column = np.asarray(values)
+        if column.shape == (len(numbers), 1):
+            column = column[:, 0]
+        problem = ""
+        if not isinstance(name, str) or not name.strip() or not is_writable(name):
+            problem = "its name is no text that a file can hold"
+        elif column.shape != numbers.shape or column.dtype.kind not in "fiub":
+            problem = (
+                "it is not one number for each design; give its parts names of their own, such as "
+                f"out['{name}1']"
+            )
+        elif name in taken:
+            problem = "another column has that name; give it another one in the model"
+        if problem:
+            warnings.warn(f"out[{name!r}] is not kept in the table: {problem}", stacklevel=2)
+        else:
+            outputs[name] = np.where(failed, np.nan, column.astype(np.float64))
+    table = TestTable.of(
+        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
+    )
+    unknown = [name for name in layout.units if name not in table.layout.columns]
+    if unknown and not failed.all():
+        columns = ", ".join(table.layout.columns)
+        warnings.warn(f"units names {unknown[0]!r}, but the columns are {columns}", stacklevel=2)
+    return table

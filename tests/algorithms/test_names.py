@@ -1,0 +1,185 @@
+"""Names, senses and units that a problem or an argument tells, and outputs that its model gives."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Integer, Real
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, FailureTolerant, TestTable, investigate
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
+
+NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
+TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "K"}}
+
+
+class Model(Problem):
+    """Two criteria, the second the negative of what is to be maximised, and an output."""
+
+    def __init__(self, **told):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+        vars(self).update(told)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.column_stack([X.sum(axis=1), X[:, 0] * X[:, 1] - X[:, 0]])
+        out["G"] = X[:, :1] - 0.7
+        out["heat"] = X[:, :1] + 300
+
+
+class One(ElementwiseProblem):
+    """The same for one design, which may fail."""
+
+    def __init__(self, **told):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+        vars(self).update(told)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[1] == 0.5:
+            raise ArithmeticError("no convergence")
+        out["F"] = [x.sum(), x[0] * x[1] - x[0]]
+        out["G"] = x[0] - 0.7
+        out["heat"] = x[0] + 300
+
+
+def test_attributes_of_the_problem_and_arguments_say_the_same():
+    told = investigate(Model(**TOLD), 16)
+    assert told.layout.columns == ("width", "x2", "f1", "gain", "stress", "heat")
+    assert told.layout.maximized == ("gain",)
+    assert told.layout.label("heat") == "heat [K]"
+    assert np.array_equal(told.column("gain"), -told.F[:, 1])
+    given = investigate(Model(), 16, **TOLD)
+    assert given.equals(told)
+    assert given.layout.units == told.layout.units
+    assert minimize(Model(), PSI(16, **TOLD)).algorithm.table.equals(told)
+    assert minimize(Model(**TOLD), PSI(16)).algorithm.table.equals(told)
+    # A tolerant problem has the attributes of the one that it wraps; arguments win.
+    assert investigate(FailureTolerant(Model(**TOLD)), 16).equals(told)
+    other = investigate(Model(**TOLD), 16, names={}, maximize=(), units={})
+    assert other.layout.columns == ("x1", "x2", "f1", "f2", "g1", "heat")
+    assert np.array_equal(other.F, told.F)
+
+
+def test_limits_on_a_maximised_criterion_are_the_least_value_allowed():
+    limited = minimize(Model(**TOLD), PSI(64, limits={"gain": 0.25}))
+    mirrored = minimize(Model(), PSI(64, limits={"f2": -0.25}))
+    assert np.array_equal(limited.F, mirrored.F)
+    assert (-limited.F[:, 1] >= 0.25).all()
+    kept = investigate(Model(**TOLD), 64, limits={"gain": 0.25}, keep="pareto")
+    assert np.array_equal(np.sort(kept.numbers), np.sort(limited.opt.get("test_point")))
+
+
+def test_names_of_mixed_variables_are_their_own_and_can_be_others():
+    class Mixed(ElementwiseProblem):
+        def __init__(self):
+            variables = {"length": Real(bounds=(0, 1)), "teeth": Integer(bounds=(1, 9))}
+            super().__init__(vars=variables, n_obj=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x["length"] * x["teeth"]
+
+    assert investigate(Mixed(), 4).layout.variables == ("length", "teeth")
+    table = investigate(Mixed(), 4, names={"teeth": "number of teeth"})
+    assert table.layout.variables == ("length", "number of teeth")
+
+
+@pytest.mark.parametrize(
+    ("told", "error", "message"),
+    [
+        ({"names": {"x3": "height"}}, ArgumentValueError, "names must be one of 'f1', 'f2', 'g1', 'x1', 'x2', got 'x3'"),
+        ({"names": {"x1": "x2"}}, ArgumentValueError, "names of a test table must be distinct, .* got 'x2'"),
+        ({"names": {"x1": 1}}, ArgumentTypeError, "variables must be names, got 1"),
+        ({"names": ["width"]}, ArgumentTypeError, "names .*must map names to texts, got"),
+        ({"maximize": "f2"}, ArgumentTypeError, "maximize must be a list of criteria"),
+        ({"maximize": ["gain"]}, ArgumentValueError, "maximize must be one of 'f1', 'f2', got 'gain'"),
+        ({"units": ["mm"]}, ArgumentTypeError, "units .*must map names to texts"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_meant_is_refused(told, error, message):
+    with pytest.raises(error, match=message):
+        investigate(Model(), 4, **told)
+    with pytest.raises(error, match=message):
+        minimize(Model(**told), PSI(4))
+
+
+def test_outputs_are_those_of_the_model_however_the_tests_are_made(tmp_path):
+    """By blocks, by asking and telling, from a study that is continued, in workers or not."""
+    whole = investigate(One(**TOLD), 48)
+    failed = whole.status == "failed"
+    assert failed.any()
+    assert np.isnan(whole.column("heat")[failed]).all()
+    assert np.array_equal(whole.column("heat")[~failed], whole.column("width")[~failed] + 300)
+    study = tmp_path / "study.db"
+    investigate(One(**TOLD), 20, study=study)
+    result = minimize(One(**TOLD), PSI(48, study=study))
+    assert result.algorithm.table.equals(whole)
+    assert TestTable.read_study(study).equals(whole)
+    assert np.array_equal(result.pop.get("heat"), whole.column("heat"), equal_nan=True)
+    for told in (PSI(48, study=study, block_size=9), PSI(48, block_size=9)):
+        told.setup(FailureTolerant(One(**TOLD)))
+        while told.has_next():
+            infills = told.ask()
+            infills.set("mark", 1.0)  # of the user, no output
+            told.evaluator.eval(told.problem, infills)
+            told.tell(infills=infills)
+        assert told.table.equals(whole)
+
+
+def test_a_vectorised_model_gives_the_outputs_of_one_that_takes_one_design():
+    """A column, a row of n, or one number for all; NaN of a design is no failure."""
+
+    class Further(Model):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out)
+            out["flat"] = list(X[:, 0])
+            out["hot"] = X[:, 0] > 0.5
+            out["hole"] = np.where(X[:, 0] > 0.5, np.nan, 1.0)
+            out["same"] = 7
+            out["masked"] = np.ma.masked_greater(X[:, 0], 0.5)
+
+    table = investigate(Further(), 16)
+    x = table.column("x1")
+    wanted = {
+        "heat": x + 300,
+        "flat": x,
+        "hot": x > 0.5,
+        "hole": np.where(x > 0.5, np.nan, 1.0),
+        "same": np.full(16, 7),
+        "masked": np.where(x > 0.5, np.nan, x),
+    }
+    assert table.layout.outputs == tuple(wanted)
+    for name, values in wanted.items():
+        assert np.array_equal(table.column(name), values, equal_nan=True), name
+    assert not (table.status == "failed").any()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("profile", [1.0, 2.0], "'profile'.* not kept in the table: it is not one number for each design; .*out..profile1"),
+        ("note", "fine", "'note'.* not one number for each design"),
+        ("f1", 1.0, "'f1'.* another column has that name"),
+        ("status", 1.0, "'status'.* another column has that name"),
+        (7, 1.0, "7.* its name is no text"),
+    ],
+)  # fmt: skip
+def test_what_is_not_kept_is_told(name, value, message):
+    class Further(One):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            out[name] = value
+            out["dF"] = np.zeros((2, 2))  # pymoo's own
+
+    with pytest.warns(UserWarning, match=message):
+        table = investigate(Further(), 4)
+    assert table.layout.outputs == ("heat",)
+
+
+def test_a_unit_of_no_column_is_told():
+    with pytest.warns(UserWarning, match="units names 'haet', but the columns are x1, .*, heat"):
+        investigate(Model(), 4, units={"haet": "K"})
+
+
+def test_a_study_of_other_senses_is_refused(tmp_path):
+    investigate(Model(), 8, study=tmp_path / "study.db")
+    with pytest.raises(StudyMismatchError, match="maximized"):
+        investigate(Model(), 8, study=tmp_path / "study.db", maximize=["f2"])
