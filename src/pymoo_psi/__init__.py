@@ -16,7 +16,7 @@ Decision-making
 Comparison
     :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
 Running
-    :class:`JoblibRunner`, :class:`FailureTolerant`.
+    :class:`JoblibRunner`, :class:`FailureTolerant`, :class:`Recorded`.
 Errors
     :class:`PsiError`; all of them in :mod:`.errors`.
 

@@ -9,6 +9,7 @@ from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
 from .evaluation import FailureTolerant as FailureTolerant
+from .evaluation import Recorded as Recorded
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import compare_designs as compare_designs

@@ -14,7 +14,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo_psi._validation import known_name
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto._feasibility import constraint_violation
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._restricted import Restricted
 from pymoo_psi.problems._wrapped import WrappedProblem
 
@@ -117,15 +117,18 @@ class FailureTolerant(WrappedProblem):
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
         algorithm = kwargs.get("algorithm")
-        if isinstance(algorithm, Algorithm) and "_set_optimum" not in vars(algorithm):
-            # a partial, unlike a closure, is copied and pickled with its algorithm
-            algorithm._set_optimum = partial(_set_optimum, algorithm)
+        if isinstance(algorithm, Algorithm):
+            leave_failed_out(algorithm)
         return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
         stop = self.on_failure == "raise"
         out = evaluate_designs(self.wrapped, X, *args, stop=stop, **kwargs)
+        return self.tolerated(X, out, return_values_of)
+
+    def tolerated(self, X: Any, out: dict[str, Any], return_values_of: Any) -> dict[str, Any]:
+        """Note the failures among values of :func:`evaluate_designs`, and make them infeasible."""
         failed = out["failure"] != ""
         for i in np.flatnonzero(failed):
             self.failures.append(Failure(copy.copy(X[i]), out["failure"][i]))
@@ -175,6 +178,14 @@ class FailureTolerant(WrappedProblem):
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         """Evaluate as pymoo's wrappers of problems do."""
         out.update(self.do(x, ["F", "G", "H"], *args, **kwargs))
+
+
+def leave_failed_out(algorithm: Any) -> None:
+    """Keep failed designs out of an algorithm's optimum, and let the seed decide between them."""
+    seed_ties(algorithm)  # failed designs violate their constraint alike
+    if "_set_optimum" not in vars(algorithm):
+        # a partial, unlike a closure, is copied and pickled with its algorithm
+        algorithm._set_optimum = partial(_set_optimum, algorithm)
 
 
 def _set_optimum(algorithm: Any, **kwargs: Any) -> None:

@@ -35,14 +35,7 @@ class Memory:
     @classmethod
     def of(cls, path: str | PathLike[str] | None, retry: str | Collection[int]) -> Memory:
         """Return the memory in a study file, or none."""
-        again = None
-        if retry != "failed":
-            if isinstance(retry, str) or not isinstance(retry, Collection):
-                raise ArgumentTypeError(
-                    f"retry must be 'failed' or numbers of test points, got {retry!r}"
-                )
-            again = frozenset(integer("a number in retry", number, minimum=1) for number in retry)
-        return cls(None if path is None else Study(path), again)
+        return cls(None if path is None else Study(path), retried(retry))
 
     def begin(self, layout: Layout, identity: Mapping[str, Any]) -> None:
         """Create the study, or make sure that it belongs to the same problem.
@@ -99,3 +92,12 @@ class Memory:
         """Store tests, and what one took; those that are stored already are left alone."""
         if self.study is not None and len(block):
             self.study.append(columns_of(block), origin=self.origin, seconds=seconds)
+
+
+def retried(retry: str | Collection[int]) -> frozenset[int] | None:
+    """Return the numbers of failed tests to evaluate once more; ``None`` for ``"failed"``, all."""
+    if retry == "failed":
+        return None
+    if isinstance(retry, str) or not isinstance(retry, Collection):
+        raise ArgumentTypeError(f"retry must be 'failed' or numbers of test points, got {retry!r}")
+    return frozenset(integer("a number in retry", number, minimum=1) for number in retry)

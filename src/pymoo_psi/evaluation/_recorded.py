@@ -1,0 +1,274 @@
+"""Problems whose evaluations are kept: a study for any algorithm of pymoo."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Hashable
+from itertools import count
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
+from pymoo.problems.dyn import DynamicProblem
+
+from pymoo_psi._validation import Received, invalid
+from pymoo_psi.errors import EvaluationError
+from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out
+from pymoo_psi.evaluation._memory import Memory, retried
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_identity, problem_layout
+from pymoo_psi.problems._pymoo import require_problem, seed_ties
+from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.storage import Study
+from pymoo_psi.table import TestTable
+from pymoo_psi.table._designs import design_matrix
+from pymoo_psi.table._exchange import objects
+
+_ALL = 2**62  # test points: more than any study has
+_SIZES = {"F": "n_obj", "G": "n_ieq_constr", "H": "n_eq_constr"}  # of what is kept
+
+
+class Recorded(WrappedProblem):
+    """Any pymoo problem, every evaluation kept in a study and answered from it.
+
+    Each design that an algorithm asks for becomes a test of the study, numbered from 1 in the
+    order in which they are asked for, and is stored before the algorithm sees its values. A design
+    that is stored, bit for bit the same, is answered from the file. So a run with a seed that was
+    interrupted, even killed, is continued by running it again: it goes the same way through what
+    is stored, which takes no evaluations, and on from there; the result is that of one run. More
+    generations, another seed or another algorithm add to the same study.
+
+    It works with every algorithm that draws its random numbers from the seed, in ``minimize``, with
+    ask and tell (evaluate by ``algorithm.evaluator.eval(problem, designs, algorithm=algorithm)``),
+    and from a checkpoint. NSGA-III and U-NSGA-III, whose ties pymoo draws without the seed, are
+    made to. ``res.pop.get("test_point")`` are the numbers of the designs.
+
+    Values must depend on the design alone; F, G and H are kept. A design that fails is stored with
+    its reason, as are all others asked for together with it, before it ends the run by an error;
+    with ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
+    unless it is to be tried again.
+
+    Copies share what is known of the study, pickles leave it behind: worker processes are sent the
+    problem within, and never the study.
+
+    Args:
+        problem: A pymoo problem, elementwise or not, with any constraints and variables with
+            bounds; or a :class:`~pymoo_psi.FailureTolerant`.
+        study: Name of the study file, which is made if there is none. One process at a time adds
+            to it; another waits for its batch, and takes over what it has stored.
+        study_key: What else the study depends on, such as a version or constants of the model; a
+            study with another key is refused. The study itself compares name, variables, bounds
+            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
+            problem returns; it cannot see into the model.
+        retry: Numbers of tests that the study holds as failed and that are to be evaluated once
+            more when they are asked for; ``"failed"`` for all of them.
+
+    Attributes:
+        wrapped: The problem.
+
+    Raises:
+        ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
+        ArgumentValueError: It has no finite bounds, or its values depend on more than the design.
+        StudyError: The study belongs to another problem or to an investigation by ``PSI``, is
+            damaged or cannot be written; in use: another process is writing it.
+        EvaluationError: In use: a design failed.
+
+    Example:
+        >>> import tempfile
+        >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo_psi import SphereChute
+        >>> study = tempfile.mkdtemp() + "/run.db"
+        >>> problem = Recorded(SphereChute(0.4, model="rolling"), study=study)
+        >>> res = minimize(problem, NSGA2(10), ("n_gen", 3), seed=1)
+        >>> problem.table
+        TestTable(30 tests: 30 ok, 0 infeasible, 0 failed; 2 variables, 4 criteria, 1 constraint)
+        >>> again = minimize(problem, NSGA2(10), ("n_gen", 5), seed=1)  # three from the file
+        >>> len(problem.table)
+        50
+    """
+
+    def __init__(
+        self,
+        problem: Any,
+        *,
+        study: str | PathLike[str],
+        study_key: str | None = None,
+        retry: str | Collection[int] = (),
+    ) -> None:
+        require_problem(problem)
+        super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
+        self._tolerant = problem if isinstance(problem, FailureTolerant) else None
+        self._model = problem if self._tolerant is None else self._tolerant.wrapped
+        if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
+            raise invalid(
+                "problem",
+                "one whose values depend on the design alone",
+                Received(self._model.name()),
+                "what is stored would be wrong for the next call",
+            )
+        self._space = design_space(self._model)
+        self._layout = problem_layout(self._model, self._space)
+        self._study = Study(study)
+        self._memory = Memory(self._study, retried(retry))
+        identity = problem_identity(self._model, self._space)
+        self._memory.begin(self._layout, {**identity, "sampling": "an algorithm", "key": study_key})
+        self._answers = _Answers()
+
+    @property
+    def table(self) -> TestTable:
+        """All tests of the study, by number, as they are in the file now.
+
+        Example:
+            >>> import tempfile
+            >>> from pymoo_psi import SphereChute
+            >>> len(Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").table)
+            0
+        """
+        return self._memory.stored(self._layout, 1, _ALL)
+
+    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
+        return self.wrapped._calc_pareto_front(*args, **kwargs)
+
+    def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
+        return self.wrapped._calc_pareto_set(*args, **kwargs)
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
+        algorithm = kwargs.get("algorithm")
+        if isinstance(algorithm, Algorithm):
+            seed_ties(algorithm)
+            self._memory.origin = type(algorithm).__name__
+            if self._tolerant is not None:
+                leave_failed_out(algorithm)
+        out = super().evaluate(X, *args, **kwargs)
+        if isinstance(out, dict):  # of which pymoo has made floats
+            out["test_point"] = out["test_point"].astype(np.int64)
+        return out
+
+    def do(self, X: Any, return_values_of: Any) -> dict[str, Any]:
+        """Return the values of designs; pymoo calls this from ``evaluate``.
+
+        Raises:
+            EvaluationError: A design failed; everything is stored.
+            ArgumentValueError: What is asked for is not kept.
+        """
+        if unknown := [name for name in return_values_of if name not in _SIZES]:
+            remedy = "a study keeps nothing else; for gradients evaluate the problem within"
+            raise invalid("return_values_of", "F, G and H of Recorded", unknown, remedy)
+        matrix = design_matrix(
+            "X", self._space.to_matrix(X), self._layout.variables, self._layout.kinds
+        )
+        keys = _keys(matrix)
+        known = self._answers.tests
+        if not known.keys() >= set(keys):
+            self._read()
+        if not known.keys() >= set(keys):
+            with self._study.writing():
+                self._read()  # what another process stored before we got the lock
+                # the same design twice is evaluated once
+                first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
+                if first:
+                    self._evaluate(X, matrix, sorted(first.values()))
+        out = self._answers.values(keys, [getattr(self._model, name) for name in _SIZES.values()])
+        if self._tolerant is not None:
+            return self._tolerant.tolerated(X, out, return_values_of)
+        failure = out.pop("failure")
+        for i in np.flatnonzero(failure != ""):
+            raise EvaluationError(X[i], failure[i])
+        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
+        return formatted
+
+    def _read(self) -> None:
+        """Take over what is stored and not known yet, by this run or others."""
+        stored = self._memory.stored(self._layout, self._answers.first, _ALL)
+        self._answers.add(stored, self._memory.to_retry(stored))
+
+    def _evaluate(self, X: Any, matrix: NDArray[Any], rows: list[int]) -> None:
+        """Evaluate designs that no test has, and store each one.
+
+        A batch that was interrupted may have been stored in part. Those that are missing then get
+        the numbers that they would have had, since these are the ones between that are free.
+
+        Args:
+            X: A batch, as the problem takes it.
+            matrix: The same as a matrix.
+            rows: Which of it, in their order.
+        """
+        numbers = self._answers.numbers_for(_keys(matrix[rows]))
+        began = time.monotonic()
+        chosen = X[rows] if isinstance(X, np.ndarray) else [X[i] for i in rows]
+        out = evaluate_designs(self._model, chosen)
+        reasons = {n: reason for n, reason in zip(numbers, out["failure"], strict=True) if reason}
+        block = TestTable.of(
+            numbers,
+            matrix[rows],
+            out["F"],
+            out["G"],
+            out["H"],
+            reasons=reasons,
+            layout=self._layout,
+        )
+        self._memory.keep(block, (time.monotonic() - began) / len(rows))
+        self._answers.add(block)
+
+
+class _Answers:
+    """The tests of a study that this process knows, by design: what is in the file, no more.
+
+    Copies are one, as pymoo copies a problem with every generation of a history.
+
+    Attributes:
+        tests: By design the number of a test, its values and why it failed.
+        first: The first number that may be missing here.
+    """
+
+    def __init__(self) -> None:
+        self.tests: dict[Hashable, tuple[int, NDArray[np.float64], str]] = {}
+        self.first = 1
+        self._numbers: set[int] = set()  # of tests, from the first one on that is missing
+        self._again: dict[Hashable, int] = {}  # numbers of those that are to be evaluated again
+
+    def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
+        """Add tests, some of which are to be evaluated again; one of a known number is not new."""
+        values = np.hstack([tests.F, tests.G, tests.H])
+        for i, (number, key) in enumerate(zip(tests.numbers.tolist(), _keys(tests.X), strict=True)):
+            if again is not None and again[i]:
+                if key not in self.tests:
+                    self._again[key] = number
+            else:
+                # PSI's points may repeat a design; here the first one stands for all
+                self.tests.setdefault(key, (number, values[i], tests.reasons.get(number, "")))
+                self._again.pop(key, None)
+            self._numbers.add(number)
+        while self.first in self._numbers:
+            self._numbers.remove(self.first)
+            self.first += 1
+
+    def numbers_for(self, keys: list[Hashable]) -> list[int]:
+        """Return the numbers of designs to be evaluated: those that they have, or free ones."""
+        free = (n for n in count(self.first) if n not in self._numbers)
+        return [self._again[key] if key in self._again else next(free) for key in keys]
+
+    def values(self, keys: list[Hashable], sizes: list[int]) -> dict[str, Any]:
+        """Return the values of designs as :func:`evaluate_designs` does, with their numbers."""
+        numbers, rows, reasons = zip(*(self.tests[key] for key in keys), strict=True)
+        ends = np.cumsum(sizes)[:-1]
+        out: dict[str, Any] = dict(zip("FGH", np.split(np.array(rows), ends, axis=1), strict=True))
+        return out | {"failure": objects(reasons), "test_point": np.array(numbers)}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _Answers, ()  # the file has them
+
+
+def _keys(matrix: NDArray[Any]) -> list[Hashable]:
+    """Return what designs in normal form have in common only if they are the same bit for bit."""
+    if matrix.dtype == object:
+        return [repr(row) for row in matrix.tolist()]  # -0.0, 0.0, 0 and False differ in it
+    return [row.tobytes() for row in matrix]
