@@ -1,0 +1,143 @@
+"""Processes killed again and again in the middle of their work, and what is left of it.
+
+    python -m benchmarks.kills [recorded] [KILLS]
+
+``recorded``: NSGA-III over a ``Recorded`` problem. After every kill each test that was stored must
+still be there, with the same values, and must never be evaluated again; in the end table and front
+must be, bit for bit, those of a run that nobody disturbed. Anything else ends with an error.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pymoo.core.problem import ElementwiseProblem
+
+from pymoo_psi import FailureTolerant, Recorded, TestTable, nsga3
+
+EVALUATIONS = 20  # for each kill
+
+
+class Logged(ElementwiseProblem):
+    """A model with constraints and failures that notes in a file what it evaluates."""
+
+    def __init__(self, log: Path) -> None:
+        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+        self.log = log
+
+    def _evaluate(self, x: Any, out: Any, *args: Any, **kwargs: Any) -> None:
+        append(self.log, x.tobytes().hex())
+        time.sleep(0.002)
+        if x[2] > 0.8:
+            raise ArithmeticError("no convergence")
+        out["F"] = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2]
+        out["G"] = np.floor(3 * x[1] + 2 * x[2]) - 1
+
+
+def append(log: Path, line: str) -> None:
+    """Add a line to a file, whole whatever happens to this process."""
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.write(file, f"{line}\n".encode())
+    os.close(file)
+
+
+def lines(log: Path) -> list[str]:
+    """Return the lines of a file, none if there is no such file."""
+    return log.read_text().splitlines() if log.exists() else []
+
+
+def started(job: Callable[[], object]) -> int:
+    """Begin a job in a fork of this process; return its id."""
+    pid = os.fork()
+    if pid == 0:
+        try:
+            job()
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
+        os._exit(0)
+    return pid
+
+
+def killed(job: Callable[[], object], log: Path, kills: int, lines_each: int) -> Iterator[int]:
+    """Kill a job again and again, then let it end.
+
+    Args:
+        job: What is begun anew after every kill.
+        log: The file in which it notes its work.
+        kills: How often it is killed.
+        lines_each: How many notes it writes at most before it is killed.
+
+    Yields:
+        The number of the kill, after each; ``kills`` after the end.
+    """
+    chance = random.Random(1)
+    for kill in range(kills):
+        seen, pid = len(lines(log)), started(job)
+        wanted = chance.randrange(lines_each) if kill else 0  # at first while the file is made
+        while len(lines(log)) < seen + wanted:
+            time.sleep(0.001)
+        time.sleep(chance.uniform(0, 0.01))
+        os.kill(pid, signal.SIGKILL)
+        how = os.waitpid(pid, 0)[1]
+        assert how == signal.SIGKILL, f"it had ended before kill {kill + 1}: {how}"
+        yield kill
+    assert os.waitpid(started(job), 0)[1] == 0
+    yield kills
+
+
+def recorded(folder: Path, kills: int) -> None:
+    """Kill a recorded run of NSGA-III."""
+    log, path = folder / "log", folder / "run.db"
+
+    def search(log: Path, study: Path) -> Any:
+        problem = Recorded(FailureTolerant(Logged(log)), study=study)
+        return nsga3(problem, n_evaluations=EVALUATIONS * kills, seed=1)
+
+    stored, checked = TestTable.empty(), 0
+    for _ in killed(lambda: search(log, path), log, kills, 2 * EVALUATIONS):
+        designs = {row.tobytes().hex() for row in stored.X}
+        again = [line for line in lines(log)[checked:] if line in designs]
+        assert not again, f"{len(again)} stored designs were evaluated again"
+        checked = len(lines(log))
+        table = TestTable.read_study(path) if path.exists() else TestTable.empty()
+        left = table.rows(np.isin(table.numbers, stored.numbers))
+        assert len(stored) == 0 or left.equals(stored), "stored tests were lost or changed"
+        stored = table
+    expected, result = search(folder / "log 2", folder / "undisturbed.db"), search(log, path)
+    assert stored.equals(expected.problem.table), "the table is another one"
+    for name in ("X", "F", "G", "test_point"):
+        assert result.opt.get(name).tobytes() == expected.opt.get(name).tobytes(), name
+    assert checked == len(lines(log)), "the finished run was evaluated again"
+    lost = checked - len(stored)
+    print(
+        f"recorded: {kills} kills, {len(stored)} tests, table and front of {len(expected.opt)} bit "
+        f"for bit those of an undisturbed run; {lost} evaluations under way were repeated"
+    )
+
+
+CASES = {"recorded": recorded}
+
+
+def main(cases: list[str], kills: int) -> None:
+    """Run the cases."""
+    for case in cases or list(CASES):
+        began = time.monotonic()
+        with tempfile.TemporaryDirectory(dir=os.getcwd()) as folder:
+            CASES[case](Path(folder), kills)
+        print(f"{time.monotonic() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
+    main([word for word in sys.argv[1:] if not word.isdigit()], *numbers or [30])

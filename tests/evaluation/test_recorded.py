@@ -1,0 +1,411 @@
+"""A study of whatever algorithm: nothing is lost, nothing evaluated twice, runs go on as one run."""
+
+import copy
+import os
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import dill
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, PsiError, Recorded, TestTable
+from pymoo_psi.algorithms._nsga3 import reference_directions
+from pymoo_psi.errors import EvaluationError, StudyMismatchError
+
+
+class Model(ElementwiseProblem):
+    """A square with a stepped constraint that many designs violate alike; counts, and stops."""
+
+    def __init__(self, stop=None, fails=False, n_obj=2, **options):
+        super().__init__(n_var=3, n_obj=n_obj, n_ieq_constr=int(n_obj > 1), xl=0, xu=1, **options)
+        self.seen, self.stop, self.fails = [], stop, fails
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if len(self.seen) == self.stop:
+            raise KeyboardInterrupt
+        self.seen.append(x.tobytes())
+        if self.fails and x[2] > 0.7:
+            raise ArithmeticError(f"no convergence at {x[2]}")
+        out["F"] = [x[0] + x[2] ** 2, 1 - x[0] + x[1] ** 2][: self.n_obj]
+        if self.n_ieq_constr:
+            out["G"] = np.floor(3 * x[1] + 2 * x[2]) - 1
+
+
+class Mixed(ElementwiseProblem):
+    def __init__(self, stop=None):
+        options = {"options": ["oak", "steel", "foam"]}
+        variables = {
+            "hollow": Binary(), "metal": Choice(**options), "n": Integer(bounds=(0, 9)),
+            "width": Real(bounds=(0, 5)),
+        }  # fmt: skip
+        super().__init__(vars=variables, n_obj=2)
+        self.seen, self.stop = [], stop
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if len(self.seen) == self.stop:
+            raise KeyboardInterrupt
+        self.seen.append(repr(x))
+        cost = {"oak": 1.0, "steel": 3.0, "foam": 0.5}[x["metal"]]
+        out["F"] = [cost * x["width"] + x["n"], (5 - x["width"]) ** 2 / (1 + x["hollow"])]
+
+
+def nsga3():
+    return NSGA3(reference_directions(2, 10), pop_size=10)
+
+
+RUNS = {
+    "nsga2": (Model, lambda: NSGA2(10)),
+    "nsga3": (Model, nsga3),
+    "nsga3-failing": (lambda stop=None: Model(stop, fails=True), nsga3),
+    "de": (lambda stop=None: Model(stop, n_obj=1), lambda: DE(10)),
+    "cmaes": (lambda stop=None: Model(stop, n_obj=1), lambda: CMAES(x0=np.full(3, 0.4))),
+    "mixed": (Mixed, lambda: MixedVariableGA(10, survival=RankAndCrowding())),
+}
+
+
+def solved(problem, algorithm, n_gen=6):
+    return minimize(problem, algorithm, ("n_gen", n_gen), seed=5)
+
+
+def recorded(model, path, **options):
+    return Recorded(
+        FailureTolerant(model) if model.name() == "Model" else model, study=path, **options
+    )
+
+
+def population(result):
+    return [repr(x) if isinstance(x, dict) else x.tobytes() for x in result.pop.get("X")]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
+    make, algorithm = RUNS[name]
+    plain = make()
+    whole = solved(FailureTolerant(plain) if name != "mixed" else plain, algorithm())
+    undisturbed = recorded(make(), tmp_path / "undisturbed.db")
+    solved(undisturbed, algorithm())
+
+    first = make(stop=len(plain.seen) * 3 // 5)
+    with pytest.raises(KeyboardInterrupt):
+        solved(recorded(first, tmp_path / "s.db"), algorithm())
+    stored = TestTable.read_study(tmp_path / "s.db")
+    second = make()
+    problem = recorded(second, tmp_path / "s.db")
+    result = solved(problem, algorithm())
+
+    assert 0 < len(stored) < len(problem.table)
+    assert population(result) == population(whole)
+    np.testing.assert_array_equal(result.pop.get("F"), whole.pop.get("F"))
+    np.testing.assert_array_equal(result.F, whole.F)
+    assert problem.table.equals(undisturbed.table)
+    assert problem.table.rows(np.arange(len(stored))).equals(stored)
+    # only what was under way when the first one stopped is evaluated again
+    assert len(set(second.seen)) == len(second.seen) == len(problem.table) - len(stored)
+    # each design is the test of its number
+    rows = {number: row for row, number in enumerate(problem.table.numbers.tolist())}
+    numbers = result.pop.get("test_point")
+    assert numbers.dtype == np.int64
+    F = problem.table.F[[rows[number] for number in numbers]]
+    np.testing.assert_array_equal(F, result.pop.get("F"))
+
+
+def test_more_generations_and_other_seeds_add_to_the_study(tmp_path):
+    path = tmp_path / "s.db"
+    solved(recorded(Model(), path), nsga3(), 3)
+    model = Model()
+    more = solved(recorded(model, path), nsga3(), 6)
+    assert population(more) == population(solved(FailureTolerant(Model()), nsga3(), 6))
+    before = TestTable.read_study(path)
+    assert len(before) == len(set(model.seen)) + 30
+    minimize(recorded(Model(), path), NSGA2(10), ("n_gen", 2), seed=6)
+    after = TestTable.read_study(path)
+    assert after.rows(np.arange(len(before))).equals(before)
+    assert after.numbers.tolist() == list(range(1, len(before) + 21))
+
+
+@pytest.mark.parametrize("kills", [3])
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the workers are forks")
+def test_a_run_killed_again_and_again_is_one_run(tmp_path, kills):
+    """The benchmark, with fewer kills; it ends with an error where anything differs."""
+    command = [sys.executable, "-m", "benchmarks.kills", "recorded", str(kills)]
+    root = Path(__file__).parents[2]
+    environment = os.environ | {"PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert f"{kills} kills" in done.stdout
+
+
+def test_two_runs_at_once_share_the_work(tmp_path):
+    models = [Model(), Model()]
+
+    def run(model):
+        return population(solved(recorded(model, tmp_path / "s.db"), nsga3()))
+
+    with ThreadPoolExecutor(2) as threads:
+        first, second = threads.map(run, models)
+    seen = models[0].seen + models[1].seen
+    assert len(seen) == len(set(seen)) == len(TestTable.read_study(tmp_path / "s.db"))
+    assert first == second
+
+
+# One batch
+
+
+def batch(n=6):
+    return np.random.default_rng(3).random((n, 3))
+
+
+def values(problem, X):
+    return problem.evaluate(X, return_values_of=["F", "G"])
+
+
+def test_the_same_design_twice_is_evaluated_once(tmp_path):
+    X = batch()[[0, 1, 0, 2, 1]]
+    model = Model()
+    problem = Recorded(model, study=tmp_path / "s.db")
+    for F, expected in zip(values(problem, X), values(Model(), X), strict=True):
+        np.testing.assert_array_equal(F, expected)
+    assert len(model.seen) == 3
+    np.testing.assert_array_equal(problem.table.X, X[[0, 1, 3]])
+
+
+def test_the_same_means_the_same_bits(tmp_path):
+    model = Model()
+    problem = Recorded(model, study=tmp_path / "s.db")
+    X = np.array([[0.0, 0.1, 0.2], [-0.0, 0.1, 0.2], [0.0, 0.1, np.nextafter(0.2, 1)]])
+    problem.evaluate(X)
+    Recorded(model, study=tmp_path / "s.db").evaluate(X)
+    assert model.seen == [x.tobytes() for x in X]
+
+
+def test_what_a_batch_lacks_gets_the_numbers_it_would_have_had(tmp_path):
+    """As it is found after a kill in the middle of a batch whose results come in any order."""
+    X, more = batch(), batch(9)[6:]
+    whole = Recorded(Model(), study=tmp_path / "whole.db")
+    whole.evaluate(X)
+    whole.evaluate(more)
+    problem = Recorded(Model(), study=tmp_path / "s.db")
+    problem._memory.keep(whole.table.rows([0, 2, 5]))
+    problem.evaluate(X)
+    problem.evaluate(more)
+    assert problem.table.equals(whole.table)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_designs_of_any_variables_are_found_again(tmp_path, named):
+    """Also where the numbers of a design are NumPy's, or floats for integers."""
+    if named:
+        design = {"hollow": True, "metal": "steel", "n": 3, "width": 1.5}
+        other = {
+            "hollow": np.True_,
+            "metal": np.str_("steel"),
+            "n": np.int32(3),
+            "width": np.float64(1.5),
+        }
+        third = design | {"hollow": False}
+        model = Mixed()
+        batches = [np.array([x, third], dtype=object) for x in (design, other)]
+    else:
+
+        class Whole(Model):
+            def __init__(self):
+                super().__init__(vtype=int)
+
+        model = Whole()
+        batches = [np.array([[0, 1, 0], [1, 1, 0]]), np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])]
+    first = Recorded(model, study=tmp_path / "s.db").evaluate(batches[0], return_values_of=["F"])
+    again = Recorded(model, study=tmp_path / "s.db").evaluate(batches[1], return_values_of=["F"])
+    np.testing.assert_array_equal(first, again)
+    assert len(model.seen) == 2
+
+
+def test_a_vectorised_problem_is_asked_for_what_is_missing(tmp_path):
+    asked = []
+
+    class Vectorised(Problem):
+        def __init__(self):
+            super().__init__(n_var=3, n_obj=2, n_eq_constr=1, xl=0, xu=1)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            asked.append(len(X))
+            out["F"], out["H"] = np.column_stack([X.sum(axis=1), X[:, 0]]), X[:, [1]]
+
+    problem = Recorded(Vectorised(), study=tmp_path / "s.db")
+    X = batch(7)
+    problem.evaluate(X[:4])
+    F, H = problem.evaluate(X[2:], return_values_of=["F", "H"])
+    assert asked == [4, 3]
+    np.testing.assert_array_equal(F, np.column_stack([X.sum(axis=1), X[:, 0]])[2:])
+    np.testing.assert_array_equal(H, X[2:, [1]])
+
+
+def test_what_is_returned_is_pymoos(tmp_path):
+    problem, plain, X = Recorded(Model(), study=tmp_path / "s.db"), Model(), batch()
+    for arguments in ({}, {"return_values_of": ["G"]}, {"return_values_of": ["G", "F"]}):
+        for design in (X, X[0]):
+            got, expected = (
+                problem.evaluate(design, **arguments),
+                plain.evaluate(design, **arguments),
+            )
+            assert type(got) is type(expected)
+            for a, b in zip(got, expected, strict=True):
+                np.testing.assert_array_equal(a, b, strict=True)
+    out = problem.evaluate(X[0], return_as_dictionary=True)
+    assert (out["test_point"].item(), out["F"].shape) == (1, (2,))
+
+
+# Failures
+
+
+@pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
+def test_a_tolerant_problem_may_stand_within_or_without(tmp_path, failed_as):
+    X = batch(12)
+    expected = FailureTolerant(Model(fails=True), failed_as=failed_as)
+    answers = values(expected, X)
+    for name in ("within", "without"):
+        for _ in range(2):  # then from the file
+            model, path = Model(fails=True), tmp_path / f"{name}.db"
+            if name == "within":
+                problem = Recorded(FailureTolerant(model, failed_as=failed_as), study=path)
+            else:
+                problem = FailureTolerant(Recorded(model, study=path), failed_as=failed_as)
+            assert problem.n_ieq_constr == expected.n_ieq_constr
+            for got, answer in zip(values(problem, X), answers, strict=True):
+                np.testing.assert_array_equal(got, answer)
+            assert [f.reason for f in problem.failures] == [f.reason for f in expected.failures]
+        assert model.seen == []
+        table = problem.table
+        assert table.layout.constraints == ("g1",)
+        assert list(table.reasons.values()) == [f.reason for f in expected.failures]
+
+
+def test_a_failure_ends_the_run_when_everything_is_stored_and_comes_again(tmp_path):
+    X = batch(12)
+    model = Model(fails=True)
+    messages = []
+    for _ in range(2):
+        with pytest.raises(EvaluationError, match="no convergence") as raised:
+            Recorded(model, study=tmp_path / "s.db").evaluate(X)
+        messages.append(str(raised.value))
+    assert messages[0] == messages[1]
+    assert len(model.seen) == len(TestTable.read_study(tmp_path / "s.db")) == 12
+
+
+@pytest.mark.parametrize("retry", ["failed", "numbers"])
+def test_failures_are_tried_again_if_asked_for(tmp_path, retry):
+    X, path = batch(12), tmp_path / "s.db"
+    recorded(Model(fails=True), path).evaluate(X)
+    before = TestTable.read_study(path)
+    failed = before.numbers[before.status == "failed"].tolist()
+    again = failed if retry == "failed" else failed[1:2]
+    model = Model()
+    problem = recorded(model, path, retry="failed" if retry == "failed" else again)
+    for _ in range(2):
+        problem.evaluate(X)
+    assert model.seen == [X[number - 1].tobytes() for number in again]
+    after = problem.table
+    assert after.numbers.tolist() == before.numbers.tolist()
+    assert after.numbers[after.status == "failed"].tolist() == sorted({*failed} - {*again})
+
+
+# The study
+
+
+def test_the_table_is_that_of_the_study(tmp_path):
+    problem = recorded(Model(fails=True), tmp_path / "s.db")
+    solved(problem, nsga3())
+    table = problem.table
+    assert table.equals(TestTable.read_study(tmp_path / "s.db"))
+    assert {"ok", "infeasible", "failed"} == set(table.status)
+    assert table.layout.upper.tolist() == [1, 1, 1]
+    assert table.pareto({"f1": 0.9}).any()
+
+
+def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
+    path, points = tmp_path / "s.db", tmp_path / "psi.db"
+    Recorded(Model(), study=path, study_key="a")
+    minimize(Model(), PSI(8, study=points))
+    for make, message in [
+        (lambda: Recorded(Model(), study=path, study_key="b"), 'key is "a" in the study'),
+        (lambda: Recorded(Model(n_obj=1), study=path, study_key="a"), "objectives"),
+        (lambda: Recorded(Model(), study=points), "sampling is \"LP-tau from point 1\" in the study"),
+        (lambda: minimize(Model(), PSI(8, study=path, study_key="a")), "sampling is \"an algorithm\""),
+    ]:  # fmt: skip
+        with pytest.raises(StudyMismatchError, match=message):
+            make()
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda path: Recorded("zdt1", study=path), "problem must be a pymoo Problem"),
+        (lambda path: Recorded(Model(), study=None), "path must be the name of a file"),
+        (lambda path: Recorded(Model(), study=path, retry=3), "retry must be 'failed' or numbers"),
+        (lambda path: Recorded(Model(requires_kwargs=True), study=path), "on the design alone"),
+        (lambda path: Recorded(get_problem("df1"), study=path), "on the design alone"),
+        (
+            lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),
+            "F, G and H of Recorded, got ..dF",
+        ),
+        (lambda path: Recorded(Model(vtype=int), study=path).evaluate(batch()), "integer values"),
+        (lambda path: Recorded(Model(), study=path).evaluate(batch() * np.nan), "finite"),
+    ],
+)
+def test_what_cannot_be_kept_is_refused(tmp_path, make, message):
+    with pytest.raises(PsiError, match=message):
+        make(tmp_path / "s.db")
+
+
+# With pymoo's tools
+
+
+def test_histories_share_what_is_known_and_pickles_leave_it_behind(tmp_path):
+    problem = recorded(Model(), tmp_path / "s.db")
+    result = minimize(problem, nsga3(), ("n_gen", 3), seed=1, save_history=True)
+    copied = result.history[0].problem
+    assert copied is not problem
+    assert copied._answers is problem._answers
+    assert copy.deepcopy(problem)._answers.tests is problem._answers.tests
+    empty = recorded(Model(), tmp_path / "empty.db")
+    assert len(pickle.dumps(problem._answers)) == len(pickle.dumps(empty._answers))
+    again = pickle.loads(pickle.dumps(problem))
+    X, F = result.pop.get("X", "F")
+    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["F"]), F)
+    assert again.wrapped.wrapped.seen == problem.wrapped.wrapped.seen
+
+
+def test_ask_and_tell_and_checkpoints(tmp_path):
+    problem = recorded(Model(), tmp_path / "s.db")
+    algorithm = nsga3().setup(problem, termination=("n_gen", 6), seed=5)
+    for _ in range(3):
+        designs = algorithm.ask()
+        algorithm.evaluator.eval(problem, designs, algorithm=algorithm)
+        algorithm.tell(infills=designs)
+    algorithm = dill.loads(dill.dumps(algorithm))
+    while algorithm.has_next():
+        algorithm.next()
+    assert population(algorithm.result()) == population(solved(FailureTolerant(Model()), nsga3()))
+
+
+def test_workers_are_sent_the_problem_within(tmp_path):
+    here = recorded(Model(fails=True), tmp_path / "here.db")
+    solved(here, nsga3(), 3)
+    model = Model(fails=True, elementwise_runner=JoblibRunner(2, in_process=False))
+    there = recorded(model, tmp_path / "there.db")
+    solved(there, nsga3(), 3)
+    assert model.seen == []
+    assert there.table.equals(here.table)
