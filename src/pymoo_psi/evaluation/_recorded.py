@@ -16,7 +16,7 @@ from pymoo.problems.dyn import DynamicProblem
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out
+from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.evaluation._memory import Memory, retried
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
@@ -102,7 +102,10 @@ class Recorded(WrappedProblem):
         require_problem(problem)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
-        self._model = problem if self._tolerant is None else self._tolerant.wrapped
+        self._model, _ = untolerant(problem)
+        if self._model is not problem and self._tolerant is None:
+            remedy = "give Recorded(FailureTolerant(Restricted(problem, box)), ...)"
+            raise invalid("problem", "the FailureTolerant itself", Received("one within"), remedy)
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             raise invalid(
                 "problem",
