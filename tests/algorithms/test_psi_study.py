@@ -301,13 +301,13 @@ def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, 
 
 def test_a_fast_vectorised_model_is_stored_in_large_blocks(tmp_path, monkeypatch, written):
     """A commit takes some milliseconds, as many as a thousand of its tests."""
-    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", 1e9)
+    monkeypatch.setattr("pymoo_psi.algorithms._blocks._SECONDS", 1e9)
     investigate(get_problem("zdt1", n_var=2), 20_000, study=tmp_path / "s.db")
     assert written == [64, 6400, 13_536]
 
 
 def test_a_slow_vectorised_model_loses_little(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", 0.0)
+    monkeypatch.setattr("pymoo_psi.algorithms._blocks._SECONDS", 0.0)
 
     class Interrupted(Holed):
         def _evaluate(self, x, out, *args, **kwargs):

@@ -17,27 +17,24 @@ from numpy.typing import NDArray
 from pymoo.core.problem import LoopedElementwiseEvaluation
 from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi._validation import boolean, integer, invalid, known_name
-from pymoo_psi.algorithms._sampling import (
-    UniformSampling,
-    default_sampling,
-    sampling_name,
-    uniform_sampling,
-)
+from pymoo_psi._validation import boolean, integer, invalid, job_count, known_name
+from pymoo_psi.algorithms._blocks import Keep, arriving
+from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import limit_vector
 
 _KEPT = ("all", "feasible", "pareto")
+# Rows from which on a Pareto set is sifted on the way. Each time there are twice as many rows as
+# were left, so that all sifting together takes as long as the last one, or twice that.
+_WORTH_SIFTING = 2**17
 # What is evaluated between two commits of a study should take about so many seconds: as much is
 # lost by an interruption, and beside it a commit of some milliseconds does not count.
 _SECONDS = 2.0
@@ -57,6 +54,8 @@ def investigate(
     keep: str = "all",
     block_size: int | None = None,
     progress: bool = False,
+    n_jobs: int = 1,
+    share: tuple[int, int] | None = None,
     study: str | PathLike[str] | None = None,
     study_key: str | None = None,
     retry: str | Collection[int] = (),
@@ -68,8 +67,8 @@ def investigate(
     """Test the points of a uniform sequence and return the table of tests.
 
     The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
-    problem is evaluated at millions of points in seconds. Memory grows with what is kept and with
-    the size of a block only.
+    problem is evaluated at millions of points in seconds, on as many cores as are asked for.
+    Memory grows with what is kept, and with the size of a block and the number of cores.
 
     Args:
         problem: A pymoo problem with finite bounds.
@@ -81,6 +80,11 @@ def investigate(
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
         block_size: Points tested at a time; by default 65 536 of a vectorised problem, else 64.
         progress: Show a progress bar, if the output is a terminal.
+        n_jobs: Processes for a vectorised problem, or workers of the cluster that
+            ``joblib.parallel_config`` names; -1 for as many as there are. The table does not
+            depend on it. A problem that is evaluated one design at a time has a runner of its own,
+            :class:`~pymoo_psi.JoblibRunner`.
+        share: As for :class:`PSI`.
         study: Name of a study file, as for :class:`PSI`.
         study_key: As for :class:`PSI`.
         retry: As for :class:`PSI`.
@@ -98,6 +102,7 @@ def investigate(
         ArgumentTypeError: An argument has the wrong type.
         StudyError: As for :class:`PSI`.
         EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
+        WorkerError: The problem cannot be sent to processes, or one of them was lost.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute
@@ -113,109 +118,86 @@ def investigate(
         block_size = 64 if problem.elementwise else 65_536
     block_size = integer("block_size", block_size, minimum=1)
     keep = known_name("keep", keep, _KEPT)
+    if job_count("n_jobs", n_jobs) != 1 and problem.elementwise:
+        rule = "1 for a problem that is evaluated one design at a time"
+        remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
+        raise invalid("n_jobs", rule, n_jobs, remedy)
     stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
-    tests = Investigation(
-        *untolerant(problem, stop),
+    problem, stop = untolerant(problem, stop)
+    plan = Plan.of(
+        problem,
         n_points,
         first=first,
         sampling=uniform_sampling(sampling),
         seed=seed,
         limits=limits,
-        memory=Memory.of(study, retry),
+        memory=Memory.of(study, retry, share),
         study_key=study_key,
         names=names,
         maximize=maximize,
         units=units,
     )
+    kept = Keep(keep, limits)
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
-    kept: list[TestTable] = []
+    tables, done = [plan.table], 0
+    size = least = 0  # how many rows there are, and had been left when they were sifted last
+    if problem.elementwise:
+        arrivals = Investigation(plan, stop).arriving(block_size, kept)
+    else:
+        arrivals = arriving(plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs)
     try:
-        for start in range(0, n_points, block_size):
-            block, _ = tests.tested(start, block_size)
-            kept.append(_wanted(block, keep, limits))
-            if keep == "pareto":
-                _sift(kept, limits)
+        for table, tested, _ in arrivals:
+            tables.append(table)
+            size += len(table)
+            if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
+                tables = [_joined(tables, kept)]
+                size = least = len(tables[0])
+            done += tested
             if bar is not None:
-                bar.set(min(start + block_size, n_points) / n_points)
+                bar.set(done / len(plan.points))
     finally:
         if bar is not None:
             bar.close()
-    return _wanted(TestTable.empty(tests.layout).extended(*kept), keep, limits)
+    return _joined(tables, kept)
 
 
-def _wanted(table: TestTable, keep: str, limits: Limits | None) -> TestTable:
-    if keep == "all":
-        return table
-    return table.rows(table.feasible(limits) if keep == "feasible" else table.pareto(limits))
-
-
-def _sift(kept: list[TestTable], limits: Limits | None) -> None:
-    """Join the last Pareto sets while the older one is not much larger.
-
-    So each row is sifted a number of times that grows only with the logarithm of the blocks.
-    """
-    while len(kept) > 1 and len(kept[-2]) < 2 * len(kept[-1]):
-        last = kept.pop()
-        kept.append(_wanted(kept.pop().extended(last), "pareto", limits))
+def _joined(tables: list[TestTable], keep: Keep) -> TestTable:
+    """Return what is kept of tables, by number."""
+    table = tables[0].extended(*tables[1:])
+    if keep.what == "pareto":  # of what is feasible or all, all was kept
+        table = table.rows(keep.mask(table))
+    if (np.diff(table.numbers) < 0).any():
+        table = table.rows(np.argsort(table.numbers))
+    return table
 
 
 class Investigation:
     """The testing of a problem: its points are evaluated, or taken from a study.
 
     Args:
-        problem: The problem, not tolerant of failures.
+        plan: What is tested.
         stop: Whether a design that fails ends the run.
-        n_points: How many points there are.
-        first: Number of the first.
-        sampling: Where they come from; unless given, as their dimension wants.
-        seed: Of a randomised sampling.
-        limits: Limits of a user, on the table's columns.
-        memory: The study, if there is one; it is begun here, when nothing else can be wrong.
-        study_key: What a user says that the study depends on.
-        names: The user's names of columns; the problem's unless given.
-        maximize: The criteria to be maximised, likewise.
-        units: Units of columns, likewise.
 
     Attributes:
         space: The variables of the problem.
         layout: The columns of the test table that the problem promises: names, senses, bounds.
         limits: ``{column of F: limit}``.
-        points: ``(n_points, n_var)`` the points of the unit cube.
+        numbers: ``(n,)`` the numbers of the points, rising.
+        points: ``(n, n_var)`` the points of the unit cube.
     """
 
-    def __init__(
-        self,
-        problem: Any,
-        stop: bool,
-        n_points: int,
-        *,
-        first: int,
-        sampling: UniformSampling | None,
-        seed: int | None,
-        limits: Limits | None,
-        memory: Memory,
-        study_key: str | None,
-        names: Mapping[str, str] | None,
-        maximize: Collection[str] | None,
-        units: Mapping[str, str] | None,
-    ) -> None:
-        self.problem, self.stop, self.first, self.memory = problem, stop, first, memory
-        self.space = space = design_space(problem)
-        self.layout = problem_layout(problem, space, names, maximize, units)
-        self.limits = limit_vector(limits, self.layout)
-        n_dim = len(space.free.variables)
-        sampling = sampling or default_sampling(n_dim)
-        self.points = sampling.unit_points(
-            n_points, n_dim, first=first, random_state=np.random.default_rng(seed)
-        )
-        last = first + n_points - 1
-        for number in sorted(memory.retry or ()):
-            if not first <= number <= last:
-                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
-        if memory.study is not None:
-            points = {"sampling": sampling_name(sampling, n_points, seed), "key": study_key}
-            memory.begin(self.layout, problem_identity(problem, space) | points)
+    def __init__(self, plan: Plan, stop: bool) -> None:
+        self.problem, self.memory, self.stop = plan.problem, plan.memory, stop
+        self.space, self.layout, self.limits = plan.space, plan.table.layout, plan.limits
+        cut = plan.points.cut(range(len(plan.points)))
+        self.numbers, self.points = cut.numbers, cut.units
         self._piece = 1  # how many designs take a few seconds, as far as blocks have shown
+
+    def arriving(self, block_size: int, keep: Keep) -> Iterator[tuple[TestTable, int, int]]:
+        """Test all points and give what is kept of each block, as :func:`arriving` does."""
+        for start in range(0, len(self.numbers), block_size):
+            table, evaluated = self.tested(start, block_size)
+            yield table.rows(keep.mask(table)), len(table), evaluated
 
     def tested(self, start: int, count: int) -> tuple[TestTable, int]:
         """Test consecutive points; a study has each piece as soon as it is evaluated.
@@ -231,8 +213,8 @@ class Investigation:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
         X = self.space.matrix(self.points[start : start + count])
-        numbers = np.arange(self.first + start, self.first + start + len(X))
-        with self.memory.turn(self.layout, self.first + start, len(X)) as stored:
+        numbers = self.numbers[start : start + count]
+        with self.memory.turn(self.layout, numbers) as stored:
             new = np.flatnonzero(~np.isin(numbers, stored.numbers))
             blocks = []
             for piece in self._pieces(new):

@@ -23,6 +23,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, known_name
 from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.evaluation._evaluator import evaluate_designs, value_column
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
@@ -62,10 +63,13 @@ class PSI(Algorithm):
         limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
             design that exceeds one counts as infeasible in the result; the table keeps it as it
             is, so that other limits can be tried on the table afterwards.
+        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
+            many machines, are the run without it; each is spread over the whole box.
         study: Name of a study file, in which every block is stored as soon as it is tested; of a
             model that evaluates one design at a time, every few seconds of work. The
             same call continues a study that was interrupted, a larger ``n_points`` extends it,
-            and no stored design is evaluated again.
+            and no stored design is evaluated again. With a ``share`` it is the name of a folder,
+            in which each share has a file; :meth:`TestTable.read_study` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
             study with another key is refused. The study itself compares name, variables, bounds
             and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
@@ -115,6 +119,7 @@ class PSI(Algorithm):
         block_size: int | None = None,
         sampling: UniformSampling | None = None,
         limits: Limits | None = None,
+        share: tuple[int, int] | None = None,
         study: str | PathLike[str] | None = None,
         study_key: str | None = None,
         retry: str | Collection[int] = (),
@@ -127,12 +132,12 @@ class PSI(Algorithm):
         require_known_keywords("PSI", Algorithm, kwargs)
         self.n_points = integer("n_points", n_points, minimum=1)
         self.first = integer("first", first, minimum=1)
+        self.memory = Memory.of(study, retry, share)
         if block_size is None:  # 32 lines of a display; below 64 designs the ways there count
-            block_size = max(64, -(-self.n_points // 32))
+            block_size = max(64, -(-self.n_points // (32 * self.memory.share.of)))
         self.block_size = integer("block_size", block_size, minimum=1)
         self.sampling = uniform_sampling(sampling)
         self.limits = limits
-        self.memory = Memory.of(study, retry)
         self.study_key = study_key
         self.names, self.maximize, self.units = names, maximize, units
         self.stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
@@ -172,9 +177,8 @@ class PSI(Algorithm):
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        self._investigation = Investigation(
+        plan = Plan.of(
             problem,
-            self.stop,
             self.n_points,
             first=self.first,
             sampling=self.sampling,
@@ -186,24 +190,25 @@ class PSI(Algorithm):
             maximize=self.maximize,
             units=self.units,
         )
-        self.table = TestTable.empty(self._investigation.layout)
+        self.table = plan.table
+        self._investigation = Investigation(plan, self.stop)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
-        return self.n_tested < self.n_points and bool(super().has_next())
+        return self.n_tested < len(self._investigation.numbers) and bool(super().has_next())
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        count = min(self.block_size, self.n_points - self.n_tested)
-        if count == 0:
+        numbers = self._investigation.numbers[self.n_tested :][: self.block_size]
+        if len(numbers) == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            with self.memory.turn(self.table.layout, self.first + self.n_tested, count):
+            with self.memory.turn(self.table.layout, numbers):
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:
             self._initialize()
-        tests, n_evaluated = self._investigation.tested(self.n_tested, count)
+        tests, n_evaluated = self._investigation.tested(self.n_tested, len(numbers))
         self.evaluator.n_eval += n_evaluated
         self._add(tests)
         self.is_initialized = True
@@ -218,12 +223,12 @@ class PSI(Algorithm):
         points = self._investigation.points[start : start + self.block_size]
         if len(points) == 0:
             return None
-        first = self.first + start
+        numbers = self._investigation.numbers[start : start + self.block_size]
         space = self._investigation.space
         block = Population.new("X", space.designs(space.matrix(points)))
-        block.set("test_point", np.arange(first, first + len(block)))
-        stored = self.memory.recall(self.table.layout, first, len(block))
-        self._give_values(block[stored.numbers - first], stored)
+        block.set("test_point", numbers)
+        stored = self.memory.recall(self.table.layout, numbers)
+        self._give_values(block[np.searchsorted(numbers, stored.numbers)], stored)
         return block
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
@@ -245,17 +250,18 @@ class PSI(Algorithm):
     def _add(self, tests: TestTable) -> None:
         self.table = self.table.extended(tests)
         self._blocks.append(len(tests))
-        if self.n_tested == self.n_points:
+        if self.n_tested == len(self._investigation.numbers):
             self.termination.terminate()
 
     def _told(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        first, layout = self.first + self.n_tested, self.table.layout
-        numbers = infills.get("test_point")
-        if numbers.tolist() != list(range(first, first + len(infills))):
+        layout, numbers = self.table.layout, infills.get("test_point")
+        asked = self._investigation.numbers[self.n_tested :][: len(infills)]
+        if not np.array_equal(numbers, asked):
+            which = f"from number {asked[0]}" if len(asked) else "of which none is left"
             raise invalid(
                 "infills",
-                f"the test points asked for, from number {first}, in their order",
+                f"the test points asked for, {which}, in their order",
                 Received(str(numbers.tolist())),
                 "tell the population that ask() returned",
             )
@@ -382,7 +388,7 @@ class _PointsTested(Termination):
     """Terminate when every test point is tested; the progress is the share of them."""
 
     def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / algorithm.n_points
+        progress: float = algorithm.n_tested / len(algorithm._investigation.numbers)
         return progress
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -11,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer
+from pymoo_psi._validation import integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.storage import Study
+from pymoo_psi.storage._database import told
+from pymoo_psi.storage._share import ALL, Share
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
 
@@ -25,55 +28,90 @@ class Memory:
     Attributes:
         study: The study file; ``None`` remembers nothing.
         retry: Numbers of failed test points to evaluate once more; ``None`` stands for all.
+        share: Which of the points are tested; all of them are the first of one share.
         origin: Where the designs come from, for the readers of the study.
     """
 
     study: Study | None
     retry: frozenset[int] | None
+    share: Share = ALL
     origin: str = ""
 
     @classmethod
-    def of(cls, path: str | PathLike[str] | None, retry: str | Collection[int]) -> Memory:
-        """Return the memory in a study file, or none."""
-        return cls(None if path is None else Study(path), retried(retry))
+    def of(
+        cls,
+        path: str | PathLike[str] | None,
+        retry: str | Collection[int],
+        share: tuple[int, int] | None = None,
+    ) -> Memory:
+        """Return the memory in a study file, of a share in a folder of them, or none."""
+        again = retried(retry)
+        study = None if path is None else Study(path)
+        if share is None:
+            if study is not None and os.path.isdir(study.path):
+                remedy = "with share=(k, n) it is a folder; 'pymoo-psi merge' makes one study of it"
+                raise invalid("study", "the name of a file", study.path, remedy)
+            return cls(study, again)
+        part = Share.checked(share)
+        if study is not None:
+            if os.path.isfile(study.path):
+                rule = "the name of a folder, new or of other shares, where there is a share"
+                raise invalid("study", rule, study.path)
+            study = Study(os.path.join(study.path, part.file))
+        return cls(study, again, part)
 
-    def begin(self, layout: Layout, identity: Mapping[str, Any]) -> None:
+    def begin(
+        self, layout: Layout, identity: Mapping[str, Any], points: tuple[int, int] = (1, 1)
+    ) -> None:
         """Create the study, or make sure that it belongs to the same problem.
 
         Args:
             layout: The columns of its tests.
             identity: What makes the tests belong together: the :func:`problem_identity`; where
                 the designs come from, as ``sampling``; and the user's ``key``.
+            points: For a share, the first and the last test point of the run.
         """
-        if self.study is not None:
-            # "LP-tau", not "LP-tau from point 1": every test has its number beside it
-            self.origin = identity["sampling"].partition(" from ")[0]
-            self.study.begin({**head_of(TestTable.empty(layout)), "problem": identity})
+        if self.study is None:
+            return
+        # "LP-tau", not "LP-tau from point 1": every test has its number beside it
+        self.origin = identity["sampling"].partition(" from ")[0]
+        head = {**head_of(TestTable.empty(layout)), "problem": identity}
+        if self.share.of == 1:
+            self.study.begin(head)
+        else:
+            with told(self.study.path):
+                os.makedirs(os.path.dirname(self.study.path), exist_ok=True)
+            self.study.begin(head, self.share, points)
 
     @contextmanager
-    def turn(self, layout: Layout, first: int, count: int) -> Iterator[TestTable]:
+    def turn(self, layout: Layout, numbers: NDArray[np.int64]) -> Iterator[TestTable]:
         """Give what is stored of test points; nobody else tests them while the body runs.
 
         Where all are stored there is nothing to test, and the study is not even locked.
         """
-        stored = self.recall(layout, first, count)
-        if self.study is None or len(stored) == count:
+        stored = self.recall(layout, numbers)
+        if self.study is None or len(stored) == len(numbers):
             yield stored
         else:
             with self.study.writing():
                 # once more: another process may have stored some before we got the lock
-                yield self.recall(layout, first, count)
+                yield self.recall(layout, numbers)
 
-    def recall(self, layout: Layout, first: int, count: int) -> TestTable:
-        """Return what is stored of the test points from ``first`` on and not to be retried."""
-        stored = self.stored(layout, first, count)
-        return stored.rows(~self.to_retry(stored))
+    def recall(self, layout: Layout, numbers: NDArray[np.int64]) -> TestTable:
+        """Return what is stored of rising test points of the run and not to be retried."""
+        if self.study is None or len(numbers) == 0:
+            return TestTable.empty(layout)
+        first, last = int(numbers[0]), int(numbers[-1])
+        stored = self.stored(layout, first, last - first + 1)
+        again = self.to_retry(stored)
+        if self.share.of > 1:  # a file may have come to hold points of other shares
+            again |= ~np.isin(stored.numbers, numbers)
+        return stored.rows(~again)
 
     def stored(self, layout: Layout, first: int, count: int) -> TestTable:
         """Return what is stored of the test points from ``first`` on."""
-        nothing = TestTable.empty(layout)
         if self.study is None or count == 0:
-            return nothing
+            return TestTable.empty(layout)
         columns = self.study.columns(first, count)
         known = kinds_of_columns(layout)
         # Tests of another run may have outputs that this one does not know yet.

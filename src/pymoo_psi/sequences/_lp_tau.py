@@ -80,6 +80,16 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
+def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> NDArray[np.float64]:
+    """Return the points of any ``(n,)`` numbers, from 1; slower than :func:`lp_tau`."""
+    indices = numbers.astype(np.uint64) - np.uint64(1)
+    points = np.zeros((len(indices), n_dim), dtype=np.uint64)
+    for k in range(int(indices.max(initial=0)).bit_length()):
+        chosen = indices >> np.uint64(k) & np.uint64(1)
+        points ^= chosen[:, None] * _directions()[:n_dim, k]
+    return np.ldexp(points.astype(np.float64), -_BITS)
+
+
 def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
     """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit.
 

@@ -73,8 +73,9 @@ _FRONT = {
     "seconds": "REAL",
 }
 _BACK = {"negative_zeros": "TEXT", "checksum": "INTEGER"}
+MARK = b"SQLite format 3\0"  # how every database of SQLite begins
 _MOST_COLUMNS = 2000 - len(_FRONT) - len(_BACK)  # SQLite's limit
-_AT_A_TIME = 65_536  # rows in memory as Python's objects
+AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 30.0  # seconds for the moments in which another connection opens or closes the file
 _CHECKPOINT_PATIENCE = 500  # milliseconds, for readers in the middle of a query
 _TICK = 0.02  # seconds; the clocks of file systems tick every 1 to 10 ms
@@ -158,7 +159,7 @@ def create(path: str, facts: Head) -> None:
     texts = {name: json.dumps(value, ensure_ascii=False) for name, value in facts.items()}
     texts |= {"tests": "0", "checksum": "0"}
     with told(path), whole_file(path) as new, closing(_connected(str(new), "mode=rwc")) as db:
-        _require_own(path, new=True)
+        require_own(path, new=True)
         db.execute("PRAGMA journal_mode = OFF")  # it is thrown away if anything happens
         db.execute("BEGIN")
         db.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -179,7 +180,7 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
     """
     with told(path):
         _require_there(path)
-        _require_own(path)
+        require_own(path)
         if os.stat(path).st_nlink > 1:
             raise StudyAccessError(
                 f"study {path} has a second name, a hard link; SQLite keeps its log beside one "
@@ -233,7 +234,7 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
                 if before == stamp(path) and abs(time.time() - before[0] / 1e9) > _TICK:
                     raise
                 time.sleep(_TICK)
-        _require_own(path)
+        require_own(path)
         return _asked(path, "mode=ro", query)
 
 
@@ -262,13 +263,19 @@ def stamp(path: str) -> tuple[int, ...] | None:
     return stat.st_mtime_ns, stat.st_size, stat.st_ino
 
 
+def is_database(path: str) -> bool:
+    """Say whether a file begins as those of SQLite do."""
+    with open(path, "rb") as file:
+        return file.read(len(MARK)) == MARK
+
+
 def _require_there(path: str) -> None:
     if not os.path.isfile(path):
         what = "is no file" if os.path.exists(path) else "does not exist"
         raise StudyAccessError(f"study {path} {what}; check the name")
 
 
-def _require_own(path: str, *, new: bool = False) -> None:
+def require_own(path: str, *, new: bool = False) -> None:
     """Keep SQLite from overwriting or removing files beside the study that are not its own."""
     for suffix, beginnings in _BESIDE.items():
         taken = new and os.path.lexists(path + suffix)
@@ -338,7 +345,7 @@ def stored_tests(
     blocks = [_columns_of([], facts)]
     damaged: list[Any] = []
     total = 0
-    while rows := cursor.fetchmany(_AT_A_TIME):
+    while rows := cursor.fetchmany(AT_A_TIME):
         try:
             blocks.append(_columns_of(rows, facts))
             # Exclusive or, which has no order: a test is added or replaced without the others.
@@ -417,7 +424,7 @@ def put_tests(
     db.executemany(f"INSERT OR REPLACE INTO tests ({listed}) VALUES ({marks})", rows)
     tests = int(facts["tests"] - len(replaced) + new.sum())
     total = np.bitwise_xor.reduce([facts["checksum"], *replaced, *cells[-1][new].tolist()])
-    _put_facts(db, tests=tests, checksum=int(total))
+    put_facts(db, tests=tests, checksum=int(total))
     return tests
 
 
@@ -435,17 +442,18 @@ def add_outputs(db: sqlite3.Connection, path: str, facts: Head, names: Sequence[
             db.execute(f"ALTER TABLE tests ADD COLUMN {_quoted(name)} {type_}")
     # The checksum of a row is of all its cells, also of those that are new.
     cursor, total = _selected(db, wider, 1, LAST), 0
-    while rows := cursor.fetchmany(_AT_A_TIME):
+    while rows := cursor.fetchmany(AT_A_TIME):
         cells = _cells(rows, wider)
         sums = _checksums(cells[:-1])
         total ^= int(np.bitwise_xor.reduce(sums))
         pairs = zip(sums.tolist(), cells[0].tolist(), strict=True)
         db.executemany("UPDATE tests SET checksum = ? WHERE number = ?", pairs)
     db.execute(f"PRAGMA user_version = {VERSION}")
-    _put_facts(db, outputs=wider["outputs"], checksum=total, format=VERSION)
+    put_facts(db, outputs=wider["outputs"], checksum=total, format=VERSION)
 
 
-def _put_facts(db: sqlite3.Connection, **changed: Any) -> None:
+def put_facts(db: sqlite3.Connection, **changed: Any) -> None:
+    """Change facts of a study, and their seal."""
     texts = dict(db.execute("SELECT name, value FROM facts WHERE name <> 'seal'"))
     texts |= {name: json.dumps(value, ensure_ascii=False) for name, value in changed.items()}
     rows = [*texts.items(), ("seal", _seal(texts))]

@@ -21,6 +21,7 @@ from pymoo_psi._files import whole_file
 from pymoo_psi.errors import (
     ArgumentTypeError,
     StudyAccessError,
+    StudyError,
     StudyLockedError,
     StudyMismatchError,
 )
@@ -28,8 +29,10 @@ from pymoo_psi.storage import _database as database
 from pymoo_psi.storage._database import Columns, Head
 from pymoo_psi.storage._format_1 import head_of_format_1, read_format_1
 from pymoo_psi.storage._lock import locked
+from pymoo_psi.storage._share import Share, studies_in
 
-_OWN = ("format", "id", "begun", "tests", "checksum")  # facts that are not of the head
+# Facts that are not of the head: of the file itself, and of the share that it is.
+_OWN = ("format", "id", "begun", "tests", "checksum", "share", "points")
 
 
 class Study:
@@ -55,7 +58,9 @@ class Study:
         # another id or with fewer of them is not the one that was there.
         self._seen: tuple[str, int] | None = None
 
-    def begin(self, head: Head) -> None:
+    def begin(
+        self, head: Head, share: Share | None = None, points: tuple[int, int] = (1, 1)
+    ) -> None:
         """Create the file, or make sure that the one that is there belongs to the same problem.
 
         Of a file that is there no more is read than its facts.
@@ -64,6 +69,9 @@ class Study:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
                 else makes the problem what it is, but for its outputs, which tests bring.
+            share: Which share of an investigation the file is, if it is one. The other studies in
+                its folder must belong to the same problem, too, and be shares of as many.
+            points: First and last test point of that investigation, kept to tell what is missing.
 
         Raises:
             StudyMismatchError: The file belongs to another problem; the message says what differs.
@@ -78,21 +86,49 @@ class Study:
                 f"True, False, None, lists and dicts of Python: {error}"
             ) from None
         self._kinds, self._seen = asked["kinds"], None
+        own: dict[str, Any] = {}
+        if share is not None:
+            own = {"share": [share.part, share.of], "points": list(points)}
+            self._require_others_alike(asked, share)
         if not os.path.lexists(self.path):
             with self.writing():
                 # Again, as the owner of the lock before may have made it.
                 if not os.path.lexists(self.path):
-                    database.create(self.path, _begun() | asked)
+                    database.create(self.path, _begun() | asked | own)
         facts = database.read(self.path, self._facts)
         if facts["format"] == 1:  # which knows no kinds
             facts["kinds"] = asked["kinds"]
-        facts.pop("outputs", None)
-        differences = list(_differences(_by_variable(_head(facts)), _by_variable(asked)))
-        if differences:
+        if differing := differences(facts, asked, "in the study", "asked"):
             raise StudyMismatchError(
-                f"study {self.path} belongs to another problem: {'; '.join(differences)}. Give the "
+                f"study {self.path} belongs to another problem: {differing}. Give the "
                 "name of another file, or the problem (and study_key) with which it was begun"
             )
+        if own and facts.get("share") != own["share"]:
+            raise StudyMismatchError(
+                f"study {self.path} must be share {share}, and is none; move it away"
+            )
+        if own and facts["points"] != (known := span([facts, own])):
+            with self.writing(), database.transaction(self.path) as db:
+                database.put_facts(db, points=known)
+
+    def _require_others_alike(self, head: Head, share: Share) -> None:
+        """Refuse a share of another problem or cut than the other studies in its folder."""
+        for path in studies_in(os.path.dirname(self.path)):
+            try:
+                facts = database.read(path, Study(path)._facts)
+            except StudyError:
+                continue  # it is in nobody's way, and told when the folder is read
+            if facts.get("share", [1, share.of])[1] != share.of:
+                raise StudyMismatchError(
+                    f"study {path} is one of {facts['share'][1]} shares, and its folder takes no "
+                    f"share {share}: give a share of {facts['share'][1]}, or continue with the "
+                    "study that 'pymoo-psi merge' makes of the folder"
+                )
+            if facts["format"] > 1 and (other := differences(facts, head, "there", "asked")):
+                raise StudyMismatchError(
+                    f"study {path} in the same folder belongs to another problem: {other}. Give "
+                    "the name of another folder, or the problem (and study_key) of that study"
+                )
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from writing while the body runs, so that none repeats its work.
@@ -238,13 +274,39 @@ def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
         StudyVersionError: A later version wrote it.
         StudyAccessError: It does not exist or cannot be read.
     """
+    facts, columns = read_facts(Study(path).path)
+    return head_in(facts), columns
+
+
+def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
+    """Write tests as a new study, whole or not at all; see :class:`Study` for head and columns.
+
+    Raises:
+        StudyAccessError: There is a file of that name, or none can be written.
+        ArgumentValueError: There are too many columns.
+    """
     file = Study(path).path
+    if os.path.lexists(file):
+        raise StudyAccessError(
+            f"study {file} exists already and was left as it is; give the name of a new file"
+        )
+    with database.told(file), whole_file(file) as new:
+        database.require_own(file, new=True)
+        database.create(str(new), _begun() | {"problem": None} | dict(head))
+        study = Study(new)
+        for start in range(0, len(columns["test_point"]), database.AT_A_TIME):
+            part = slice(start, start + database.AT_A_TIME)
+            study.append({name: column[part] for name, column in columns.items()})
+
+
+def read_facts(file: str) -> tuple[dict[str, Any], Columns]:
+    """Return the facts of a study, of the first format its head only, and all its tests."""
 
     def query(db: sqlite3.Connection) -> tuple[dict[str, Any], Columns]:
         facts = database.stored_facts(db, file)
         if facts["format"] == 1:
             return read_format_1(db, file)
-        return _head(facts), database.stored_tests(db, file, facts)
+        return facts, database.stored_tests(db, file, facts)
 
     return database.read(file, query)
 
@@ -254,8 +316,24 @@ def _begun() -> dict[str, Any]:
     return {"format": database.VERSION, "id": secrets.token_hex(16), "begun": now}
 
 
-def _head(facts: Mapping[str, Any]) -> dict[str, Any]:
+def head_in(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what of the facts is the head."""
     return {name: value for name, value in facts.items() if name not in _OWN}
+
+
+def span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the first and the last point of the investigations that shares are of."""
+    firsts, lasts = zip(*(facts["points"] for facts in shares), strict=True)
+    return [min(firsts), max(lasts)]
+
+
+def differences(facts: Mapping[str, Any], head: Head, here: str, there: str) -> str:
+    """Say in what the head among facts differs from another one; empty if in nothing."""
+    # A prototype is carried along, and outputs are those that tests have brought so far.
+    free = {"prototype": None, "outputs": None}
+    one, other = ({**h, **free} for h in (head_in(facts), head))
+    pairs = _differences(_by_variable(one), _by_variable(other))
+    return "; ".join(f"{name} is {a} {here}, {b} {there}" for name, a, b in pairs)
 
 
 def _by_variable(head: Head) -> dict[str, Any]:
@@ -264,8 +342,8 @@ def _by_variable(head: Head) -> dict[str, Any]:
     return {**head, **{k: dict(zip(head["variables"], head[k], strict=True)) for k in keys}}
 
 
-def _differences(stored: Any, asked: Any, name: str = "") -> Iterator[str]:
-    """Say where two JSON values differ; NaN is equal to NaN, 2 is not 2.0."""
+def _differences(stored: Any, asked: Any, name: str = "") -> Iterator[tuple[str, str, str]]:
+    """Yield where two JSON values differ, and both; NaN is equal to NaN, 2 is not 2.0."""
     if isinstance(stored, dict) and isinstance(asked, dict):
         for key in sorted({*stored, *asked}):
             inner = f"{name}.{key}" if name else key
@@ -274,7 +352,7 @@ def _differences(stored: Any, asked: Any, name: str = "") -> Iterator[str]:
         for i, pair in enumerate(zip(stored, asked, strict=True)):
             yield from _differences(*pair, f"{name}[{i}]")
     elif _shown(stored) != _shown(asked):
-        yield f"{name} is {_shown(stored)} in the study, {_shown(asked)} asked"
+        yield name, _shown(stored), _shown(asked)
 
 
 _ABSENT = object()

@@ -37,8 +37,8 @@ def head_of(table: Any) -> Head:
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
         ``eq_tolerance``; if there are any ``outputs`` and ``maximized``, lists of names, and
-        ``units``, texts by name; and ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h``
-        if there is one.
+        ``units``, texts by name; ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h`` if
+        there is one; and ``problem`` if it is known.
     """
     layout: Layout = table.layout
     # Of a table without tests nothing can be told: a later block may be of any kind.
@@ -54,6 +54,8 @@ def head_of(table: Any) -> Head:
     if prototype is not None:
         values = {letter: getattr(prototype, letter).tolist() for letter in "xfgh"}
         head["prototype"] = {"name": prototype.name} | values
+    if table.problem is not None:
+        head["problem"] = table.problem
     return head
 
 
@@ -144,7 +146,8 @@ def table_of(
     status = np.array(list(columns["status"]), dtype=str)
     try:
         prototype = _prototype(head.get("prototype"), layout)
-        return make(layout, numbers, X, F, G, H, status, reasons, prototype, outputs)
+        problem = head.get("problem")
+        return make(layout, numbers, X, F, G, H, status, reasons, prototype, outputs, problem)
     except PsiError as error:
         raise damaged(where, str(error)) from None
 

@@ -8,6 +8,9 @@ that are feasible then, and refine the box for the next investigation.
 
 from __future__ import annotations
 
+import json
+import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
@@ -80,6 +83,8 @@ class TestTable:
         prototype: An existing design to compare with, if there is one.
         outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
             a design failed, or an earlier version of the model did not give it.
+        problem: What the tests are of: name, parameters, sampling and key, by which studies tell
+            one problem from another; ``None`` where nobody has said.
 
     Example:
         >>> table = TestTable.of(
@@ -103,6 +108,7 @@ class TestTable:
     reasons: Mapping[int, str] = field(default_factory=dict)
     prototype: Prototype | None = None
     outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
+    problem: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
@@ -127,6 +133,8 @@ class TestTable:
         self._check_reasons()
         if self.prototype is not None:
             self._set({"prototype": self.prototype.checked(layout)})
+        if self.problem is not None:
+            instance("problem", self.problem, dict)
 
     @classmethod
     def of(
@@ -475,7 +483,7 @@ class TestTable:
         # Of layouts that agree, one with kinds says more than one without, wherever it stands.
         layout = next((t.layout for t in tables if t.layout.kinds), tables[0].layout)
         for block in tables:
-            if difference := layout.difference(block.layout):
+            if difference := layout.difference(block.layout) or _other_problem(tables[0], block):
                 raise invalid("block", "of the table's layout", Received(difference))
         numbers = np.concatenate([t.numbers for t in tables])
         _require_distinct(numbers)
@@ -490,8 +498,15 @@ class TestTable:
             X = design_matrix("X of a block", X, layout.variables, layout.kinds)
         reasons = {n: text for t in tables for n, text in t.reasons.items()}
         prototype = next((t.prototype for t in tables if t.prototype is not None), None)
+        problem = next((t.problem for t in tables if t.problem is not None), None)
         return self._with(
-            layout=layout, numbers=numbers, X=X, reasons=reasons, prototype=prototype, **joined
+            layout=layout,
+            numbers=numbers,
+            X=X,
+            reasons=reasons,
+            prototype=prototype,
+            problem=problem,
+            **joined,
         )
 
     def merge(self, other: TestTable) -> TestTable:
@@ -501,8 +516,8 @@ class TestTable:
         tables counts once; an output of it that is NaN in one of them, not known, is the other's.
 
         Raises:
-            ArgumentValueError: The tables differ in names, senses, units, bounds, tolerance or
-                prototype, or have other results for the same test point.
+            ArgumentValueError: The tables differ in names, senses, units, bounds, tolerance,
+                problem or prototype, or have other results for the same test point.
             ArgumentTypeError: ``other`` is no table.
 
         Example:
@@ -514,7 +529,8 @@ class TestTable:
         for blank, filled in ((self, other), (other, self)):
             if len(blank) == 0 and blank.layout.is_blank:
                 return filled._by_number()
-        if difference := self.layout.difference(other.layout) or _other_prototype(self, other):
+        difference = self.layout.difference(other.layout) or _other_prototype(self, other)
+        if difference := difference or _other_problem(self, other):
             raise invalid("other", "a table of the same problem", Received(difference))
         # A test point that both have must have the same result in both, or they are no one problem.
         _, mine, theirs = np.intersect1d(
@@ -541,7 +557,7 @@ class TestTable:
         return self.extended(other.rows(new))._by_number()
 
     def equals(self, other: object) -> bool:
-        """Say whether another table is the same in everything; NaN is equal to NaN.
+        """Say whether another table has the same tests in everything; NaN is equal to NaN.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
@@ -711,10 +727,14 @@ class TestTable:
 
     @classmethod
     def read_study(cls, path: str | PathLike[str]) -> TestTable:
-        """Read the tests of a study file, by number; the file is not changed.
+        """Read the tests of a study file, or of a folder of them, by number; none is changed.
+
+        The studies in a folder are read as one, as runs with ``share=`` fill it. If test points
+        of those runs are missing, a warning says which.
 
         Raises:
-            StudyCorruptError: The file is damaged, or no study.
+            StudyMismatchError: The studies of a folder belong to different problems.
+            StudyCorruptError: A file is damaged, or no study.
             StudyVersionError: A later version of the package wrote it.
             StudyAccessError: It does not exist or cannot be read.
 
@@ -727,9 +747,36 @@ class TestTable:
             ...     TestTable.read_study(study).equals(table)
             True
         """
-        from pymoo_psi.storage import read_study  # SQLite is loaded where there is a study
+        table, missing = read_tests(path)
+        if missing:
+            warnings.warn(f"{os.fspath(path)}: {missing}", stacklevel=2)
+        return table
 
-        return table_of(*read_study(path), path, cls)
+    def to_study(self, path: str | PathLike[str]) -> None:
+        """Write the table as a new study, which a run continues, whole or not at all.
+
+        So tests of several tables go on as one: ``a.merge(b).to_study("all.db")``, then
+        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem nobody has said, as one
+        made by :meth:`of`, can be read again, but no run continues it.
+
+        Raises:
+            StudyAccessError: There is a file of that name, or none can be written.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> problem = VectorizedSphereChute()
+            >>> parts = [investigate(problem, 100, share=(k, 2)) for k in (1, 2)]
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     study = os.path.join(folder, "chute.db")
+            ...     parts[0].merge(parts[1]).to_study(study)
+            ...     table = investigate(problem, 200, study=study)  # 100 of them are stored
+            >>> len(table)
+            200
+        """
+        from pymoo_psi.storage import write_study  # SQLite is loaded where there is a study
+
+        write_study(path, head_of(self), columns_of(self))
 
     # Inside
 
@@ -801,6 +848,17 @@ class TestTable:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
             object.__setattr__(self, name, value)
+
+
+def read_tests(path: str | PathLike[str]) -> tuple[TestTable, str]:
+    """Return the tests of a study or a folder of studies, and which are missing, or nothing."""
+    from pymoo_psi.storage import read_folder, read_study
+
+    if os.path.isdir(path):
+        head, columns, missing = read_folder(path)
+    else:
+        (head, columns), missing = read_study(path), ""
+    return table_of(head, columns, path, TestTable), missing
 
 
 def _widths(layout: Layout) -> dict[str, int]:
@@ -906,6 +964,24 @@ def _other_prototype(a: TestTable, b: TestTable) -> str:
     if a.prototype is None or b.prototype is None or a.prototype.same_as(b.prototype):
         return ""
     return f"prototype {a.prototype.name!r} against {b.prototype.name!r} or its values"
+
+
+def _other_problem(a: TestTable, b: TestTable) -> str:
+    """Say in what the problems of two tables differ; empty if in nothing, or one is not known."""
+    if a.problem is None or b.problem is None:
+        return ""
+    one, other = _told(a.problem), _told(b.problem)
+    keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
+    return "; ".join(f"{key} {one.get(key)} against {other.get(key)}" for key in keys)
+
+
+def _told(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
+    """Return plain values by name as texts, in which NaN is equal to NaN; names of inner ones."""
+    texts: dict[str, str] = {}
+    for name, value in values.items():
+        inner = isinstance(value, Mapping)
+        texts |= _told(value, f"{of}{name}.") if inner else {f"{of}{name}": json.dumps(value)}
+    return texts
 
 
 def _other_result(number: int, block: str) -> Exception:

@@ -1,0 +1,213 @@
+"""A vectorised model at many points: blocks of them, on one core or by joblib on many.
+
+A block is a task: its points are made, evaluated and sifted where the model runs, and only what is
+kept comes back, in any order. At most a few blocks for each worker are on their way or wait here,
+so that memory does not grow with the number of points.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._points import Cut, Points
+from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._outputs import table_of_values
+from pymoo_psi.parallel._backend import active_workers
+from pymoo_psi.parallel._outcome import one_line
+from pymoo_psi.problems._design_space import DesignSpace
+from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table._layout import Limits
+
+# What is evaluated between two commits of a study should take about so many seconds: as much is
+# lost by an interruption, and beside it a commit of some milliseconds does not count.
+_SECONDS = 2.0
+# Designs in the first block of a run with a study: enough to tell what one takes, and few enough
+# that a model of seconds a design loses minutes only.
+_LEAST = 64
+# Blocks without a study: so many for each worker that the last ones end at about the same time.
+_BLOCKS = 8
+# Blocks for each worker that are evaluated, wait for a worker, or wait here: joblib has two of
+# them under way, and as many may arrive while this process is busy with earlier ones.
+_IN_FLIGHT = 4
+
+Rows: TypeAlias = "range | NDArray[np.intp]"
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Which tests of a run are kept.
+
+    Attributes:
+        what: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
+        limits: Limits that a feasible design must keep.
+    """
+
+    what: str
+    limits: Limits | None
+
+    def mask(self, table: TestTable) -> NDArray[np.bool_]:
+        """``(n,)`` which tests of a table are kept."""
+        if self.what == "all":
+            return np.ones(len(table), dtype=bool)
+        return table.feasible(self.limits) if self.what == "feasible" else table.pareto(self.limits)
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """What the task of a block needs to know.
+
+    Attributes:
+        problem: A vectorised problem, not tolerant of failures.
+        space: Its variables.
+        layout: The columns of its test table.
+        keep: What is kept.
+        stored: Whether all tests are wanted, for a study, beside those kept.
+    """
+
+    problem: Any
+    space: DesignSpace
+    layout: Layout
+    keep: Keep
+    stored: bool
+
+    def tested(self, points: Cut) -> _Block:
+        """Test some points."""
+        began = time.monotonic()
+        numbers, X = points.numbers, self.space.matrix(points.units)
+        out = evaluate_designs(self.problem, self.space.designs(X))
+        seconds = (time.monotonic() - began) / len(numbers)
+        table = table_of_values(self.layout, numbers, X, out)
+        kept = self.keep.mask(table)
+        return _Block(table if self.stored else table.rows(kept), kept, seconds)
+
+
+class _Block(NamedTuple):
+    """What comes back of a block.
+
+    Attributes:
+        table: Its tests: all of them for a study, else those kept.
+        kept: ``(n,)`` which of its n tests are kept.
+        seconds: What the evaluation of a design took.
+    """
+
+    table: TestTable
+    kept: NDArray[np.bool_]
+    seconds: float
+
+
+def arriving(
+    plan: Plan, keep: Keep, *, stop: bool, block_size: int, n_jobs: int
+) -> Iterator[tuple[TestTable, int, int]]:
+    """Test all points of a plan and give what is kept of each block as it arrives.
+
+    Blocks come from the study first, then from the workers, in any order. Each is stored before
+    it is given.
+
+    Args:
+        plan: What is tested.
+        keep: What is kept.
+        stop: Whether a design that fails ends the run.
+        block_size: Points in a block, at most.
+        n_jobs: Processes, or workers as joblib is configured; -1 for all there are.
+
+    Yields:
+        The tests kept, how many were tested or stored, and how many were evaluated now.
+
+    Raises:
+        EvaluationError: A design failed and the run is to stop; it is in the study as failed.
+        WorkerError: A worker process was lost, or the problem cannot be sent to one.
+    """
+    points, memory, n = plan.points, plan.memory, len(plan.points)
+    model = _Model(plan.problem, plan.space, plan.table.layout, keep, memory.study is not None)
+    missing: deque[Rows] = deque([range(n)])
+    with ExitStack() as stack:
+        if memory.study is not None:
+            missing.clear()
+            for start in range(0, n, block_size):
+                rows = range(start, min(start + block_size, n))
+                numbers = points.cut(rows).numbers
+                stored = memory.recall(model.layout, numbers)
+                if len(stored) < len(rows) and not missing:
+                    # From here on nobody else tests these points; another process may have
+                    # stored some before we got the lock.
+                    stack.enter_context(memory.study.writing())
+                    stored = memory.recall(model.layout, numbers)
+                if len(stored):
+                    yield stored.rows(keep.mask(stored)), len(stored), 0
+                if len(stored) == 0:
+                    missing.append(rows)
+                elif len(stored) < len(rows):
+                    missing.append(start + np.flatnonzero(~np.isin(numbers, stored.numbers)))
+        for block in _evaluated(model, points, missing, block_size, n_jobs):
+            if model.stored:
+                memory.keep(block.table, block.seconds)
+                kept = block.table.rows(block.kept)
+            else:
+                kept = block.table
+            if stop:
+                for number, reason in block.table.reasons.items():
+                    design = block.table.X[block.table.numbers == number][0]
+                    raise EvaluationError(design, reason)
+            yield kept, len(block.kept), len(block.kept)
+
+
+def _evaluated(
+    model: _Model, points: Points, missing: deque[Rows], block_size: int, n_jobs: int
+) -> Iterator[_Block]:
+    """Evaluate rows of a run in blocks, and give these in the order in which they end."""
+    workers = 1 if n_jobs == 1 else active_workers(n_jobs).count
+    size = block_size
+    if model.stored:
+        size = min(size, _LEAST)
+    elif workers > 1:
+        n = sum(map(len, missing))
+        size = min(size, max(_LEAST, -(-n // (_BLOCKS * workers))))
+    sent = received = 0
+
+    def blocks() -> Iterator[Cut]:
+        # It ends where too many blocks are on their way, and goes on when they have been received:
+        # joblib has no other way to hold back workers that are faster than this process.
+        nonlocal sent
+        while missing and sent - received < _IN_FLIGHT * workers:
+            rows = missing.popleft()
+            if len(rows) > size:
+                missing.appendleft(rows[size:])
+            sent += 1
+            yield points.cut(rows[:size])
+
+    while missing:
+        for block in (
+            _by_joblib(model, blocks(), n_jobs) if workers > 1 else map(model.tested, blocks())
+        ):
+            received += 1
+            yield block
+            if model.stored:
+                # The first designs, which load libraries, say little: at most 100 times as many.
+                fitting = _SECONDS / max(block.seconds, 1e-9)
+                size = max(_LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
+
+
+def _by_joblib(model: _Model, blocks: Iterator[Cut], n_jobs: int) -> Iterator[_Block]:
+    from joblib import Parallel, delayed
+
+    workers = active_workers(n_jobs)
+    parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+    try:
+        yield from parallel(delayed(model.tested)(block) for block in blocks)
+    except PsiError:
+        raise
+    except Exception as error:  # joblib's backends have errors of their own for this
+        raise WorkerError(
+            f"the workers did not give back what they were sent: {one_line(error)}; a problem must "
+            "be one that pickle can send, and a block (block_size) fit into a worker's memory"
+        ) from error

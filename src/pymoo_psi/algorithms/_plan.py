@@ -1,0 +1,105 @@
+"""What a run is going to test: the columns of its table, its points, its study begun."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pymoo_psi._validation import invalid
+from pymoo_psi.algorithms._points import Points
+from pymoo_psi.algorithms._sampling import UniformSampling, default_sampling, sampling_name
+from pymoo_psi.errors import PsiError
+from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.problems._design_space import DesignSpace, design_space
+from pymoo_psi.problems._identity import problem_identity, problem_layout
+from pymoo_psi.table import TestTable
+from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import limit_vector
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a run is going to test.
+
+    Attributes:
+        problem: The problem, not tolerant of failures.
+        space: Its variables.
+        table: The test table without tests: the columns that the problem promises, and
+            what problem it is.
+        limits: ``{column of F: limit}``.
+        points: The test points.
+        memory: The study, if there is one.
+    """
+
+    problem: Any
+    space: DesignSpace
+    table: TestTable
+    limits: dict[int, float]
+    points: Points
+    memory: Memory
+
+    @classmethod
+    def of(
+        cls,
+        problem: Any,
+        n_points: int,
+        *,
+        first: int,
+        sampling: UniformSampling | None,
+        seed: int | None,
+        limits: Limits | None,
+        memory: Memory,
+        study_key: str | None,
+        names: Mapping[str, str] | None,
+        maximize: Collection[str] | None,
+        units: Mapping[str, str] | None,
+    ) -> Plan:
+        """Return the plan of a run; its study is begun last, when nothing else can be wrong.
+
+        Args:
+            problem: The problem, not tolerant of failures.
+            n_points: How many points there are, those of other shares too.
+            first: Number of the first.
+            sampling: Where they come from; unless given, as their dimension wants.
+            seed: Of a randomised sampling.
+            limits: Limits of a user, on the table's columns.
+            memory: The study, if there is one, and which share of the points is wanted.
+            study_key: What a user says that the study depends on.
+            names: The user's names of columns; the problem's unless given.
+            maximize: The criteria to be maximised, likewise.
+            units: Units of columns, likewise.
+        """
+        space = design_space(problem)
+        layout = problem_layout(problem, space, names, maximize, units)
+        n_dim = len(space.free.variables)
+        sampling = sampling or default_sampling(n_dim)
+        points = Points(first, n_points, memory.share, sampling, n_dim, seed)
+        last = first + n_points - 1
+        for number in sorted(memory.retry or ()):
+            if not first <= number <= last:
+                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
+        known = limit_vector(limits, layout)
+
+        def identity() -> dict[str, Any]:
+            name = sampling_name(sampling, n_points, seed)
+            return problem_identity(problem, space) | {"sampling": name, "key": study_key}
+
+        table = TestTable.empty(layout)
+        # Shares must be of the same points, whether they are stored or not.
+        if memory.study is not None or memory.share.of > 1:
+            table = replace(table, problem=identity())
+            memory.begin(layout, identity(), (first, last))
+        else:
+            table = replace(table, problem=_plain_or_none(identity))
+        return cls(problem, space, table, known, points, memory)
+
+
+def _plain_or_none(identity: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:
+    """Return an identity that files can hold, or ``None``: a run without a study needs none."""
+    try:
+        plain: dict[str, Any] = json.loads(json.dumps(identity()))
+    except (PsiError, TypeError, ValueError, RecursionError):
+        return None
+    return plain

@@ -1,0 +1,226 @@
+"""Shares of a run on many machines, and vectorised models on many cores."""
+
+import os
+import warnings
+
+import numpy as np
+import pytest
+from joblib import parallel_config
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, LPTauSampling, QMCSampling, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi.algorithms import _blocks
+from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
+from pymoo_psi.evaluation._memory import Memory
+
+CHUTE = VectorizedSphereChute(0.4)
+
+
+class Holed(Problem):
+    """Fails at some points, and says in which process it runs."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = np.column_stack([x[:, 0] ** 2 + x[:, 1], (1 - x[:, 0]) ** 2 + x[:, 1]])
+        out["F"][x[:, 0] == 0.5] = np.nan
+        out["G"] = x[:, :1] - 0.9
+
+
+def of_psi(n, **options):
+    return minimize(Holed(), PSI(n, **options)).algorithm.table
+
+
+def of_investigate(n, **options):
+    return investigate(Holed(), n, **options)
+
+
+@pytest.mark.parametrize("by", [of_psi, of_investigate])
+@pytest.mark.parametrize("sampling", [None, QMCSampling("sobol", scramble=False)])
+def test_shares_together_are_the_run(tmp_path, by, sampling):
+    whole = by(300, first=3, sampling=sampling)
+    parts = []
+    for k in (2, 3, 1):
+        parts.append(by(300, first=3, sampling=sampling, share=(k, 3), study=tmp_path / "runs"))
+    assert sum(map(len, parts)) == 300
+    assert parts[0].merge(parts[1]).merge(parts[2]).equals(whole)
+    assert TestTable.read_study(tmp_path / "runs").equals(whole)
+
+
+def test_the_first_results_of_all_shares_are_the_beginning_of_the_run():
+    numbers = [of_psi(1000, share=(k, 8)).numbers[:20] for k in range(1, 9)]
+    assert sorted(np.concatenate(numbers)) == list(range(1, 161))
+
+
+def test_a_share_is_continued_and_extended(tmp_path):
+    for n in (100, 100, 200):
+        for k in (1, 2):
+            of_psi(n, share=(k, 2), study=tmp_path)
+    assert TestTable.read_study(tmp_path).equals(of_psi(200))
+
+
+def test_ask_and_tell_of_a_share():
+    algorithm = PSI(100, share=(2, 3), block_size=20).setup(Holed())
+    while (block := algorithm.ask()) is not None:
+        algorithm.evaluator.eval(algorithm.problem, block)
+        algorithm.tell(infills=block)
+    assert algorithm.table.equals(of_psi(100, share=(2, 3)))
+
+
+def test_reading_a_folder_warns_of_missing_points(tmp_path):
+    of_psi(100, share=(1, 4), study=tmp_path)
+    with pytest.warns(UserWarning, match="75 of 100 test points are missing"):
+        assert len(TestTable.read_study(tmp_path)) == 25
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"share": (0, 4)}, "k of share=.* must be an integer >= 1, got 0"),
+        ({"share": (5, 4)}, r"share must be \(k, n\) with k from 1 to n, got \(5, 4\)"),
+        ({"share": "3/4"}, r"share must be a pair \(k, n\)"),
+        ({"share": (9, 16)}, "share must be one that has a point of 8, got 9 of 16"),
+        ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder"),
+        ({"study": "."}, "study must be the name of a file.*with share=.* it is a folder"),
+        ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),
+    ],
+)
+def test_mistakes(tmp_path, monkeypatch, options, message):
+    monkeypatch.chdir(tmp_path)
+    of_investigate(8, study="s.db")
+    with pytest.raises(PsiError, match=message):
+        of_investigate(8, **options)
+
+
+def test_a_merged_table_goes_on_as_a_study(tmp_path):
+    parts = [of_psi(100, share=(k, 2)) for k in (1, 2)]
+    parts[0].merge(parts[1]).to_study(tmp_path / "s.db")
+    calls = []
+
+    class Counted(Holed):
+        def name(self):
+            return "Holed"
+
+        def _evaluate(self, x, *args, **kwargs):
+            calls.append(len(x))
+            super()._evaluate(x, *args, **kwargs)
+
+    assert investigate(Counted(), 150, study=tmp_path / "s.db").equals(of_psi(150))
+    assert sum(calls) == 50
+
+
+def test_a_file_keeps_what_problem_its_tests_are_of(tmp_path):
+    table = of_psi(64)
+    table.to_csv(tmp_path / "t.csv")
+    again = TestTable.read_csv(tmp_path / "t.csv")
+    assert again.problem == table.problem is not None
+    other = investigate(VectorizedSphereChute(0.2), 8)
+    with pytest.raises(PsiError, match="a table of the same problem"):
+        table.merge(other)
+
+
+def test_tables_of_different_constants_are_not_merged():
+    """Names, bounds and sizes are the same here; the parameter alone tells them apart."""
+    a, b = (
+        investigate(VectorizedSphereChute(mu, upper=(1.0, 6.0)), 8, first=first)
+        for mu, first in ((0.3, 1), (0.4, 9))
+    )
+    with pytest.raises(PsiError, match=r"got parameters.mu 0.3 against 0.4$"):
+        a.merge(b)
+
+
+def test_a_study_of_nobody_knows_what_is_not_continued(tmp_path):
+    known = of_psi(8)
+    table = TestTable.of(known.numbers, known.X, known.F, known.G, layout=known.layout)
+    table.to_study(tmp_path / "s.db")
+    assert TestTable.read_study(tmp_path / "s.db").equals(table)
+    with pytest.raises(StudyMismatchError, match="problem is null in the study"):
+        of_psi(8, study=tmp_path / "s.db")
+
+
+@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
+def test_many_cores_give_the_table_of_one(keep):
+    limits = {"f1": 2.2}
+    one = investigate(CHUTE, 5000, keep=keep, limits=limits)
+    whole = investigate(CHUTE, 5000)
+    rows = {
+        "all": np.ones(5000, dtype=bool),
+        "feasible": whole.feasible(limits),
+        "pareto": whole.pareto(limits),
+    }[keep]
+    assert one.equals(whole.rows(rows))
+    with parallel_config("threading"):
+        assert investigate(CHUTE, 5000, keep=keep, limits=limits, n_jobs=2, block_size=100).equals(
+            one
+        )
+
+
+def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):
+    whole = investigate(CHUTE, 3000)
+    kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")
+    assert kept.equals(whole.rows(whole.pareto()))
+    assert TestTable.read_study(tmp_path / "s.db").equals(whole)
+    again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
+    assert again.equals(investigate(CHUTE, 3500))
+    assert os.listdir(tmp_path) == ["s.db"]
+
+
+def test_blocks_under_way_are_few(monkeypatch):
+    """Were they all sent at once, a fast model would fill the memory of a slow reader."""
+    under_way, most = 0, 0
+    evaluate = _blocks.evaluate_designs
+
+    def counted(problem, X):
+        nonlocal under_way, most
+        under_way += 1
+        most = max(most, under_way)
+        return evaluate(problem, X)
+
+    monkeypatch.setattr(_blocks, "evaluate_designs", counted)
+    plan = Plan.of(
+        Holed(), 4000, first=1, sampling=LPTauSampling(), seed=None, limits=None,
+        memory=Memory.of(None, ()), study_key=None, names=None, maximize=None, units=None,
+    )  # fmt: skip
+    with parallel_config("threading"):
+        blocks = _blocks.arriving(
+            plan, _blocks.Keep("all", None), stop=False, block_size=64, n_jobs=2
+        )
+        numbers = []
+        for table, _, _ in blocks:
+            under_way -= 1
+            numbers += table.numbers.tolist()
+    assert sorted(numbers) == list(range(1, 4001))
+    assert most <= 2 * _blocks._IN_FLIGHT
+
+
+def test_a_run_of_many_cores_that_is_to_stop_stores_the_failure(tmp_path):
+    with parallel_config("threading"), pytest.raises(EvaluationError, match="cannot be evaluated"):
+        of_investigate(200, n_jobs=2, on_failure="raise", study=tmp_path / "s.db")
+    assert (TestTable.read_study(tmp_path / "s.db").status == "failed").any()
+
+
+def test_a_problem_that_cannot_be_sent_is_told():
+    problem = Holed()
+    problem.generator = (number for number in ())
+    with pytest.raises(WorkerError, match="pickle"):
+        investigate(problem, 1000, n_jobs=2)
+
+
+def test_a_problem_of_one_design_at_a_time_has_a_runner_instead():
+    class One(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=1, n_obj=1, xl=0.0, xu=1.0)
+
+    with pytest.raises(PsiError, match="elementwise_runner=JoblibRunner"):
+        investigate(One(), 8, n_jobs=2)
+
+
+def test_a_complete_folder_does_not_warn(tmp_path):
+    for k in (1, 2):
+        of_psi(16, share=(k, 2), study=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        TestTable.read_study(tmp_path)

@@ -1,0 +1,129 @@
+"""A folder of studies, the shares of one investigation: dealt out, read as one, told what lacks."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from pymoo_psi import TestTable
+from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.sequences import lp_tau
+from pymoo_psi.storage import Study, read_folder, read_study, write_study
+from pymoo_psi.storage._share import Share
+from tests.storage.studies import HEAD, begun, bits, block, rows
+
+
+@pytest.mark.parametrize("of", [1, 2, 3, 7, 64])
+def test_every_point_is_of_one_share(of):
+    for first, last in ((1, 1000), (7, 70), (64, 64)):
+        numbers = [
+            share.dealt(np.array(share.rounds(first, last), dtype=np.int64))
+            for share in (Share(k, of) for k in range(1, of + 1))
+        ]
+        assert sorted(np.concatenate(numbers)) == list(range(first, last + 1))
+        assert all((np.diff(own) > 0).all() for own in numbers)
+
+
+def test_whose_a_point_is_does_not_depend_on_the_run():
+    share = Share(3, 8)
+    short, long = (share.dealt(np.array(share.rounds(1, last))) for last in (100, 2000))
+    assert short.tolist() == long[long <= 100].tolist()
+
+
+@pytest.mark.parametrize("of", [2, 16, 63, 64])
+def test_every_share_is_spread_over_the_box(of):
+    """Every 64th point of LPτ has the same six leading digits in the first coordinate."""
+    points = lp_tau(of * 64, 2)
+    for k in range(1, of + 1):
+        numbers = Share(k, of).dealt(np.arange(64))
+        assert (np.ptp(points[numbers - 1], axis=0) > 0.9).all()
+        assert all(len({*np.floor(column * 8)}) >= 7 for column in points[numbers - 1].T)
+
+
+def shares(folder, of, last, parts=None, head=HEAD):
+    """Write the shares of a run, those of its parts that are wanted."""
+    whole = block(1, last, failed=[2])
+    for k in parts or range(1, of + 1):
+        share = Share(k, of)
+        study = Study(folder / share.file)
+        study.begin(head, share, (1, last))
+        study.append(rows(whole, share.dealt(np.array(share.rounds(1, last))) - 1))
+    return whole
+
+
+def test_a_folder_is_read_as_one_study(tmp_path):
+    whole = shares(tmp_path, 5, 47)
+    head, columns, missing = read_folder(tmp_path)
+    assert bits(columns) == bits(whole)
+    assert head == read_study(tmp_path / "share-2-of-5.db")[0]
+    assert missing == ""
+
+
+def test_points_that_are_missing_are_told(tmp_path):
+    shares(tmp_path, 4, 20, [1, 3])
+    _, columns, missing = read_folder(tmp_path)
+    assert len(columns["x"]) == 10
+    lacking = sorted({*range(1, 21)} - {*columns["test_point"].tolist()})
+    assert missing.startswith(f"10 of 20 test points are missing: {lacking[0]}")
+    assert missing.endswith("of 4 shares these lack points: 2 (all of 5), 4 (all of 5)")
+    shares(tmp_path, 4, 40, [1, 2, 3, 4])  # a longer run extends them
+    assert read_folder(tmp_path)[2] == ""
+
+
+def test_ranges_are_short(tmp_path):
+    Study(tmp_path / "a.db").begin(HEAD, Share(1, 2), (1, 30))
+    assert "30 of 30 test points are missing: 1 to 30; " in read_folder(tmp_path)[2]
+
+
+def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
+    whole = shares(tmp_path, 2, 10)
+    begun(tmp_path / "other.db").append(block(1, 10, failed=[2]))
+    assert bits(read_folder(tmp_path)[1]) == bits(whole)
+    (tmp_path / "other.db").unlink()
+    begun(tmp_path / "other.db").append(rows(block(1, 10, seed=1), [3]))
+    with pytest.raises(
+        StudyMismatchError, match=r"other.db and .*different results for test p.* 4"
+    ):
+        read_folder(tmp_path)
+
+
+def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_read(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
+    shares(tmp_path / "a", 2, 10, [1])
+    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db in the same .* upper.x is 1.0"):
+        shares(tmp_path / "a", 2, 10, [2], other)
+    with pytest.raises(StudyMismatchError, match="is one of 2 shares, and its folder takes no"):
+        shares(tmp_path / "a", 3, 10, [2])
+    shares(tmp_path / "b", 2, 10, [2], other)
+    shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
+    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db and .*1-of-2.db belong to diff"):
+        read_folder(tmp_path / "a")
+
+
+@pytest.mark.parametrize("content", [b"", b"no study", b"SQLite format 3\0 and nothing else"])
+def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
+    shares(tmp_path, 3, 12)
+    (tmp_path / "share-2-of-3.db").write_bytes(content)
+    with pytest.raises(StudyCorruptError, match="share-2-of-3.db"):
+        read_folder(tmp_path)
+    (tmp_path / "share-2-of-3.db").unlink()
+    (tmp_path / "notes.txt").write_bytes(b"these are none")
+    assert len(read_folder(tmp_path)[1]["x"]) == 8
+
+
+def test_a_folder_without_studies_is_none(tmp_path):
+    with pytest.raises(StudyAccessError, match="holds no study"):
+        TestTable.read_study(tmp_path)
+
+
+def test_a_study_is_written_at_once_and_never_over_another(tmp_path):
+    path = tmp_path / "s.db"
+    write_study(path, HEAD, block(1, 10))
+    assert bits(read_study(path)[1]) == bits(block(1, 10))
+    study = begun(path)
+    assert study.append(block(9, 4)) == 2
+    with pytest.raises(StudyAccessError, match="exists already and was left as it is"):
+        write_study(path, HEAD, block(1, 3))
+    assert bits(read_study(path)[1]) == bits(block(1, 12))
