@@ -8,10 +8,10 @@ Sampling
 Algorithms
     :class:`PSI`, :func:`investigate` and their :class:`TestTable`; :func:`nsga3`.
 Decision-making
-    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`; :func:`explain` a design,
-    :func:`compare_designs`, :func:`representatives`; :class:`SalukvadzeOptimum`,
-    :class:`EfficientSubset`, :class:`CompromiseProgramming`, :class:`ReferencePoint`,
-    :class:`Knee`, :class:`Lexicographic`; :func:`robustness`.
+    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions` about its
+    optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
+    :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
+    :class:`ReferencePoint`, :class:`Knee`, :class:`Lexicographic`; :func:`robustness`.
     More in :mod:`.selection`.
 Comparison
     :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.

@@ -12,6 +12,7 @@ from .evaluation import FailureTolerant as FailureTolerant
 from .evaluation import Recorded as Recorded
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
+from .pareto import cautions as cautions
 from .pareto import compare_designs as compare_designs
 from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency

@@ -9,7 +9,6 @@ the way is the cost of that step.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._rounding import settled, unit_lengths
+from pymoo_psi.pareto._sentences import capital, label, listed, percent, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,12 +61,12 @@ class DesignComparison:
 
     def __repr__(self) -> str:
         """Return which designs are compared."""
-        labels = [_label(self.ranking, row) for row in self.rows]
+        labels = [label(self.ranking, row) for row in self.rows]
         return f"DesignComparison({', '.join(labels[1:])} against {labels[0]})"
 
     def __str__(self) -> str:
         """Return a sentence for each design after the first, wrapped at 80 columns."""
-        return _wrapped(self.sentences)
+        return wrapped(self.sentences)
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -77,9 +77,9 @@ class DesignComparison:
             ('Design 1 against design 0: better in f2 by 5 (62 % of its range); worse in f1 by 1
             (25 %).',)
         """
-        first = _label(self.ranking, self.rows[0])
+        first = label(self.ranking, self.rows[0])
         return tuple(
-            f"{_capital(_label(self.ranking, row))} against {first}: {self.difference(k)}."
+            f"{capital(label(self.ranking, row))} against {first}: {self.difference(k)}."
             for k, row in enumerate(self.rows[1:].tolist(), start=1)
         )
 
@@ -177,11 +177,11 @@ class Explanation:
     def __repr__(self) -> str:
         """Return which design is explained, and where it is weakest."""
         weakest = ", ".join(map(str, self.weakest)) or "none"
-        return f"Explanation({_label(self.ranking, self.row)}: weakest criterion {weakest})"
+        return f"Explanation({label(self.ranking, self.row)}: weakest criterion {weakest})"
 
     def __str__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
-        return _wrapped(self.sentences)
+        return wrapped(self.sentences)
 
     @property
     def weakest(self) -> tuple[Any, ...]:
@@ -223,7 +223,7 @@ class Explanation:
             name = str(self.ranking.objectives.names[j])
             towards.setdefault(int(self.neighbours[j]), []).append(name)
         steps = [
-            f"Towards {_listed(names)}: {_label(self.ranking, neighbour)} is "
+            f"Towards {listed(names)}: {label(self.ranking, neighbour)} is "
             f"{self.steps.difference(at[neighbour])}."
             for neighbour, names in towards.items()
         ]
@@ -232,11 +232,11 @@ class Explanation:
     def _standing(self) -> str:
         """Return what the design is among the others."""
         ranking, row = self.ranking, self.row
-        name, n = _capital(_label(ranking, row)), int(ranking.pareto.sum())
+        name, n = capital(label(ranking, row)), int(ranking.pareto.sum())
         front = counted(n, "Pareto-optimal design")
         if self.dominated_by >= 0:
             better = compared(ranking, [row, self.dominated_by], self.units)
-            by = _label(ranking, self.dominated_by)
+            by = label(ranking, self.dominated_by)
             return f"{name} is dominated: {by} is {better.difference(1)}."
         if n == 1:
             return f"{name} is the only Pareto-optimal design."
@@ -262,13 +262,12 @@ class Explanation:
         ]
         parts = [f"Behind the best in {', '.join(told)}"] if told else []
         if len(told) > 1 and self.weakest:
-            parts.append(f"weakest in {_listed(self.weakest)}")
+            parts.append(f"weakest in {listed(self.weakest)}")
         constant = np.isinf(unit_lengths(frame.ideal, frame.nadir))
         for what, which in (("the best", ~constant), ("the same as all", constant)):
-            if (which & (self.behind == 0)).any():
-                listed = [names[j] for j in np.flatnonzero(which & (self.behind == 0))]
-                parts.append(f"{what} in {_listed(listed)}")
-        return _capital("; ".join(parts)) + "."
+            if (there := np.flatnonzero(which & (self.behind == 0))).size:
+                parts.append(f"{what} in {listed([names[j] for j in there])}")
+        return capital("; ".join(parts)) + "."
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each criterion.
@@ -473,39 +472,9 @@ def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
     return row
 
 
-def _label(ranking: EfficiencyRanking, row: int) -> str:
-    """Return what a design is called: a label that is a text stands for itself."""
-    label = ranking.objectives.labels[row]
-    return label if isinstance(label, str) else f"design {label}"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _listed(names: Sequence[Any]) -> str:
-    """Return names as a sentence lists them: "a, b and c"."""
-    *before, last = map(str, names)
-    return f"{', '.join(before)} and {last}" if before else last
-
-
 def _amount(value: float, unit: str | None, share: float, first: bool) -> str:
     """Return an amount with its unit and its share of the range, which the first one explains."""
     amount = f"{value:.4g} {unit}" if unit else f"{value:.4g}"
     if np.isnan(share):  # of a criterion in which all Pareto-optimal designs are equal
         return amount
     return f"{amount} ({percent(share)}{' of its range' if first else ''})"
-
-
-def percent(share: float) -> str:
-    """Return a share as a sentence tells it: two digits, and none behind the point above 10."""
-    hundreds = 100 * share
-    if 0 < hundreds < 0.01:
-        return "under 0.01 %"
-    return f"{hundreds:.0f} %" if hundreds >= 9.95 else f"{hundreds:.2g} %"
-
-
-def _wrapped(sentences: Sequence[str]) -> str:
-    """Return sentences in lines of at most 80 columns, no percent sign apart from its number."""
-    lines = (textwrap.fill(s.replace(" %", "\0%"), 80, break_on_hyphens=False) for s in sentences)
-    return "\n".join(lines).replace("\0", " ")

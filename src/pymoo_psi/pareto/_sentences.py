@@ -1,0 +1,39 @@
+"""How sentences about designs name them, and tell shares of ranges."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+from pymoo_psi.pareto._ranking import EfficiencyRanking
+
+
+def label(ranking: EfficiencyRanking, row: int) -> str:
+    """Return what a design is called: a label that is a text stands for itself."""
+    name = ranking.objectives.labels[row]
+    return name if isinstance(name, str) else f"design {name}"
+
+
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def listed(names: Sequence[Any]) -> str:
+    """Return names as a sentence lists them: "a, b and c"."""
+    *before, last = map(str, names)
+    return f"{', '.join(before)} and {last}" if before else last
+
+
+def percent(share: float) -> str:
+    """Return a share as a sentence tells it: two digits, and none behind the point above 10."""
+    hundreds = 100 * share
+    if 0 < hundreds < 0.01:
+        return "under 0.01 %"
+    return f"{hundreds:.0f} %" if hundreds >= 9.95 else f"{hundreds:.2g} %"
+
+
+def wrapped(sentences: Sequence[str]) -> str:
+    """Return sentences in lines of at most 80 columns, no percent sign apart from its number."""
+    lines = (textwrap.fill(s.replace(" %", "\0%"), 80, break_on_hyphens=False) for s in sentences)
+    return "\n".join(lines).replace("\0", " ")

@@ -1,0 +1,237 @@
+"""The advice and its cautions on sets of every shape are what a specialist would say."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from pymoo_psi import (
+    PsiError,
+    VectorizedSphereChute,
+    cautions,
+    explain,
+    lp_tau,
+    rank_of_efficiency,
+)
+from pymoo_psi.pareto._representatives import representatives_of
+
+X = np.linspace(0, 1, 101)
+
+
+def kinds(F, **options):
+    return [caution.kind for caution in cautions(rank_of_efficiency(F, **options))]
+
+
+def said(F, kind, **options):
+    (caution,) = [c for c in cautions(rank_of_efficiency(F, **options)) if c.kind == kind]
+    return str(caution)
+
+
+def bulging(p, m=2, n=101):
+    """Points with sum f^p = 1: convex below p = 1, straight at 1, a sphere at 2."""
+    if m == 2:
+        return np.column_stack([X, np.maximum(1 - X**p, 0) ** (1 / p)])
+    shares = lp_tau(n, m, first=2) + 1e-3
+    corners = np.eye(m) if p >= 1 else np.empty((0, m))  # farther out than the others, if convex
+    return np.vstack([corners, shares / shares.sum(axis=1, keepdims=True)]) ** (1 / p)
+
+
+@pytest.mark.parametrize("m", [2, 3, 5, 10])
+def test_a_convex_set_has_a_clear_compromise(m):
+    """The middle is much nearer to the ideal than anything else, and no design decides alone."""
+    F = bulging(0.6, m, 400)
+    assert kinds(F) == []
+    ranking = rank_of_efficiency(F)
+    assert explain(F, int(ranking.salukvadze[0])).shares.max() < 0.35
+
+
+@pytest.mark.parametrize("m", [2, 3, 5])
+def test_a_straight_set_has_a_clear_compromise(m):
+    """The foot of the perpendicular from the ideal point; 1 % of the distance is 7 % of a range."""
+    assert not {"tie", "near tie", "equidistant", "extreme", "edge"} & set(
+        kinds(bulging(1, m, 400))
+    )
+
+
+@pytest.mark.parametrize("m", [2, 3, 5, 10])
+def test_on_a_sphere_around_the_ideal_no_distance_chooses(m):
+    """All designs tie; that one of them comes first is the order of the rows, and means nothing."""
+    F = bulging(2, m, 91)
+    n = len(F)
+    assert said(F, "equidistant").startswith(f"{n} of {n} Pareto-optimal designs are within 1 %")
+    assert "tie" not in kinds(F)
+    if m == 2:
+        assert said(F, "unselective").startswith("101 of 101 Pareto-optimal designs have a rank")
+
+
+@pytest.mark.parametrize("m", [2, 3, 10])
+def test_on_a_concave_set_the_advice_is_an_extreme(m):
+    """Farther out than a sphere the middle is the farthest from the ideal: no compromise is near."""
+    F = bulging(4, m, 200)
+    ranking = rank_of_efficiency(F)
+    assert explain(F, int(ranking.salukvadze[0])).shares.max() == 1
+    assert "extreme" in kinds(F)
+    assert "the set bulges away from the ideal point" in said(F, "extreme")
+    assert "tie" in kinds(F)  # the corners are all at distance 1
+
+
+def test_between_straight_and_sphere_the_choice_is_close():
+    """Concave, but the middle is still nearest: by so little that designs far along tie nearly."""
+    assert kinds(bulging(1.5))[:1] == ["near tie"]
+    assert "and differs by 11 % of the range" in said(bulging(1.5), "near tie")
+
+
+def test_a_set_in_pieces_is_told_where_another_piece_is_as_good():
+    """ZDT3: the next piece across the gap is as near within half a percent."""
+    f2 = 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)
+    assert "differs by" in said(np.column_stack([X, f2]), "near tie")
+    # Where one piece is far nearer than the other there is nothing to warn of.
+    apart = bulging(0.6)
+    assert kinds(apart[(X < 0.3) | (X > 0.7)]) == []
+
+
+def test_one_outlier_moves_the_choice_and_is_named():
+    """It stretches a range, so that all others look equally good in that criterion."""
+    F = pd.DataFrame(np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-0.01, 80.0]]]))
+    assert (
+        rank_of_efficiency(F).salukvadze.tolist() != rank_of_efficiency(F[:-1]).salukvadze.tolist()
+    )
+    assert said(F, "outlier").startswith("Design 101 alone stretches the range of 1 80 times")
+    assert kinds(F[:-1]) == []
+
+
+def test_a_coarse_set_hangs_on_its_extremes():
+    """Of five designs each extreme makes the scale; without one another design is the nearest."""
+    F = [[0.0, 10.0], [1.0, 6.0], [2.0, 4.2], [5.0, 2.0], [9.0, 0.0]]
+    assert said(F, "unstable") == (
+        "Without design 0, the best in f1, the optimum would be design 3, which differs by 38 % of "
+        "the range in f1."
+    )
+
+
+def test_an_optimum_at_an_edge_is_told():
+    """The chute's slowest plane is its best f4: a lower bound, and nobody knows what is below."""
+    designs = np.array([1.4, 5.9]) * lp_tau(1024, 2) + [0, 0.1]
+    F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
+    text = "The optimum is the best in f4, up to 1 % of the range: an edge of the set."
+    assert said(F, "edge", normalize=False) == text
+    assert kinds(F) == []  # in units of the ranges it lies inside
+
+
+def test_plain_distances_are_told_where_a_range_outweighs_another():
+    """A criterion with a hundredth of the range of another decides nothing in a plain distance."""
+    F = np.column_stack([500 * X, (1 - X) ** 2])
+    assert kinds(F) == []
+    assert said(F, "scale", normalize=False) == (
+        "Without normalising, f1 with a range of 500 outweighs f2 with one of 1."
+    )
+    assert said(F, "extreme", normalize=False) == (
+        "The optimum is the worst in f2: it is no compromise."
+    )
+
+
+def test_criteria_without_weight_and_criteria_that_count_twice():
+    """A degenerate set is a set in fewer criteria, some of which count more than they should."""
+    valley = (1 - X) ** 2
+    F = pd.DataFrame(
+        {"a": X, "b": valley, "c": 0 * X + 3, "d": 2 * X + 1, "e": 5 * valley, "g": X**5}
+    )
+    assert said(F, "constant") == "Equal for all Pareto-optimal designs, and without weight: c."
+    assert said(F, "redundant") == (
+        "The same up to 1 % of their ranges, so that they count again: a and d; b and e."
+    )
+    assert "redundant" not in kinds(F[["a", "b", "g"]])
+
+
+@pytest.mark.parametrize(
+    ("F", "expected"),
+    [
+        ([[1.0, 2.0]], []),
+        ([[1.0, 2.0], [2.0, 2.0]], ["Only one design is Pareto optimal: the criteria do not conflict."]),
+        ([[3.0], [2.0], [5.0]], ["Only one design is Pareto optimal: the criteria do not conflict."]),
+        ([[1.0, 2.0], [1.0, 2.0]], ["All 2 Pareto-optimal designs have the same values."]),
+        # Two designs in two criteria are the ends of each range, and so equally far.
+        ([[1.0, 2.0], [2.0, 1.0]], ["Design 0 is as near to the ideal point as design 1."]),
+        # In three criteria the one that is worse in two of them is farther.
+        ([[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], []),
+    ],
+)  # fmt: skip
+def test_one_design_and_two(F, expected):
+    assert [str(c) for c in cautions(rank_of_efficiency(F))] == expected
+
+
+def test_equal_designs_are_no_tie_but_mirrored_ones_are():
+    F = [[0.0, 1.0], [0.3, 0.5], [0.3, 0.5], [0.5, 0.3], [1.0, 0.0]]
+    assert kinds(np.delete(F, 3, axis=0)) == []
+    assert said(F, "tie") == "Design 1 is as near to the ideal point as design 3."
+
+
+def moved_without(F, i):
+    """By what share of a range the optimum moves when a row is left out, ranked by the library."""
+    before = F[rank_of_efficiency(F).salukvadze]
+    rest = np.delete(F, i, axis=0)
+    ranking = rank_of_efficiency(rest)
+    lengths = np.ptp(rest[ranking.pareto], axis=0)
+    lengths[lengths == 0] = np.inf
+    after = rest[ranking.salukvadze]
+    return float((np.abs(after[:, None] - before) / lengths).max(axis=2).min())
+
+
+@settings(max_examples=60)
+@given(
+    F=arrays(
+        float,
+        st.tuples(st.integers(3, 9), st.integers(2, 3)),
+        elements=st.integers(0, 30).map(float),
+    )
+)
+def test_leaving_out_every_single_design_finds_the_same(F):
+    """Among them dominated ones, which move nothing, and those that free what they dominate."""
+    ranking = rank_of_efficiency(F)
+    found = cautions(ranking)
+    assume("equidistant" not in [c.kind for c in found])
+    others = [i for i in range(len(F)) if i not in ranking.salukvadze]
+    most = max((moved_without(F, i) for i in others), default=0.0)
+    hanging = [c for c in found if c.kind in ("outlier", "unstable")]
+    if abs(most - 0.1) > 1e-9 and ranking.pareto.sum() > 1:
+        assert bool(hanging) == (most > 0.1)
+
+
+def test_senses_names_and_labels_are_the_users():
+    F = pd.DataFrame({"cost": X, "yield": -((1 - X) ** 2)}, index=[f"row {i}" for i in range(101)])
+    F.loc["row 0", "yield"] = -80.0
+    assert said(F, "outlier", maximize=["yield"]).startswith(
+        "Row 0 alone stretches the range of yield"
+    )
+
+
+def test_a_point_of_the_users_own_stays_where_it_is():
+    """Without the extreme design the ideal would move if it were not given."""
+    F = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
+    assert "outlier" in kinds(F, normalize=False)
+    assert kinds(F, normalize=False, ideal=[-1.5, -1]) == []
+
+
+def test_values_at_the_end_of_floats():
+    assert kinds([[-1e308, 1.0], [1e308, 1.0], [-1e307, 0.0]]) == ["tie"]  # one dominated
+    assert kinds(1e-300 * np.array([[0.0, 9.0], [2.0, 2.0], [9.0, 0.0]])) == []
+
+
+def test_a_million_designs():
+    """A front as long as the memory allows is told as the same front with a hundred designs."""
+    share = lp_tau(10**6, 1)[:, 0]
+    ranking = rank_of_efficiency(np.column_stack([share, (1 - share) ** 2]))
+    assert cautions(ranking) == ()
+    few = representatives_of(ranking, 9)
+    assert few.radius < 0.1
+    assert few.shares.sum() == pytest.approx(1)
+
+
+def test_only_a_ranking_has_an_optimum():
+    with pytest.raises(
+        TypeError, match="ranking must be an EfficiencyRanking, got ndarray"
+    ) as caught:
+        cautions(X)
+    assert isinstance(caught.value, PsiError)
