@@ -137,9 +137,9 @@ def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
     assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
 
 
-@pytest.mark.parametrize(("seconds", "stored"), [(0.0, 40), (1e9, 32)])
-def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored):
-    """Of a slow model no more is lost than what was being evaluated, here one design."""
+@pytest.mark.parametrize("seconds", [0.0, 1e9])
+def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds):
+    """No more is lost than the design that was being evaluated, however rare the commits are."""
     monkeypatch.setattr("pymoo_psi.algorithms._investigate._SECONDS", seconds)
     path = tmp_path / "s.db"
 
@@ -154,10 +154,10 @@ def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds, stored)
 
     with pytest.raises(KeyboardInterrupt):
         minimize(Impatient(), PSI(64, study=path, block_size=16))
-    assert TestTable.read_study(path).numbers.tolist() == list(range(1, stored + 1))
+    assert TestTable.read_study(path).numbers.tolist() == list(range(1, 41))
     rest = Counted()
     table = run(rest, 64, path)
-    assert len(rest.seen) == 64 - stored
+    assert len(rest.seen) == 24
     assert table.equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 

@@ -2,13 +2,14 @@
 
 import itertools
 import math
+from collections import deque
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoo_psi.parallel._cost import LONGEST_CHUNK, Cost, Overhead, chunk_size, worth_sending
-from pymoo_psi.parallel._joblib_runner import evaluate_while
+from pymoo_psi.parallel._joblib_runner import evaluate_here
 
 
 @given(
@@ -94,9 +95,17 @@ class Clock:
         return {"F": design}
 
 
+def here(clock, n, cost, enough):
+    """The values of designs evaluated in this process, in the order of their indices."""
+    waiting = deque(enumerate(range(n)))
+    results = list(evaluate_here(clock.evaluate, waiting, cost, enough, clock=clock))
+    assert [index for index, *_ in results] == list(range(n - len(waiting)))
+    return [values for _, values, _ in results]
+
+
 def test_a_cheap_model_is_evaluated_here_with_few_looks_at_the_clock():
     clock, cost = Clock(1e-6), Cost()
-    done = evaluate_while(clock.evaluate, list(range(5000)), cost, lambda left: False, clock)
+    done = here(clock, 5000, cost, lambda left: False)
     assert [values["F"] for values in done] == list(range(5000))
     assert cost.seconds == pytest.approx(1e-6)
     assert clock.looks < 30
@@ -110,17 +119,17 @@ def test_a_dear_model_is_left_after_three_designs():
         asked.append(left)
         return cost.known and worth_sending(left, cost.seconds, 2, 0.01)
 
-    assert len(evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock)) == 3
+    assert len(here(clock, 100, cost, enough)) == 3
     assert asked == [100, 99, 98, 97]
-    assert evaluate_while(clock.evaluate, list(range(100)), cost, enough, clock) == []
+    assert here(clock, 100, cost, enough) == []
 
 
 def test_a_model_that_becomes_dear_is_noticed_within_a_call():
     clock, cost = Clock(1e-5), Cost()
-    evaluate_while(clock.evaluate, list(range(1000)), cost, lambda left: False, clock)
+    here(clock, 1000, cost, lambda left: False)
     clock.seconds = 0.01
 
     def enough(left):
         return worth_sending(left, cost.seconds, 2, 0.01)
 
-    assert 0 < len(evaluate_while(clock.evaluate, list(range(500)), cost, enough, clock)) <= 300
+    assert 0 < len(here(clock, 500, cost, enough)) <= 300

@@ -6,27 +6,39 @@ through the problem in large blocks, and only what is wanted is kept.
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+import threading
 import time
-from collections.abc import Collection, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pymoo.core.problem import LoopedElementwiseEvaluation
+from numpy.typing import ArrayLike, NDArray
 from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._blocks import Keep, arriving
 from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._repeats import Repeats
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._evaluator import (
+    columns_of_values,
+    evaluate_designs,
+    stream_designs,
+    streams,
+)
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.evaluation._outputs import table_of_values
+from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.parallel._backend import active_workers
+from pymoo_psi.parallel._outcome import Result, Values, Waiting
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
@@ -35,9 +47,17 @@ _KEPT = ("all", "feasible", "pareto")
 # Rows from which on a Pareto set is sifted on the way. Each time there are twice as many rows as
 # were left, so that all sifting together takes as long as the last one, or twice that.
 _WORTH_SIFTING = 2**17
-# What is evaluated between two commits of a study should take about so many seconds: as much is
-# lost by an interruption, and beside it a commit of some milliseconds does not count.
-_SECONDS = 2.0
+# Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
+# and not much more is lost when the process is killed.
+_SECONDS = 1.0
+# Seconds of computing, by all workers together, after which there is a commit in any case: results
+# of slow designs that arrive together must not wait for the next one, perhaps for hours.
+_COMPUTED = 20.0
+# Points that may be evaluated beyond the block that is asked for, while that has not all results:
+# as many as can be held easily where all are going to be tested, and a few for each worker where a
+# termination may end the run. At 8 a worker, the slowest of a block takes as long as 8 others.
+_FAR = 4096
+_NEAR = 8
 # Designs of a vectorised model in the first piece of a block: enough to tell what one takes, and
 # few enough that a model of seconds a design loses minutes only.
 _LEAST = 64
@@ -139,10 +159,21 @@ def investigate(
     )
     kept = Keep(keep, limits)
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
-    tables, done = [plan.table], 0
+    done = 0
+
+    def show(tested: int) -> None:
+        nonlocal done
+        done += tested
+        if bar is not None:
+            bar.set(done / len(plan.points))
+
+    tables = [plan.table]
     size = least = 0  # how many rows there are, and had been left when they were sifted last
-    if problem.elementwise:
-        arrivals = Investigation(plan, stop).arriving(block_size, kept)
+    # Designs that can occur again are looked up, so that a model is called once for each.
+    by_design = problem.elementwise or (plan.space.finite and n_jobs == 1)
+    if by_design:
+        tests = Investigation(plan, stop, whole=True, show=lambda table: show(len(table)))
+        arrivals = tests.arriving(block_size, kept)
     else:
         arrivals = arriving(plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs)
     try:
@@ -152,9 +183,8 @@ def investigate(
             if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
                 tables = [_joined(tables, kept)]
                 size = least = len(tables[0])
-            done += tested
-            if bar is not None:
-                bar.set(done / len(plan.points))
+            if not by_design:
+                show(tested)
     finally:
         if bar is not None:
             bar.close()
@@ -174,9 +204,15 @@ def _joined(tables: list[TestTable], keep: Keep) -> TestTable:
 class Investigation:
     """The testing of a problem: its points are evaluated, or taken from a study.
 
+    The designs of a model that is evaluated one by one are a single stream to its workers: while
+    a block still waits for its slowest design, the other workers are at the next points. A design
+    that occurs again, as only variables that are not real can make it, takes the known result.
+
     Args:
         plan: What is tested.
         stop: Whether a design that fails ends the run.
+        whole: Whether all points are going to be tested, or the run may be ended before.
+        show: Is given the tests as they arrive, those of the study as well.
 
     Attributes:
         space: The variables of the problem.
@@ -186,74 +222,261 @@ class Investigation:
         points: ``(n, n_var)`` the points of the unit cube.
     """
 
-    def __init__(self, plan: Plan, stop: bool) -> None:
-        self.problem, self.memory, self.stop = plan.problem, plan.memory, stop
+    def __init__(
+        self,
+        plan: Plan,
+        stop: bool,
+        *,
+        whole: bool,
+        show: Callable[[TestTable], None] | None = None,
+    ) -> None:
+        problem = plan.problem
+        self.problem, self.memory, self.stop = problem, plan.memory, stop
         self.space, self.layout, self.limits = plan.space, plan.table.layout, plan.limits
         cut = plan.points.cut(range(len(plan.points)))
         self.numbers, self.points = cut.numbers, cut.units
-        self._piece = 1  # how many designs take a few seconds, as far as blocks have shown
+        self._piece = 1  # how many designs take a few seconds, as far as pieces have shown
+        self._streams, runner = streams(problem), problem.elementwise_runner
+        self._ahead = 0  # points that may be evaluated beyond the block that is asked for
+        if self._streams and isinstance(runner, JoblibRunner):
+            self._ahead = _FAR if whole else _NEAR * active_workers(runner.n_jobs).count
+        self._show = show
+        self._called = np.zeros(
+            len(self.numbers), dtype=bool
+        )  # for which points the model was called
+        self._hand = TestTable.empty(self.layout)  # tests that are not given out yet
+        self._repeats = Repeats() if self.space.finite else None
+        if self._repeats is not None:
+            self._repeats.learn(self.memory.everything(self.layout))
+        self._stream: Generator[bool] | None = None
+        self._look_from(0)
+
+    def _look_from(self, start: int) -> None:
+        """Begin anew at a point; nothing is being evaluated then."""
+        self._start = self._end = self._opened = start  # of the block asked for; of those looked at
+        self._missing = np.zeros(len(self.numbers), dtype=bool)  # looked at, and not in hand
+        self._waiting: Waiting = deque()  # those of them that nobody evaluates yet
+        self._rows = np.zeros(0, dtype=np.intp)  # likewise, of a model evaluated in pieces
+        self._group: list[Result] = []  # results that have arrived and are not stored
+        self._group_began = time.monotonic()
+        if self._repeats is not None:
+            self._repeats.forget()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies begin where this one is; what is being evaluated stays here."""
+        transient = {"_stream", "_missing", "_waiting", "_rows", "_group", "_show"}
+        return {name: v for name, v in self.__dict__.items() if name not in transient}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Start as one that has nothing under way."""
+        self.__dict__.update(state, _stream=None, _show=None)
+        self._look_from(self._end)
 
     def arriving(self, block_size: int, keep: Keep) -> Iterator[tuple[TestTable, int, int]]:
         """Test all points and give what is kept of each block, as :func:`arriving` does."""
-        for start in range(0, len(self.numbers), block_size):
-            table, evaluated = self.tested(start, block_size)
-            yield table.rows(keep.mask(table)), len(table), evaluated
+        try:
+            for start in range(0, len(self.numbers), block_size):
+                table, evaluated = self.tested(start, block_size)
+                yield table.rows(keep.mask(table)), len(table), evaluated
+        finally:
+            self.close()
 
     def tested(self, start: int, count: int) -> tuple[TestTable, int]:
-        """Test consecutive points; a study has each piece as soon as it is evaluated.
+        """Test consecutive points; what arrives is stored within a second or two.
 
         Args:
-            start: Index of the first of them.
+            start: Index of the first of them, the one after those of the last call.
             count: How many, at most.
 
         Returns:
-            The tests, and how many of them are evaluated now.
+            The tests, and for how many of them the model was called.
 
         Raises:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
-        X = self.space.matrix(self.points[start : start + count])
-        numbers = self.numbers[start : start + count]
-        with self.memory.turn(self.layout, numbers) as stored:
-            new = np.flatnonzero(~np.isin(numbers, stored.numbers))
-            blocks = []
-            for piece in self._pieces(new):
-                began = time.monotonic()
-                out = evaluate_designs(self.problem, self.space.designs(X[piece]))
-                block = table_of_values(self.layout, numbers[piece], X[piece], out)
-                self.memory.keep(block, (time.monotonic() - began) / len(piece))
-                if self.stop:
-                    for number, reason in block.reasons.items():
-                        raise EvaluationError(block.X[block.numbers == number][0], reason)
-                blocks.append(block)
-        table = stored.extended(*blocks)
-        if len(stored):  # what is stored may have gaps, where failures are tried again
+        end = min(start + count, len(self.numbers))
+        if self._stream is None:
+            self._look_from(start)
+            self._open(end)
+        else:
+            self._open(end + self._ahead)
+        self._start, self._end = start, end
+        with _stored_at_termination():
+            try:
+                # Where all is stored there is nothing to test, and the study is not even locked.
+                if self._stream is None and self._missing.any():
+                    self._stream = self._arrivals()
+                while self._stream is not None:
+                    if not self._missing[start:end].any() and self._missing[end:].any():
+                        break  # at the points ahead
+                    if not next(self._stream, False):
+                        # Nothing is under way: the lock is given back, workers are kept.
+                        self._stream = None
+                self._flush()
+            except BaseException:
+                self.close()
+                raise
+        numbers, first, last = self._hand.numbers, self.numbers[start], self.numbers[end - 1]
+        table = self._hand.rows((numbers >= first) & (numbers <= last))
+        self._hand = self._hand.rows(numbers > last)
+        if (np.diff(table.numbers) < 0).any():
             table = table.rows(np.argsort(table.numbers))
-        return table, len(new)
+        return table, int(self._called[start:end].sum())
 
-    def _pieces(self, rows: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-        """Cut a block into what is evaluated, and stored, at a time.
+    def close(self) -> None:
+        """Give up what is being evaluated; what has arrived is stored, and kept for later."""
+        if self._stream is not None:
+            stream, self._stream = self._stream, None
+            stream.close()
 
-        The pieces grow until one takes a few seconds; however slow the model, a piece has a design
-        for every worker. A run that stops at a failure goes one by one where the model does.
-        """
-        runner, elementwise = self.problem.elementwise_runner, self.problem.elementwise
-        one_by_one = elementwise and isinstance(runner, LoopedElementwiseEvaluation)
-        if self.memory.study is None and not (elementwise and self.stop):
-            yield from [rows] if len(rows) else []
+    def _open(self, end: int) -> None:
+        """Look at the points up to an index: what is stored is in hand, the others wait."""
+        start, self._opened = self._opened, max(self._opened, min(end, len(self.numbers)))
+        numbers = self.numbers[start : self._opened]
+        if len(numbers) == 0:
             return
-        if elementwise:
-            least = 1 if one_by_one else active_workers(getattr(runner, "n_jobs", -1)).count
+        stored = self.memory.recall(self.layout, numbers)
+        stored = stored.rows(~np.isin(stored.numbers, self._hand.numbers))
+        if len(stored):
+            self._give(stored)
+        rows = start + np.flatnonzero(~np.isin(numbers, self._hand.numbers))
+        X = self.space.matrix(self.points[rows])
+        if self._repeats is not None:
+            self._repeats.learn(stored)
+            new, known = self._repeats.met(rows.tolist(), X)
+            self._group += [(i, values, 0.0) for i, values in known]
+            self._missing[rows] = True
+            self._missing[[i for i, _ in known]] = False
+            X, rows = X[np.isin(rows, new)], np.array(new, dtype=np.intp)
+        else:
+            self._missing[rows] = True
+        if self._streams:
+            self._waiting.extend(zip(rows.tolist(), self.space.designs(X), strict=True))
+        else:
+            self._rows = np.concatenate([self._rows, rows])
+
+    def _arrivals(self) -> Generator[bool]:
+        """Evaluate the points that wait; each step brings at least one result."""
+        with self.memory.writing():
+            self._flush()
+            end = self._end
+            if self.memory.study is not None:
+                # Again: another process may have stored some before this one had the lock.
+                self._look_from(self._start)
+            self._end = end
+            self._open(end + self._ahead)
+            try:
+                yield from self._one_by_one() if self._streams else self._in_pieces()
+            finally:
+                self._flush()
+
+    def _one_by_one(self) -> Iterator[bool]:
+        self._group_began, computed = time.monotonic(), 0.0
+        while self._waiting:
+            results = stream_designs(self.problem, self._waiting, one_by_one=self.stop)
+            for index, values, seconds in results:
+                self._called[index] = True
+                self._arrive(index, values, seconds)
+                computed += seconds
+                if (
+                    (self.stop and values["failure"])
+                    or computed >= _COMPUTED
+                    or time.monotonic() - self._group_began >= _SECONDS
+                ):
+                    self._flush()
+                    computed = 0.0
+                yield True
+
+    def _in_pieces(self) -> Iterator[bool]:
+        """Evaluate points of vectorised models, or by a runner that takes batches.
+
+        The pieces grow until one takes about a second; however slow the model, a piece has a
+        design for every worker.
+        """
+        problem = self.problem
+        if self.memory.study is None and not (problem.elementwise and self.stop):
+            least = len(self.points)
+        elif problem.elementwise:
+            least = active_workers(getattr(problem.elementwise_runner, "n_jobs", -1)).count
         else:
             least = _LEAST
-        start = 0
-        while start < len(rows):
-            began = time.monotonic()
+        while len(self._rows):
             size = max(least, self._piece)
-            yield rows[start : start + size]
-            size = min(size, len(rows) - start)
-            start += size
-            if not (one_by_one and self.stop):
-                took = max(time.monotonic() - began, 1e-6)
-                # a first design, which loads libraries, says little: at most 100 times as many
-                self._piece = int(size * min(_SECONDS / took, 100))
+            piece, self._rows = self._rows[:size], self._rows[size:]
+            X = self.space.matrix(self.points[piece])
+            began = time.monotonic()
+            out = evaluate_designs(problem, self.space.designs(X))
+            took = max(time.monotonic() - began, 1e-6)
+            # a first design, which loads libraries, says little: at most 100 times as many
+            self._piece = int(len(piece) * min(_SECONDS / took, 100))
+            self._called[piece] = True
+            if self._repeats is None:
+                self._missing[piece] = False
+                self._put(piece, X, out, np.full(len(piece), took / len(piece)))
+            else:
+                for k, index in enumerate(piece.tolist()):
+                    values = {name: column[k] for name, column in out.items()}
+                    self._arrive(index, values, took / len(piece))
+                self._flush()
+            yield True
+
+    def _arrive(self, index: int, values: Values, seconds: float) -> None:
+        """Take the values of a point, and of those with the same design."""
+        again = [] if self._repeats is None else self._repeats.arrived(index, values)
+        self._group += [(index, values, seconds), *((i, values, 0.0) for i in again)]
+        self._missing[[index, *again]] = False
+
+    def _flush(self) -> None:
+        """Store the results that have arrived."""
+        group, self._group = self._group, []
+        self._group_began = time.monotonic()
+        if group:
+            indices, values, seconds = zip(*group, strict=True)
+            rows = np.array(indices)
+            out = columns_of_values(self.problem, list(values))
+            self._put(rows, self.space.matrix(self.points[rows]), out, np.array(seconds))
+
+    def _put(
+        self, rows: NDArray[np.intp], X: NDArray[Any], out: Mapping[str, Any], seconds: ArrayLike
+    ) -> None:
+        """Make tests of evaluated points, store them and have them in hand."""
+        tests = table_of_values(self.layout, self.numbers[rows], X, out)
+        self.memory.keep(tests, seconds)
+        self._give(tests)
+        if self.stop:
+            for number, reason in tests.reasons.items():
+                raise EvaluationError(tests.X[tests.numbers == number][0], reason)
+
+    def _give(self, tests: TestTable) -> None:
+        self._hand = self._hand.extended(tests)
+        if self._show is not None:
+            self._show(tests)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
+
+
+@contextmanager
+def _stored_at_termination() -> Iterator[None]:
+    """Let SIGTERM end the process after the body has stored what has arrived.
+
+    Clusters send it before they kill. A handler of the user's is left alone.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def interrupt(*_: Any) -> None:
+        raise _Terminated
+
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except _Terminated:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)

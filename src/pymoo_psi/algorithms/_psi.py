@@ -7,7 +7,7 @@ test table is all its state: pymoo's individuals are made from it when they are 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from os import PathLike
 from typing import Any
 
@@ -146,6 +146,7 @@ class PSI(Algorithm):
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
+        self._show: Callable[[TestTable], None] | None = None  # for a bar: is told of arrivals
         self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
         self._sifted = 0  # how many rows that were
         super().__init__(**kwargs)
@@ -169,6 +170,7 @@ class PSI(Algorithm):
         run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
+        self._whole = given is None
         # in the place of pymoo's default, which would stop a run before all points are tested
         kwargs["termination"] = (
             _PointsTested() if given is None else TerminateIfAny(_PointsTested(), given)
@@ -191,7 +193,7 @@ class PSI(Algorithm):
             units=self.units,
         )
         self.table = plan.table
-        self._investigation = Investigation(plan, self.stop)
+        self._investigation = Investigation(plan, self.stop, whole=self._whole, show=self._show)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
@@ -212,14 +214,24 @@ class PSI(Algorithm):
         self.evaluator.n_eval += n_evaluated
         self._add(tests)
         self.is_initialized = True
-        # the rest of pymoo's `advance`, which would ask for the optimum of every block
-        self._post_advance()
-        if self.termination.has_terminated():
-            self.finalize()
+        try:
+            # the rest of pymoo's `advance`, which would ask for the optimum of every block
+            self._post_advance()
+            if self.termination.has_terminated():
+                self.finalize()
+        except BaseException:  # of a callback
+            self._investigation.close()
+            raise
+
+    def finalize(self) -> None:
+        """End the run; what is being evaluated ahead of the last block is given up."""
+        self._investigation.close()
+        super().finalize()
 
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when all are told."""
         start = self.n_tested
+        self._investigation.close()  # from here on the user evaluates
         points = self._investigation.points[start : start + self.block_size]
         if len(points) == 0:
             return None

@@ -8,14 +8,25 @@ missing, of another shape, masked, complex, NaN, or infinite though the design i
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.problem import Problem
+from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Values, one_line, same_folder, same_process
+from pymoo_psi.parallel import JoblibRunner
+from pymoo_psi.parallel._cost import Cost
+from pymoo_psi.parallel._joblib_runner import GLANCE, evaluate_here
+from pymoo_psi.parallel._outcome import (
+    Result,
+    Values,
+    Waiting,
+    one_line,
+    same_folder,
+    same_process,
+)
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
@@ -59,6 +70,45 @@ def evaluate_designs(
     if problem.callback is not None:
         problem.callback(copy.copy(X), out)
     return out
+
+
+def streams(problem: Any) -> bool:
+    """Whether a problem's designs can go to the workers one after the other.
+
+    Others are evaluated in batches: by a vectorised model, a runner that is not ours, or where a
+    callback of the problem is to be told of batches.
+    """
+    runner = type(problem.elementwise_runner)
+    return bool(
+        problem.elementwise
+        and type(problem).do is Problem.do
+        and problem.callback is None
+        and runner.__call__ in (JoblibRunner.__call__, LoopedElementwiseEvaluation.__call__)
+    )
+
+
+def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Iterator[Result]:
+    """Evaluate the designs of a queue and give the values of each as soon as they are there.
+
+    A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
+
+    Args:
+        problem: A pymoo problem that :func:`streams`.
+        waiting: The designs with their indices; more may be added while the results are read.
+        one_by_one: Give the values of a design before the next one is evaluated, where that is
+            done in this process; otherwise cheap designs come in groups.
+    """
+    model, runner = _Model(problem, (), {}, stop=False), problem.elementwise_runner
+    if isinstance(runner, JoblibRunner):
+        yield from runner.stream(model, waiting)
+    else:
+        glance = 0.0 if one_by_one else GLANCE
+        yield from evaluate_here(model, waiting, Cost(), lambda left: False, glance=glance)
+
+
+def columns_of_values(problem: Any, rows: list[Values]) -> dict[str, Any]:
+    """Return the values of designs as :func:`evaluate_designs` does."""
+    return _Model(problem, (), {}, stop=False).columns(rows)
 
 
 class _Model:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.storage import Study
-from pymoo_psi.storage._database import told
+from pymoo_psi.storage._database import LAST, told
 from pymoo_psi.storage._share import ALL, Share
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
@@ -93,9 +93,13 @@ class Memory:
         if self.study is None or len(stored) == len(numbers):
             yield stored
         else:
-            with self.study.writing():
+            with self.writing():
                 # once more: another process may have stored some before we got the lock
                 yield self.recall(layout, numbers)
+
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep others from testing points of the study while the body runs."""
+        return nullcontext() if self.study is None else self.study.writing()
 
     def recall(self, layout: Layout, numbers: NDArray[np.int64]) -> TestTable:
         """Return what is stored of rising test points of the run and not to be retried."""
@@ -126,8 +130,14 @@ class Memory:
             again &= np.isin(stored.numbers, list(self.retry))
         return again
 
-    def keep(self, block: TestTable, seconds: float | None = None) -> None:
-        """Store tests, and what one took; those that are stored already are left alone."""
+    def everything(self, layout: Layout) -> TestTable:
+        """Return all that is stored; without failures where some are to be tried again."""
+        stored = self.stored(layout, 1, LAST)
+        retries = self.retry is None or len(self.retry) > 0
+        return stored.rows(stored.status != "failed") if retries else stored
+
+    def keep(self, block: TestTable, seconds: ArrayLike | None = None) -> None:
+        """Store tests, and what each of them took; those that are stored already are left alone."""
         if self.study is not None and len(block):
             self.study.append(columns_of(block), origin=self.origin, seconds=seconds)
 

@@ -14,7 +14,8 @@ class Workers:
 
     Attributes:
         count: How many evaluations run at the same time.
-        kind: ``"processes"`` of this machine, ``"threads"`` of this process, or a ``"cluster"``.
+        kind: ``"processes"`` of our own, joblib's ``"loky"`` processes where that is configured,
+            ``"threads"`` of this process, or a ``"cluster"``.
         return_as: How joblib can return the results.
     """
 
@@ -32,7 +33,12 @@ def active_workers(n_jobs: int) -> Workers:
         n_jobs = configured
     kind = "cluster"
     if type(backend).__module__ == "joblib._parallel_backends":
-        kind = "threads" if type(backend).__name__ == "ThreadingBackend" else "processes"
+        # What is configured is always the same object; joblib's default is a new one each time.
+        kind = "processes"
+        if type(backend).__name__ == "ThreadingBackend":
+            kind = "threads"
+        elif type(backend).__name__ == "LokyBackend" and get_active_backend()[0] is backend:
+            kind = "loky"
         n_jobs = _cores() if n_jobs == -1 else n_jobs
     return Workers(
         count=max(1, backend.effective_n_jobs(n_jobs)),

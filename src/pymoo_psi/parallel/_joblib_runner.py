@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from time import perf_counter
 from typing import Any
+
+import numpy as np
 
 from pymoo_psi._validation import boolean, integer, job_count, positive_number
 from pymoo_psi.errors import EvaluationError
@@ -16,7 +19,9 @@ from pymoo_psi.parallel._backend import Workers, active_workers
 from pymoo_psi.parallel._cost import Cost, Overhead, chunk_size, worth_sending
 from pymoo_psi.parallel._outcome import (
     Function,
+    Result,
     Values,
+    Waiting,
     evaluate_to_travel,
     one_line,
     raise_again,
@@ -25,7 +30,7 @@ from pymoo_psi.parallel._outcome import (
 )
 from pymoo_psi.parallel._pool import ProcessPool
 
-_GLANCE = 1e-3  # seconds between two looks at the cost: long beside a look, short beside sending
+GLANCE = 1e-3  # seconds between two looks at the cost: long beside a look, short beside sending
 
 
 class JoblibRunner:
@@ -93,9 +98,44 @@ class JoblibRunner:
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
-        designs = list(X)
-        if not designs:
-            return []
+        waiting = deque(enumerate(X))
+        results: list[Any] = [None] * len(waiting)
+        for index, values, _ in self.stream(f, waiting):
+            results[index] = values
+        return results
+
+    def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+        """Evaluate the designs of a queue; give each result as soon as it is there.
+
+        Designs are taken from the queue when a worker is free for them, so that more may be
+        added while the results are read: then no worker waits for the slowest design of a batch.
+
+        Args:
+            f: What to evaluate.
+            waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
+
+        Yields:
+            The index of a design, its values, and the seconds of its evaluation; in any order.
+
+        Raises:
+            EvaluationError: A design raised or was lost.
+            WorkerError: The problem cannot be sent to worker processes, or they cannot import it.
+
+        Example:
+            >>> from collections import deque
+            >>> waiting = deque(enumerate([1.0, 2.0]))
+            >>> def double(x):
+            ...     return {"F": 2 * x}
+            >>> for index, values, seconds in JoblibRunner(2).stream(double, waiting):
+            ...     print(index, values)
+            ...     if index == 0:
+            ...         waiting.append((2, 3.0))
+            0 {'F': 2.0}
+            1 {'F': 4.0}
+            2 {'F': 6.0}
+        """
+        if not waiting:
+            return
         workers = active_workers(self.n_jobs)
 
         def enough(remaining: int) -> bool:
@@ -103,15 +143,24 @@ class JoblibRunner:
                 remaining, self._cost.seconds, workers.count, self._overhead.seconds
             )
 
-        here: list[Values] = []
-        send = self._by_joblib if workers.kind == "cluster" else self._in_processes
+        here = self.in_process and self.timeout is None
+        # A time limit asks for processes that can be ended, which on this machine are our own.
+        by_joblib = {
+            "cluster": True,
+            "loky": self.timeout is None,
+            "threads": here,
+            "processes": False,
+        }[workers.kind]
         try:
-            if workers.kind != "cluster" and self.in_process and self.timeout is None:
-                here = evaluate_while(f, designs, self._cost, enough)
-                if workers.kind == "threads":
-                    send = self._by_joblib
-            rest = designs[len(here) :]
-            return here + send(f, rest, workers) if rest else here
+            if here and workers.kind != "cluster":
+                yield from evaluate_here(f, waiting, self._cost, enough)
+            if waiting:
+                began, busy = perf_counter(), 0.0
+                send = self._by_joblib if by_joblib else self._in_processes
+                for result in send(f, waiting, workers):
+                    busy += result[2]
+                    yield result
+                self._overhead.add(perf_counter() - began, busy, workers.count)
         except EvaluationError as error:
             raise_again(error)
 
@@ -127,126 +176,128 @@ class JoblibRunner:
     def _forget(self) -> None:
         self._cost = Cost()
         self._overhead = Overhead()
-        self._pool: ProcessPool | None = None
+        self._idle: list[ProcessPool] = []
 
-    def _in_processes(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
+    def _in_processes(self, f: Function, waiting: Waiting, workers: Workers) -> Iterator[Result]:
         """Evaluate in worker processes, each of which can be ended alone."""
-        if self._pool is None or self._pool.owner != os.getpid():
-            self._pool = ProcessPool()
-        results: list[Any] = [None] * len(designs)
-        began, busy = perf_counter(), 0.0
-        for index, values, seconds in self._pool.run(
+        # Each call has a pool to itself: another may come from a thread, or from a callback that
+        # evaluates designs while a stream is being read.
+        pool = self._idle.pop() if self._idle else ProcessPool()
+        if pool.owner != os.getpid():
+            pool = ProcessPool()
+        yield from pool.run(
             f,
-            designs,
+            waiting,
             workers=workers.count,
             timeout=self.timeout,
             retries=self.retries,
             cost=self._cost,
-        ):
-            results[index] = values
-            busy += seconds
-        self._overhead.add(perf_counter() - began, busy, workers.count)
-        return results
+        )
+        self._idle[:] = [pool]
 
-    def _by_joblib(self, f: Function, designs: list[Any], workers: Workers) -> list[Values]:
+    def _by_joblib(self, f: Function, waiting: Waiting, workers: Workers) -> Iterator[Result]:
         """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched."""
         from joblib import Parallel, delayed
 
-        results: list[Any] = [None] * len(designs)
+        under_way: dict[int, Any] = {}
         watched = partial(_watched_chunk, timeout=self.timeout, retries=self.retries)
         # Where a cluster has one worker, joblib uses none and calls the function here.
         watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
 
         def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
-            missing = [index for index, values in enumerate(results) if values is None]
-            while missing:
+            while waiting:
                 # asked each time, since the cost becomes known on the way
-                size = chunk_size(len(missing), workers.count, self._cost.seconds)
-                indices, missing = missing[:size], missing[size:]
-                yield delayed(evaluate)(f, indices, [designs[index] for index in indices])
+                size = chunk_size(len(waiting), workers.count, self._cost.seconds)
+                chunk = [waiting.popleft() for _ in range(size)]
+                under_way.update(chunk)
+                yield delayed(evaluate)(f, chunk)
 
-        def collect(evaluate: Callable[..., Any]) -> None:
-            began, busy = perf_counter(), 0.0
-            parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
-            for indices, found, seconds in parallel(tasks(evaluate)):
-                for index, values in zip(indices, found, strict=True):
-                    results[index] = values
-                self._cost.add(len(found), seconds)
-                busy += seconds
-            self._overhead.add(perf_counter() - began, busy, workers.count)
+        def results(evaluate: Callable[..., Any]) -> Iterator[Result]:
+            while waiting:  # joblib asks for no more tasks once there were none
+                parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+                for done in parallel(tasks(evaluate)):
+                    for index, values, seconds in done:
+                        del under_way[index]
+                        self._cost.add(1, seconds)
+                        yield index, values, seconds
 
         try:
-            collect(watched if watch else _chunk)
+            yield from results(watched if watch else _chunk)
         except EvaluationError:
             raise
         except Exception:  # a cluster has an error of its own for a worker that is lost
             if watch or workers.kind == "threads":
                 raise
-            collect(watched)
-        return results
+            waiting.extendleft(reversed(under_way.items()))
+            under_way.clear()
+            yield from results(watched)
 
 
-def evaluate_while(
+def evaluate_here(
     f: Function,
-    designs: list[Any],
+    waiting: Waiting,
     cost: Cost,
     enough: Callable[[int], bool],
+    *,
+    glance: float = GLANCE,
     clock: Callable[[], float] = perf_counter,
-) -> list[Values]:
+) -> Iterator[Result]:
     """Evaluate designs in this process, measuring their cost, until there is enough.
 
     Args:
         f: What to evaluate.
-        designs: The designs.
+        waiting: The designs; they are taken from it.
         cost: Takes a measurement for every design, or for every millisecond of cheap ones.
         enough: Given the number of designs left, says whether to stop; asked before the first
             design and after every measurement.
+        glance: Seconds of work between two results and two measurements, at least a design's.
         clock: Seconds from anywhere.
-
-    Returns:
-        The values of the first designs, at most of all.
     """
-    results: list[Values] = []
-    n = len(designs)
-    while len(results) < n and not enough(n - len(results)):
+    while waiting and not enough(len(waiting)):
         known = cost.seconds
-        size = 1 if math.isnan(known) else max(1, int(_GLANCE / known))
-        block = designs[len(results) : len(results) + size]
+        size = 1 if math.isnan(known) else max(1, min(int(glance / known), len(waiting)))
+        block = [waiting.popleft() for _ in range(size)]
+        found: list[Values] = []
+        raised: BaseException | None = None
         began = clock()
-        try:
-            with same_folder(), same_process():
-                for design in block:
-                    results.append(f(design))
-        except EvaluationError:
-            raise
-        except Exception as error:
-            culprit = designs[len(results)]
-            raise EvaluationError(culprit, one_line(error), error) from error
-        cost.add(len(block), clock() - began)
-    return results
+        # Nothing is given from within: whoever reads the results would have the model's settings.
+        with same_folder(), same_process(), np.errstate():
+            try:
+                for _, design in block:
+                    found.append(f(design))
+            except BaseException as error:
+                raised = error
+        seconds = clock() - began
+        # What was there before an interrupt or an error is given first.
+        for (index, _), values in zip(block, found, strict=False):
+            yield index, values, seconds / size
+        if raised is not None:
+            if isinstance(raised, EvaluationError) or not isinstance(raised, Exception):
+                raise raised
+            culprit = block[len(found)][1]
+            raise EvaluationError(culprit, one_line(raised), raised) from raised
+        cost.add(size, seconds)
 
 
-def _chunk(
-    f: Function, indices: list[int], designs: list[Any]
-) -> tuple[list[int], list[Values], float]:
+def _chunk(f: Function, designs: list[tuple[int, Any]]) -> list[Result]:
     """Evaluate a chunk, in a worker of joblib."""
-    began = perf_counter()
-    values = [evaluate_to_travel(f, design) for design in designs]
-    return indices, values, perf_counter() - began
+    done = []
+    for index, design in designs:
+        began = perf_counter()
+        values = evaluate_to_travel(f, design)
+        done.append((index, values, perf_counter() - began))
+    return done
 
 
 _of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
 
 
 def _watched_chunk(
-    f: Function, indices: list[int], designs: list[Any], timeout: float | None, retries: int
-) -> tuple[list[int], list[Values], float]:
+    f: Function, designs: list[tuple[int, Any]], timeout: float | None, retries: int
+) -> list[Result]:
     """Evaluate a chunk in a process beside the worker of a cluster."""
     if not hasattr(_of_this_thread, "pool"):
         _of_this_thread.pool = ProcessPool()
-    began = perf_counter()
-    done = _of_this_thread.pool.run(
-        f, designs, workers=1, timeout=timeout, retries=retries, cost=Cost()
-    )
-    values = [values for _, values, _ in sorted(done, key=lambda result: result[0])]
-    return indices, values, perf_counter() - began
+    pool: ProcessPool = _of_this_thread.pool
+    done = pool.run(f, deque(designs), workers=1, timeout=timeout, retries=retries, cost=Cost())
+    return list(done)

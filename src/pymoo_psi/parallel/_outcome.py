@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import os
 import traceback
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, NoReturn
 
@@ -24,6 +25,8 @@ from pymoo_psi.errors import EvaluationError
 
 Values = dict[str, Any]
 Function = Callable[[Any], Values]
+Waiting = deque[tuple[int, Any]]  # designs that nobody evaluates yet, each with its index
+Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
 
 _LONGEST = 400  # characters of a reason: some lines of a terminal or a cell of a table
 

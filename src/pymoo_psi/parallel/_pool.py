@@ -16,9 +16,8 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import weakref
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator
 from multiprocessing import connection, spawn, util
 from time import monotonic
@@ -29,9 +28,7 @@ import cloudpickle
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._cost import Cost, chunk_size
-from pymoo_psi.parallel._outcome import Function, one_line
-
-Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
+from pymoo_psi.parallel._outcome import Function, Result, Waiting, one_line
 
 _POLL = 1.0  # seconds after which a worker is looked at even if its pipe is silent
 _FALSE_STARTS = 2  # one may be an accident; when new workers end again, the problem is to blame
@@ -64,24 +61,23 @@ class ProcessPool:
     def __init__(self) -> None:
         self.owner = os.getpid()
         self._idle: list[_Worker] = []
-        self._lock = threading.Lock()
         weakref.finalize(self, _dismiss, self._idle, self.owner)
 
     def run(
         self,
         function: Function,
-        designs: list[Any],
+        waiting: Waiting,
         *,
         workers: int,
         timeout: float | None = None,
         retries: int = 1,
         cost: Cost,
     ) -> Iterator[Result]:
-        """Evaluate designs; give the results as they come.
+        """Evaluate designs; give the results as they come. One run at a time has the pool.
 
         Args:
             function: What to evaluate; it is pickled, from ``__main__`` by value.
-            designs: The designs.
+            waiting: The designs, taken when a worker is free; more may come meanwhile.
             workers: How many processes to use.
             timeout: Seconds that the evaluation of a design may take; None is any number.
             retries: How many times a design whose process died is tried again.
@@ -98,18 +94,17 @@ class ProcessPool:
                 f"the problem cannot be sent to worker processes: {one_line(error)}; keep open "
                 "files, locks and connections out of it, or run it without workers"
             ) from error
-        with self._lock:
-            limit = math.inf if timeout is None else timeout
-            batch = _Batch(function, pickled, designs, workers, limit, retries, cost)
-            try:
-                yield from batch.results(self._idle)
-            except BaseException:
-                for worker in batch.workers:
-                    worker.disconnect()
-                for worker in batch.workers:  # all of them end at the same time
-                    worker.kill()
-                raise
-            self._idle.extend(batch.workers)
+        limit = math.inf if timeout is None else timeout
+        batch = _Batch(function, pickled, waiting, workers, limit, retries, cost, self._idle)
+        try:
+            yield from batch.results()
+        except BaseException:
+            for worker in batch.workers:
+                worker.disconnect()
+            for worker in batch.workers:  # all of them end at the same time
+                worker.kill()
+            raise
+        self._idle.extend(batch.workers)
 
 
 def _dismiss(idle: list[_Worker], owner: int) -> None:
@@ -133,7 +128,7 @@ class _Worker:
         loaded: The pickled function that it has, or is loading.
         pid: The number of the process that evaluates; 0 until it has told it.
         ready: Whether it has loaded the function.
-        at: The indices of the designs it has, the one it evaluates first.
+        at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
     """
 
@@ -142,7 +137,7 @@ class _Worker:
         self.loaded = b""
         self.pid = 0
         self.ready = False
-        self.at: deque[int] = deque()
+        self.at: Waiting = deque()
         self.deadline = math.inf
         try:
             self.process = subprocess.Popen(
@@ -194,7 +189,7 @@ class _Worker:
         try:
             message: tuple[Any, ...] = cloudpickle.loads(data)
         except Exception as error:
-            return (self.pid, "unreadable", self.at[0] if self.at else -1, one_line(error))
+            return (self.pid, "unreadable", self.at[0][0] if self.at else -1, one_line(error))
         return message
 
     def end(self, patience: float = _PATIENCE) -> str:
@@ -248,36 +243,37 @@ class _Batch:
         self,
         function: Function,
         pickled: bytes,
-        designs: list[Any],
+        waiting: Waiting,
         workers: int,
         timeout: float,
         retries: int,
         cost: Cost,
+        idle: list[_Worker],
     ) -> None:
-        self.function, self.pickled, self.designs = function, pickled, designs
-        self.timeout, self.retries, self.cost = timeout, retries, cost
-        self.n_workers = min(workers, len(designs))
+        self.function, self.pickled, self.waiting = function, pickled, waiting
+        self.timeout, self.retries, self.cost, self.idle = timeout, retries, cost, idle
+        self.n_workers = workers
         self.threads = max(1, (os.cpu_count() or 1) // workers)
         self.workers: list[_Worker] = []
-        self.waiting = deque(range(len(designs)))
-        self.again: deque[int] = deque()  # designs whose worker died, each tried alone
-        self.deaths = [0] * len(designs)
+        self.again: Waiting = deque()  # designs whose worker died, each tried alone
+        self.deaths: Counter[int] = Counter()
         self.false_starts = 0
 
-    def results(self, idle: list[_Worker]) -> Iterator[Result]:
-        """Give the result of every design as it comes."""
-        while len(self.workers) < self.n_workers:
-            worker = idle.pop(0) if idle else _Worker(self.threads)
-            if worker.loaded not in (b"", self.pickled) and not worker.ready:
-                worker.kill()  # still loading the function of another batch
-                continue
-            self.workers.append(worker)
-            worker.load(self.pickled, self.timeout)
-        missing = len(self.designs)
-        while missing:
-            for result in self._step():
-                missing -= 1
-                yield result
+    def results(self) -> Iterator[Result]:
+        """Give the result of every design as it comes, until none waits or is under way."""
+        while busy := len(self.waiting) + len(self.again) + sum(bool(w.at) for w in self.workers):
+            while len(self.workers) < min(self.n_workers, busy):
+                self._hire()
+            yield from self._step()
+
+    def _hire(self) -> None:
+        """Take a worker that is idle, or start one."""
+        worker = self.idle.pop(0) if self.idle else _Worker(self.threads)
+        if worker.loaded not in (b"", self.pickled) and not worker.ready:
+            worker.kill()  # still loading the function of another batch
+            return
+        self.workers.append(worker)
+        worker.load(self.pickled, self.timeout)
 
     def _step(self) -> Iterator[Result]:
         """Give work to who is ready, wait for a message or a deadline, and see to them."""
@@ -298,13 +294,12 @@ class _Batch:
 
     def _feed(self, worker: _Worker) -> None:
         if self.again:
-            chunk = [self.again.popleft()]
+            worker.at.append(self.again.popleft())
         else:
             size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
-            chunk = [self.waiting.popleft() for _ in range(size)]
-        worker.at.extend(chunk)
+            worker.at.extend(self.waiting.popleft() for _ in range(size))
         worker.deadline = monotonic() + self.timeout
-        worker.tell("designs", [(index, self.designs[index]) for index in chunk])
+        worker.tell("designs", list(worker.at))
 
     def _listen(self, worker: _Worker) -> Iterator[Result]:
         try:
@@ -321,19 +316,19 @@ class _Batch:
                 "that can be imported, or in the main script"
             )
         index, *content = content
-        if not worker.at or (pid, index) != (worker.pid, worker.at[0]):
+        if not worker.at or (pid, index) != (worker.pid, worker.at[0][0]):
             return  # values of another process or design are nobody's
-        worker.at.popleft()
+        _, design = worker.at.popleft()
         worker.deadline = monotonic() + self.timeout if worker.at else math.inf
         if kind == "done":
             values, seconds = content
             self.cost.add(1, seconds)
             yield index, values, seconds
         elif kind == "raised":
-            raise EvaluationError(self.designs[index], *content)
+            raise EvaluationError(design, *content)
         else:
             reason = f"its values cannot be sent between processes: {content[0]}"
-            yield self._lost(index, reason)
+            yield self._lost(index, design, reason)
 
     def _overdue(self, worker: _Worker) -> Iterator[Result]:
         if not worker.at:
@@ -342,36 +337,33 @@ class _Batch:
                 f"{max(self.timeout, _START):g} s; see what its modules do when they are "
                 "imported, or allow more time with timeout"
             )
-        index = worker.at.popleft()
-        reason = f"timed out after {self.timeout:g} s"
+        index, design = worker.at.popleft()
         worker.kill()
         self._replace(worker)
-        yield self._lost(index, reason)
+        yield self._lost(index, design, f"timed out after {self.timeout:g} s")
 
     def _died(self, worker: _Worker) -> Iterator[Result]:
         how = worker.end()
-        index = worker.at.popleft() if worker.at else None
-        if index is None:  # no design is to blame
+        if not worker.at:  # no design is to blame
             self.false_starts += not worker.pid
             if self.false_starts >= _FALSE_STARTS:
                 raise WorkerError(
                     f"worker processes end before they begin ({how}); see what they print, "
                     "or run the problem without workers"
                 )
-        self._replace(worker)
-        if index is None:
+            self._replace(worker)
             return
+        index, design = worker.at.popleft()
+        self._replace(worker)
         self.deaths[index] += 1
         if self.deaths[index] <= self.retries:
-            self.again.append(index)
+            self.again.append((index, design))
             return
         times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
-        reason = f"its worker process died ({how}{times})"
-        yield self._lost(index, reason)
+        yield self._lost(index, design, f"its worker process died ({how}{times})")
 
-    def _lost(self, index: int, reason: str) -> Result:
+    def _lost(self, index: int, design: Any, reason: str) -> Result:
         """Return what the function has for a lost design; most have nothing, which is an error."""
-        design = self.designs[index]
         if not hasattr(self.function, "lost"):
             raise EvaluationError(design, reason)
         return index, self.function.lost(design, reason), 0.0

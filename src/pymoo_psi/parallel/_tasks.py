@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -37,7 +38,9 @@ def in_parallel(
         for number, task in enumerate(tasks):
             yield number, function(task)
     else:
-        done = ProcessPool().run(function, list(tasks), workers=workers.count, cost=Cost())
+        done = ProcessPool().run(
+            function, deque(enumerate(tasks)), workers=workers.count, cost=Cost()
+        )
         try:
             for number, result, _ in done:
                 yield number, result

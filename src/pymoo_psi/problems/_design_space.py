@@ -94,6 +94,11 @@ class DesignSpace:
         """The space of the free variables alone: of the designs as the problem takes them."""
         return replace(self, variables=tuple(v for v in self.variables if not v.fixed))
 
+    @property
+    def finite(self) -> bool:
+        """Whether no variable has more than a finite number of values, so that designs recur."""
+        return all(v.fixed or v.kind is not Kind.REAL or v.lower == v.upper for v in self.variables)
+
     def matrix(self, points: Array) -> NDArray[Any]:
         """Return the designs at ``(n, n_free)`` points of [0, 1) as an ``(n, n_var)`` matrix.
 

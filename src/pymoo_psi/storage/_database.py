@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._kinds import Kind
@@ -508,7 +508,7 @@ def cells_of(
     columns: Columns,
     head: Head,
     origin: str | None = None,
-    seconds: float | None = None,
+    seconds: ArrayLike | None = None,
 ) -> list[Any]:
     """Return the cells of n tests, SQL's columns in their order, the checksums last.
 

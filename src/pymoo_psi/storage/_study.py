@@ -15,7 +15,7 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi.errors import (
@@ -148,7 +148,7 @@ class Study:
         columns: Columns,
         *,
         origin: str | None = None,
-        seconds: float | None = None,
+        seconds: ArrayLike | None = None,
     ) -> int:
         """Commit a block of n tests; after the return they are on the disk.
 
@@ -160,7 +160,7 @@ class Study:
                 constraints by name, choices as texts; ``status``; ``reason``, texts; and numbers
                 that the model gives besides, its outputs, which may be others each time.
             origin: Where the designs come from.
-            seconds: What the evaluation of a design took.
+            seconds: What the evaluation of a design took, one number or ``(n,)``.
 
         Returns:
             How many tests were new or replaced.
