@@ -2,7 +2,7 @@
 
 Problems
     :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
-    :class:`Restricted`, a part of any problem's box.
+    :class:`Restricted`, a part of any problem's box; :class:`Robust`, criteria over scenarios.
 Sampling
     :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
 Algorithms

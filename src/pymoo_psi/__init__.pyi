@@ -10,6 +10,7 @@ from .comparison import compare as compare
 from .errors import PsiError as PsiError
 from .evaluation import FailureTolerant as FailureTolerant
 from .evaluation import Recorded as Recorded
+from .evaluation import Robust as Robust
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import cautions as cautions

@@ -16,6 +16,7 @@ from pymoo_psi.pareto._feasibility import meets_constraints
 from pymoo_psi.pareto._scenarios import rank_scenario, tally
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.sequences import lp_tau
+from pymoo_psi.sequences._scenarios import quantiles
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -133,21 +134,7 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
         raise invalid("uncertainty", "one or more parameters", uncertainty)
     n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
     points = lp_tau(n_scenarios, len(uncertainty), first=2)
-    columns = []
-    for (name, distribution), column in zip(uncertainty.items(), points.T, strict=True):
-        # SciPy has both names: ppf of its old distributions, icdf of its new ones.
-        quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
-        if not isinstance(name, str) or not callable(quantile):
-            raise ArgumentTypeError(
-                f"uncertainty[{name!r}] must be a distribution such as "
-                f"scipy.stats.uniform(0.3, 0.2), got {distribution!r:.80}"
-            )
-        values = np.asarray(quantile(column), dtype=np.float64)
-        if values.shape != column.shape or not np.isfinite(values).all():
-            rule = "a distribution with finite quantiles"
-            raise invalid(f"uncertainty[{name!r}]", rule, Received(str(values)))
-        columns.append(values)
-    return np.column_stack(columns)
+    return quantiles("uncertainty", uncertainty, points)
 
 
 def _designs(X: Any) -> NDArray[Any]:

@@ -1,0 +1,360 @@
+"""Criteria as statistics over scenarios: designs that stay good when nothing is as planned."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.problem import Problem
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, finite_number, integer, invalid, known_name
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.problems._design_space import DesignSpace, design_space
+from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.sequences import lp_tau
+from pymoo_psi.sequences._scenarios import quantiles
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Designs in scenarios that are held at a time. A vectorised model is at its full speed long before,
+# and ten criteria and variables of so many take 40 MB.
+_AT_A_TIME = 2**18
+
+
+class Robust(WrappedProblem):
+    """Any pymoo problem with its criteria taken as statistics over scenarios.
+
+    In each scenario the variables of a design differ from their nominal values within tolerances,
+    and parameters of the problem have other values. Each criterion of a design becomes a statistic
+    over the scenarios, and all constraints together become one: the share of the scenarios in
+    which any is violated is at most ``failure_probability``. PSI, NSGA-III or any other algorithm
+    then searches for designs that are good in this sense.
+
+    The scenarios are LPτ points taken through quantile functions, the same for all designs, so
+    that designs are compared under the same conditions and no chance is in the result. The first
+    scenario is the one with all quantities at their medians. Designs are evaluated in all
+    scenarios by as few calls as possible: a vectorised model stays fast, an elementwise one is run
+    by its runner.
+
+    A scenario in which the model fails, or a criterion is not finite, counts as violated, and the
+    statistics are of the others. Designs within tolerances of a bound are evaluated beyond it: if
+    the model must not be, give :class:`~pymoo_psi.Restricted` bounds to this problem that leave
+    room. What else a model gives is not kept.
+
+    Args:
+        problem: A pymoo problem of any kind; with ``uncertainty`` a function that is called with
+            the uncertain parameters by name and returns one. Variables, bounds and names are those
+            of the problem with the parameters at their medians.
+        tolerances: For the names of real variables (x1, x2, … of a vector) a number, by which the
+            value may be larger or smaller, all values in between equally likely; or the
+            distribution of what is added to the value, such as ``scipy.stats.norm(0, 0.01)``.
+        relative: The variables whose tolerances are shares of their values: 0.02 is then 2 %.
+        uncertainty: For each parameter its distribution, as for :func:`pymoo_psi.robustness`. All
+            tolerances and parameters are independent.
+        n_scenarios: How many scenarios.
+        criteria: ``"mean"``; ``"quantile:0.9"``, the value that is not exceeded with a probability
+            of 0.9, up to ``"quantile:1"``, the worst of all; or ``"cvar:0.9"``, the mean of the
+            worst tenth. One text for all criteria or a list with one for each. They are of the
+            minimised values, so that of a criterion to be maximised the low ones are the bad ones.
+        failure_probability: The share of scenarios in which a design may violate constraints, 0
+            to below 1. It is told in steps of ``1 / n_scenarios``.
+
+    Attributes:
+        wrapped: The problem in the first scenario.
+        offsets: ``(n_scenarios, t)`` what the t tolerances add, or add relatively.
+        parameters: ``(n_scenarios, k)`` the values of the k parameters.
+
+    Raises:
+        ArgumentValueError: There is no such variable or statistic, a number is out of range, or
+            nothing is uncertain.
+        ArgumentTypeError: ``problem`` is no pymoo problem or function, a variable with a tolerance
+            is not real, or an argument is of another type.
+
+    Example:
+        A cliff beside the nominal optimum: with a tolerance the best design keeps away from it.
+
+        >>> import numpy as np
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from pymoo_psi import investigate
+        >>> def cost(x):
+        ...     return 1 - x[0] if x[0] <= 0.8 else 2.0
+        >>> problem = FunctionalProblem(1, [cost], xl=0, xu=1)
+        >>> within = {"x1": 0.1}
+        >>> robust = Robust(problem, tolerances=within, criteria="quantile:1", n_scenarios=31)
+        >>> for p in (problem, robust):
+        ...     table = investigate(p, 128)
+        ...     print(table.X[table.F.argmin()].round(2))
+        [0.8]
+        [0.7]
+
+        Parameters of the chute that are not known exactly, and a speed that is not kept exactly:
+
+        >>> from scipy.stats import norm, uniform
+        >>> from pymoo_psi import VectorizedSphereChute
+        >>> chute = Robust(
+        ...     lambda mu: VectorizedSphereChute(mu),
+        ...     tolerances={"x2": norm(0, 0.01)},
+        ...     uncertainty={"mu": uniform(0.35, 0.1)},
+        ...     criteria="cvar:0.9",
+        ... )
+        >>> chute.evaluate(np.array([[0.26, 0.5]]))[0].round(3)
+        array([[2.312, 0.031, 0.26 , 0.516]])
+    """
+
+    def __init__(
+        self,
+        problem: Any,
+        *,
+        tolerances: Mapping[str, Any] | None = None,
+        relative: Collection[str] = (),
+        uncertainty: Mapping[str, Any] | None = None,
+        n_scenarios: int = 64,
+        criteria: str | Sequence[str] = "mean",
+        failure_probability: float = 0.0,
+    ) -> None:
+        tolerances = _mapping("tolerances", tolerances)
+        uncertainty = _mapping("uncertainty", uncertainty)
+        n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
+        n_tolerances = len(tolerances)
+        if not tolerances and not uncertainty:
+            raise invalid("tolerances", "given, or uncertainty", Received("neither"))
+        # The origin has no quantile under an unbounded distribution; the second point is the
+        # centre, with all quantities at their medians.
+        points = lp_tau(n_scenarios, n_tolerances + len(uncertainty), first=2)
+        self.parameters = quantiles("uncertainty", uncertainty, points[:, n_tolerances:])
+        self._problems = _problems(problem, tuple(uncertainty), self.parameters)
+        nominal = self._problems[0]
+        self.space = design_space(nominal)
+        spread = {name: _Within.of(name, given) for name, given in tolerances.items()}
+        self.offsets = quantiles("tolerances", spread, points[:, :n_tolerances])
+        self._columns = [_real_variable(name, self.space) for name in tolerances]
+        if isinstance(relative, str) or not isinstance(relative, Collection):
+            raise ArgumentTypeError(f"relative must be a list of variables, got {relative!r:.80}")
+        for name in relative:
+            known_name("relative", name, tolerances)
+        self._relative = np.array([name in relative for name in tolerances], dtype=bool)
+        self.criteria = _statistics(criteria, nominal.n_obj)
+        self.failure_probability = finite_number("failure_probability", failure_probability)
+        if not 0 <= self.failure_probability < 1:
+            raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
+        super().__init__(
+            nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False, replace_nan_values_by=None
+        )
+        # The wrapped problem's names, without those of constraints that there are no more.
+        known = {*self.space.names, *(f"f{j + 1}" for j in range(nominal.n_obj))}
+        told = getattr(nominal, "names", None) or {}
+        self.names = {name: own for name, own in told.items() if name in known}
+        shown = {self.names.get(name, name) for name in known}
+        units = getattr(nominal, "units", None) or {}
+        self.units = {name: unit for name, unit in units.items() if name in shown}
+
+    def name(self) -> str:
+        """Return the name of the wrapped problem, and that it is robust.
+
+        Example:
+            >>> from pymoo_psi import SphereChute
+            >>> Robust(SphereChute(), tolerances={"x1": 0.01}).name()
+            'robust SphereChute'
+        """
+        return f"robust {self.wrapped.name()}"
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Return what a study of this problem depends on besides the problem's name and bounds.
+
+        Example:
+            >>> from pymoo_psi import SphereChute
+            >>> Robust(SphereChute(), tolerances={"x1": 0.01}).fingerprint()["criteria"]
+            ['mean', 'mean', 'mean', 'mean']
+        """
+        own = getattr(self.wrapped, "fingerprint", None)
+        # One text for all numbers of the scenarios: these are many.
+        numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
+        names = [self.space.names[j] for j in self._columns]
+        return {
+            "wrapped": own() if callable(own) else {},
+            "wrapped constraints": [self.wrapped.n_ieq_constr, self.wrapped.n_eq_constr],
+            "tolerances": dict(zip(names, self._relative.tolist(), strict=True)),
+            "scenarios": f"{len(self.offsets)} {numbers[:16]}",
+            "criteria": list(self.criteria),
+            "failure_probability": self.failure_probability,
+        }
+
+    def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        designs = self.space.to_matrix(X)
+        size = max(1, _AT_A_TIME // len(self.offsets))
+        parts = [
+            self._statistics(designs[start : start + size], args, kwargs)
+            for start in range(0, len(designs), size)
+        ]
+        out["F"] = np.concatenate([F for F, _ in parts])
+        violated = np.concatenate([share for _, share in parts])
+        out["G"] = (violated - self.failure_probability)[:, None]
+
+    def _statistics(
+        self, designs: NDArray[Any], args: Any, kwargs: Any
+    ) -> tuple[Array, NDArray[np.float64]]:
+        """Return the ``(n, m)`` criteria of designs, and in what share they violate constraints."""
+        s, n = len(self.offsets), len(designs)
+        if len(self._problems) == 1:
+            together = np.concatenate([self._offset(designs, k) for k in range(s)])
+            F, valid = _evaluated(self.wrapped, self.space.designs(together), args, kwargs)
+            F, valid = F.reshape(s, n, -1), valid.reshape(s, n)
+        else:
+            pairs = [
+                _evaluated(problem, self.space.designs(self._offset(designs, k)), args, kwargs)
+                for k, problem in enumerate(self._problems)
+            ]
+            F, valid = (np.stack(arrays) for arrays in zip(*pairs, strict=True))
+        finite = np.isfinite(F).all(axis=2)
+        F[~finite] = np.inf  # last in order, where it is not counted
+        F.sort(axis=0)
+        counts = finite.sum(axis=0)
+        columns = [statistic(text, F[..., j], counts) for j, text in enumerate(self.criteria)]
+        return np.column_stack(columns), 1 - valid.mean(axis=0)
+
+    def _offset(self, designs: NDArray[Any], k: int) -> NDArray[Any]:
+        """Return the designs as they are in a scenario."""
+        moved = designs.copy()
+        if self._columns:
+            values = designs[:, self._columns].astype(np.float64)
+            scale = np.where(self._relative, values, 1.0)
+            moved[:, self._columns] = values + self.offsets[k] * scale
+        return moved
+
+    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> None:
+        pass
+
+    _calc_pareto_set = _calc_pareto_front
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a design that is valid in no scenario
+def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
+    """Return a statistic over scenarios, all of them equally likely.
+
+    Args:
+        text: ``"mean"``, ``"quantile:q"`` or ``"cvar:q"``.
+        ordered: ``(s, n)`` the values of n designs, rising along the scenarios.
+        counts: ``(n,)`` how many of them count; infinite for a design without any.
+    """
+    kind, _, number = text.partition(":")
+    q = float(number or 0.0)
+    there = counts > 0
+    last = np.maximum(counts, 1) - 1
+    rows = np.arange(len(counts))
+    if kind == "quantile":
+        # The k-th of n LPτ points without the origin is the quantile of k / (n + 1).
+        position = np.clip(q * (counts + 1), 1, last + 1) - 1
+        below = position.astype(np.intp)
+        above = np.minimum(below + 1, last)
+        low, high = ordered[below, rows], ordered[above, rows]
+        value = low + (position - below) * (high - low)
+    else:
+        # The mean of all is that of the worst share 1; part of a scenario counts for that part.
+        from_worst = last - np.arange(len(ordered))[:, None]
+        weights = np.clip((1 - q) * counts - from_worst, 0.0, 1.0) * (from_worst >= 0)
+        value = (weights * np.where(weights > 0, ordered, 0.0)).sum(axis=0)
+        value /= np.where(there, weights.sum(axis=0), 1.0)
+    return np.where(there, value, np.inf)
+
+
+class _Within:
+    """The uniform distribution from -half to half."""
+
+    def __init__(self, half: float) -> None:
+        self.half = half
+
+    @classmethod
+    def of(cls, name: str, given: Any) -> Any:
+        """Return a tolerance as a distribution."""
+        if hasattr(given, "ppf") or hasattr(given, "icdf"):
+            return given
+        where = f"tolerances[{name!r}]"
+        half = finite_number(where, given)
+        if half < 0:
+            raise invalid(where, "a number >= 0 or a distribution", half)
+        return cls(half)
+
+    def icdf(self, q: Array) -> Array:
+        return self.half * (2 * q - 1)
+
+
+def _mapping(argument: str, given: Any) -> Mapping[str, Any]:
+    if given is not None and not isinstance(given, Mapping):
+        raise ArgumentTypeError(f"{argument} must be a mapping by names, got {given!r:.80}")
+    return given or {}
+
+
+def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[Any]:
+    """Return the one problem, or that of each scenario."""
+    if not names:
+        require_problem(problem)
+        return [problem]
+    if isinstance(problem, Problem) or not callable(problem):
+        raise ArgumentTypeError(
+            f"problem must be a function of {', '.join(names)} that returns a pymoo problem where "
+            f"uncertainty is given, got {problem!r:.80}"
+        )
+    make: Callable[..., Any] = problem
+    problems = [make(**dict(zip(names, row, strict=True))) for row in parameters.tolist()]
+    for made in problems:
+        require_problem(made)
+        if (made.n_obj, made.n_var) != (problems[0].n_obj, problems[0].n_var):
+            rule = "of as many variables and objectives in every scenario"
+            shown = f"{made.n_var} and {made.n_obj} beside {problems[0].n_var} and"
+            raise invalid("problem", rule, Received(f"{shown} {problems[0].n_obj}"))
+    return problems
+
+
+def _real_variable(name: str, space: DesignSpace) -> int:
+    """Return the column of a variable that may have a tolerance."""
+    known_name("a variable of tolerances", name, space.names)
+    column = space.names.index(name)
+    variable = space.variables[column]
+    if variable.kind is not Kind.REAL:
+        raise ArgumentTypeError(
+            f"tolerances must be of real variables, got {name!r}, which is {variable.kind.value}"
+        )
+    if variable.fixed:
+        remedy = "fix it outside: Restricted(Robust(problem, ...), box)"
+        raise invalid("tolerances", "of variables that are not fixed", name, remedy)
+    return column
+
+
+def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
+    """Return the statistic of each criterion, checked."""
+    texts = [criteria] * m if isinstance(criteria, str) else criteria
+    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise ArgumentTypeError(f"criteria must be a text or a list of them, got {criteria!r:.80}")
+    if len(texts) != m:
+        raise invalid("criteria", f"{m} statistics, one for each criterion", list(texts))
+    for text in texts:
+        found = re.fullmatch(r"mean|(quantile|cvar):([0-9.]+)", text)
+        q = _number(found[2]) if found and found[2] else 0.5
+        if not found or not 0 < q <= 1 or (found[1] == "cvar" and q == 1):
+            rule = "'mean', 'quantile:q' with 0 < q <= 1 or 'cvar:q' with 0 < q < 1"
+            raise invalid("criteria", rule, text)
+    return tuple(texts)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:  # two points
+        return np.nan
+
+
+def _evaluated(problem: Any, designs: Any, args: Any, kwargs: Any) -> tuple[Array, Mask]:
+    """Return the ``(n, m)`` criteria of designs, and which of them are valid and feasible."""
+    out = evaluate_designs(problem, designs, *args, **kwargs)
+    failed = np.array([bool(reason) for reason in out["failure"]], dtype=bool)
+    feasible = meets_constraints(out["G"], out["H"]) & ~failed
+    return np.asarray(out["F"]), competes(out["F"], feasible)

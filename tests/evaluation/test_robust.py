@@ -1,0 +1,266 @@
+"""Criteria over scenarios: closed forms of linear Gaussian models, and a slow loop."""
+
+import pickle
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Choice, Real
+from pymoo.optimize import minimize
+from scipy import stats
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    PsiError,
+    Restricted,
+    Robust,
+    SphereChute,
+    VectorizedSphereChute,
+    investigate,
+    lp_tau,
+    nsga3,
+)
+from pymoo_psi.errors import StudyMismatchError
+
+A = np.array([[1.0, 2.0], [-3.0, 0.5]])
+
+
+class Linear(Problem):
+    """F = A x + load, and one constraint x1 + x2 + load <= 2."""
+
+    def __init__(self, load=0.0, elementwise=False):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, elementwise=elementwise)
+        self.load, self.calls = load, 0
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.calls += 1
+        out["F"] = x @ A.T + self.load
+        out["G"] = (x.sum(axis=-1) + self.load - 2)[..., None]
+
+
+SIGMA = np.array([0.1, 0.2])
+NORMAL = {"x1": stats.norm(0, 0.1), "x2": stats.norm(0, 0.2)}
+X = lp_tau(9, 2, first=2)
+
+
+def closed(statistic, q, spread, mean):
+    """Of a normal distribution; of its worst tail the mean is that of the inverse Mills ratio."""
+    z = stats.norm.ppf(q)
+    factor = {"mean": 0.0, "quantile": z, "cvar": stats.norm.pdf(z) / (1 - q)}[statistic]
+    return mean + factor * spread
+
+
+@pytest.mark.parametrize(
+    ("statistic", "q", "within"),
+    [("mean", 0.5, 1e-3), ("quantile", 0.5, 2e-3), ("quantile", 0.9, 0.01), ("cvar", 0.9, 0.01)],
+)
+def test_a_linear_model_with_normal_tolerances_and_a_normal_load(statistic, q, within):
+    text = statistic if statistic == "mean" else f"{statistic}:{q}"
+    robust = Robust(
+        Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)},
+        criteria=text, n_scenarios=1023, failure_probability=0.25,
+    )  # fmt: skip
+    F, G = robust.evaluate(X)
+    spread = np.sqrt((A**2 @ SIGMA**2) + 0.1**2)
+    np.testing.assert_allclose(F, closed(statistic, q, spread, X @ A.T + 0.3), atol=within * 2)
+    spread = np.sqrt((SIGMA**2).sum() + 0.1**2)
+    share = stats.norm.sf((2 - 0.3 - X.sum(axis=1)) / spread)
+    np.testing.assert_allclose(G[:, 0], share - 0.25, atol=0.01)
+
+
+def test_one_tolerance_has_its_quantiles_exactly():
+    """2^k - 1 LPτ points of one dimension are the quantiles of i / 2^k."""
+    for criteria, factor in (("quantile:0.75", 0.5), ("quantile:1", 62 / 64), ("mean", 0.0)):
+        robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, criteria=criteria)
+        F, _ = robust.evaluate(X)
+        np.testing.assert_allclose(F, X @ A.T + 0.1 * factor * np.abs(A[:, 0]), atol=1e-12)
+    # The worst quarter of 63 is 15.75 of them: 0.97 to 0.53 in steps, and a part of the next.
+    expected = 0.1 * (np.arange(62, 32, -2).sum() + 0.75 * 32) / 15.75 / 64
+    robust = Robust(Linear(), tolerances={"x1": 0.1}, n_scenarios=63, criteria="cvar:0.75")
+    np.testing.assert_allclose(robust.evaluate(X)[0][:, 0], X @ A[0] + expected, atol=1e-12)
+
+
+def test_relative_tolerances_and_a_statistic_for_each_criterion():
+    robust = Robust(
+        Linear(), tolerances={"x2": 0.1}, relative=["x2"], criteria=["quantile:1", "mean"]
+    )
+    F, _ = robust.evaluate(X)
+    worst = robust.offsets.max()
+    assert 0.09 < worst < 0.1
+    np.testing.assert_allclose(F[:, 0], X[:, 0] + 2 * X[:, 1] * (1 + worst), rtol=1e-12)
+    np.testing.assert_allclose(F[:, 1], -3 * X[:, 0] + 0.5 * X[:, 1] * (1 + robust.offsets.mean()))
+
+
+def test_the_first_scenario_has_all_at_their_medians():
+    robust = Robust(
+        Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)}, n_scenarios=1
+    )
+    np.testing.assert_allclose(robust.evaluate(X)[0], X @ A.T + 0.3)
+
+
+@pytest.mark.parametrize("load", [False, True])
+def test_elementwise_and_vectorised_models_give_the_same_in_few_calls(load):
+    made = []
+
+    def make(elementwise):
+        def problem(load=0.0):
+            made.append(Linear(load, elementwise))
+            return made[-1]
+
+        uncertainty = {"load": stats.uniform(0, 1)} if load else {}
+        return Robust(
+            problem if load else problem(), tolerances={"x1": 0.1}, uncertainty=uncertainty,
+            criteria="cvar:0.5", n_scenarios=7,
+        )  # fmt: skip
+
+    one, many = make(True).evaluate(X), make(False).evaluate(X)
+    np.testing.assert_allclose(one[0], many[0])
+    np.testing.assert_allclose(one[1], many[1])
+    assert sum(problem.calls for problem in made if not problem.elementwise) == (7 if load else 1)
+
+
+def test_parts_of_many_designs_make_no_difference(monkeypatch):
+    robust = Robust(Linear(), tolerances=NORMAL, n_scenarios=5)
+    whole = robust.evaluate(X)
+    monkeypatch.setattr("pymoo_psi.evaluation._robust._AT_A_TIME", 10)
+    for a, b in zip(whole, robust.evaluate(X), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+class Brittle(ElementwiseProblem):
+    """Fails beyond 1, and is infinite below 0."""
+
+    def __init__(self):
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] > 1:
+            raise ArithmeticError("no convergence")
+        out["F"] = x[0] if x[0] >= 0 else np.inf
+
+
+def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others():
+    robust = Robust(Brittle(), tolerances={"x1": 0.5}, n_scenarios=63, failure_probability=0.1)
+    F, G = robust.evaluate(np.array([[0.5], [0.25], [1.0], [9.0]]))
+    assert G[:, 0] == pytest.approx([-0.1, 15 / 63 - 0.1, 31 / 63 - 0.1, 0.9])
+    inside = 0.5 + robust.offsets
+    assert F[0, 0] == pytest.approx(inside.mean())
+    assert F[1, 0] == pytest.approx((inside - 0.25)[inside >= 0.25].mean())
+    assert F[3, 0] == np.inf
+    table = investigate(robust, 32)
+    assert set(table.status) == {"ok", "infeasible"}
+
+
+def test_a_cliff_is_kept_away_from():
+    """The nominal optimum stands at the edge; with a tolerance of 0.1 the best is that far away."""
+
+    class Cliff(Problem):
+        def __init__(self):
+            super().__init__(n_var=1, n_obj=1, xl=0.0, xu=1.0)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = np.where(x <= 0.8, 1 - x, 2.0)
+
+    for criteria in ("quantile:1", "cvar:0.95"):
+        robust = Robust(Cliff(), tolerances={"x1": 0.1}, criteria=criteria)
+        best = minimize(robust, NSGA2(pop_size=20), ("n_gen", 30), seed=1).X
+        assert best[0] == pytest.approx(0.7, abs=0.005)
+
+
+def test_algorithms_search_it_and_its_study_is_its_own(tmp_path):
+    chute = VectorizedSphereChute(0.4)
+    robust = Robust(chute, tolerances={"x2": 0.05}, criteria="quantile:0.9")
+    room = Restricted(robust, {"x2": (0.2, 5.9)})
+    result = minimize(room, PSI(64))
+    table = investigate(room, 64)
+    np.testing.assert_array_equal(result.F, table.F[table.pareto()])
+    assert result.F.min(axis=0)[3] >= 0.2
+    assert nsga3(room, n_evaluations=120, seed=1).F.shape[1] == 4
+    study = tmp_path / "robust.db"
+    minimize(robust, PSI(8, study=study))
+    for other in (
+        Robust(chute, tolerances={"x2": 0.06}, criteria="quantile:0.9"),
+        Robust(chute, tolerances={"x2": 0.05}, criteria="mean"),
+        Robust(
+            VectorizedSphereChute(0.5, upper=chute.xu),
+            tolerances={"x2": 0.05},
+            criteria="quantile:0.9",
+        ),
+        Robust(chute, tolerances={"x2": 0.05}, criteria="quantile:0.9", failure_probability=0.5),
+        chute,
+    ):
+        with pytest.raises(StudyMismatchError):
+            minimize(other, PSI(8, study=study))
+    minimize(Robust(chute, tolerances={"x2": 0.05}, criteria="quantile:0.9"), PSI(16, study=study))
+
+
+def test_names_of_the_problem_are_kept_but_those_of_its_constraints():
+    problem = Linear()
+    problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
+    problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}
+    robust = Robust(problem, tolerances={"x1": 0.1})
+    table = investigate(robust, 4)
+    assert table.layout.columns == ("width", "x2", "f1", "yield", "g1")
+    assert table.layout.units == {"width": "mm"}
+    assert robust.name() == "robust Linear"
+
+
+def test_designs_with_names_and_a_tolerance_of_one():
+    class Mixed(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(
+                vars={"a": Real(bounds=(0, 1)), "m": Choice(options=["x", "y"])}, n_obj=1
+            )
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x["a"] + (x["m"] == "y")
+
+    robust = Robust(Mixed(), tolerances={"a": 0.1}, criteria="quantile:0.5", n_scenarios=7)
+    F = robust.evaluate(np.array([{"a": 0.5, "m": "y"}, {"a": 0.2, "m": "x"}]))[0]
+    np.testing.assert_allclose(F[:, 0], [1.5, 0.2])
+    with pytest.raises(TypeError, match="tolerances must be of real variables, got 'm', which is"):
+        Robust(Mixed(), tolerances={"m": 0.1})
+
+
+def test_it_travels_and_is_wrapped_in_turn():
+    robust = Robust(SphereChute(0.4), tolerances={"x2": 0.05}, n_scenarios=3)
+    again = pickle.loads(pickle.dumps(robust))
+    designs = np.array([[0.3, 0.5], [0.4, 0.9]])
+    np.testing.assert_array_equal(again.evaluate(designs)[0], robust.evaluate(designs)[0])
+    tolerant = FailureTolerant(robust)
+    np.testing.assert_array_equal(tolerant.evaluate(designs)[0], robust.evaluate(designs)[0])
+
+
+CHUTE = SphereChute()
+
+
+@pytest.mark.parametrize(
+    ("problem", "options", "kind", "message"),
+    [
+        (CHUTE, {}, ValueError, "tolerances must be given, or uncertainty, got neither"),
+        (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
+        (CHUTE, {"tolerances": {"x1": -1}}, ValueError, r"tolerances\['x1'\] must be a number >= 0 or a distribution"),
+        (CHUTE, {"tolerances": {"x1": "2%"}}, TypeError, r"tolerances\['x1'\] must be a finite number, got '2%'"),
+        (CHUTE, {"tolerances": [0.1]}, TypeError, "tolerances must be a mapping by names"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "relative": "x1"}, TypeError, "relative must be a list of variables"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "relative": ["x2"]}, ValueError, "relative must be one of 'x1', got 'x2'"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "median"}, ValueError, "criteria must be 'mean', 'quantile:q'"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "quantile:1.2.3"}, ValueError, "criteria must be"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "criteria must be 4 statistics"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": 0.9}, TypeError, "criteria must be a text or a list"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "n_scenarios": 0}, ValueError, "n_scenarios must be an integer >= 1"),
+        (CHUTE, {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, TypeError, "problem must be a function of mu that returns"),
+        (SphereChute, {"tolerances": {"x1": 0.1}}, TypeError, "problem must be a pymoo Problem"),
+        (SphereChute, {"uncertainty": {"mu": 0.2}}, TypeError, r"uncertainty\['mu'\] must be a distribution"),
+        (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "of as many variables and objectives in every scenario"),
+        (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of variables that are not fixed"),
+    ],
+)  # fmt: skip
+def test_mistakes(problem, options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        Robust(problem, **options)
+    assert isinstance(caught.value, PsiError)
