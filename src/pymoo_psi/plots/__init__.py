@@ -9,6 +9,9 @@ Of a :class:`~pymoo_psi.TestTable`, with limits on criteria:
     :func:`criteria_page`: the criteria in pairs.
     :func:`section_page`: the criteria along one variable, through a chosen design.
     :func:`draw_histogram`: where the feasible designs lie over one variable.
+    :func:`draw_feasibility`: where they lie over the two variables that decide most on it.
+    :func:`sensitivity_page`: how much each variable explains of each column.
+    :func:`convergence_page`: how good the tests are against their number.
 
 Of designs under uncertainty:
     :func:`robustness_page`: how often each stays the best, and what it loses otherwise.
@@ -33,15 +36,19 @@ from pymoo_psi.plots._comparison import (
     save_comparison,
     time_page,
 )
+from pymoo_psi.plots._convergence import convergence_page
 from pymoo_psi.plots._histogram import draw_histogram
 from pymoo_psi.plots._paper import paper_figures, save_figures
 from pymoo_psi.plots._robustness import robustness_page
 from pymoo_psi.plots._section import section_page
+from pymoo_psi.plots._sensitivity import draw_feasibility, sensitivity_page
 from pymoo_psi.plots._table import criteria_page, table_page
 
 __all__ = [
     "attainment_page",
+    "convergence_page",
     "criteria_page",
+    "draw_feasibility",
     "draw_histogram",
     "draw_indicator",
     "fronts_page",
@@ -51,6 +58,7 @@ __all__ = [
     "save_comparison",
     "save_figures",
     "section_page",
+    "sensitivity_page",
     "table_page",
     "time_page",
 ]

@@ -4,9 +4,12 @@ Also any file of designs, see :func:`read_designs`.
 """
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile, read_designs
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
+from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
+from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table.analysis import (
     Dependence,
@@ -21,19 +24,25 @@ from pymoo_psi.table.analysis import (
 )
 
 __all__ = [
+    "Convergence",
     "Dependence",
     "DesignFile",
+    "FeasibilityRules",
     "Histogram",
     "Kind",
     "Layout",
     "Prototype",
+    "Rule",
     "TestTable",
     "compare_with_prototype",
     "constraint_as_criterion",
     "constraint_costs",
+    "convergence",
     "dependence",
+    "feasibility_rules",
     "histogram",
     "read_designs",
     "section_points",
+    "sensitivities",
     "violations",
 ]

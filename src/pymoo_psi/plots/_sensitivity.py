@@ -1,0 +1,196 @@
+"""What drives the columns of a table, and where its designs are feasible."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from pymoo_psi._markers import GREY
+from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.plots._designs import checked_table
+from pymoo_psi.plots._style import CURVES, legend_below, literal, new_page, on_axes
+from pymoo_psi.table import Kind, Rule, TestTable, feasibility_rules
+from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._layout import Limits
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+
+_GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
+_LETTERS = 62  # of a line over axes of their own
+_SPREAD = 0.6  # of the distance between two single values
+
+
+def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Figure:
+    """Return bars of the first-order sensitivities with their bands, one panel to a column.
+
+    Args:
+        sensitivities: From :func:`pymoo_psi.table.sensitivities`.
+        top: How many variables to a panel: those with the largest index in any column, in the
+            order of the table.
+        title: What was tested.
+
+    Raises:
+        ArgumentTypeError: ``sensitivities`` is no such frame.
+        ArgumentValueError: ``top`` is below 1.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> from pymoo_psi.table import sensitivities
+        >>> table = investigate(VectorizedSphereChute(0.4), 256)
+        >>> page = sensitivity_page(sensitivities(table, ["f1", "f2"]))
+        >>> [ax.get_title() for ax in page.axes]
+        ['f1', 'f2']
+    """
+    names = getattr(getattr(sensitivities, "index", None), "names", None)
+    if names is None or list(names) != ["column", "variable"]:
+        found = type(sensitivities).__name__
+        raise ArgumentTypeError(
+            f"sensitivities must be what sensitivities(table) gives, got {found}"
+        )
+    top = integer("top", top, minimum=1)
+    columns = sensitivities.index.unique("column").tolist()
+    largest = sensitivities["first_order"].groupby(level="variable", sort=False).max()
+    kept = set(largest.sort_values(ascending=False).index[:top])
+    variables = [name for name in sensitivities.index.unique("variable") if name in kept]
+    wide = min(3, max(len(columns), 1))
+    high = -(-len(columns) // wide)
+    with new_page(22 + high * (16 + 5.0 * len(variables))) as figure:
+        grid = figure.subplots(high, wide, squeeze=False).ravel()
+        for ax in grid[len(columns) :]:
+            ax.set_axis_off()
+        for ax, column in zip(grid, columns, strict=False):
+            found = sensitivities.loc[column].loc[variables]
+            _draw_indices(ax, found["first_order"], found["lower"], found["upper"])
+            shown = [literal(name, 16) for name in variables]
+            ax.set_yticks(np.arange(len(variables)), shown)
+            ax.set_title(literal(column))
+        for ax in grid[max(len(columns) - wide, 0) : len(columns)]:
+            ax.set_xlabel("share of the variance")
+        left_out = len(largest) - len(variables)
+        rest = f", {left_out} variables with smaller ones left out" if left_out else ""
+        figure.suptitle(f"{title}\nfirst-order sensitivities with 95 % bands{rest}".strip())
+    return figure
+
+
+def _draw_indices(ax: Axes, index: Any, lower: Any, upper: Any) -> None:
+    place = np.arange(len(index))
+    # An index is between 0 and 1; its estimate need not be.
+    ax.barh(place, np.maximum(index, 0), height=0.62, color=CURVES[0]["color"], linewidth=0)
+    ax.hlines(place, np.clip(lower, 0, 1), np.clip(upper, 0, 1), color="black", linewidth=0.9)
+    ax.set_xlim(0, 1)
+    ax.set_ylim(len(index) - 0.4, -0.6)  # the first variable on top
+    ax.grid(visible=False, axis="y")
+
+
+def draw_feasibility(
+    table: TestTable,
+    limits: Limits | None = None,
+    *,
+    ax: Axes | None = None,
+    legend: bool = True,
+    title: str = "",
+) -> Axes:
+    """Draw the tests over the two variables that decide most on feasibility, and the best rule.
+
+    The box is that of the rule with the largest share of feasible designs, as far as it is a
+    matter of these two variables; its text is the title.
+
+    Args:
+        table: A test table.
+        limits: Limits that a feasible design must keep.
+        ax: Axes to draw on; new ones by default.
+        legend: Put a legend under the axes.
+        title: What was tested.
+
+    Raises:
+        PsiError: scikit-learn is not installed.
+        ArgumentTypeError: ``table`` is no test table.
+        ArgumentValueError: The table has fewer than two variables, or a limit does not fit.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import investigate
+        >>> ax = draw_feasibility(investigate(get_problem("tnk"), 512))
+        >>> ax.get_xlabel(), ax.get_ylabel()
+        ('x2', 'x1')
+    """
+    table = checked_table(table)
+    if len(table.layout.variables) < 2:
+        found = Received(f"{len(table.layout.variables)}")
+        raise invalid("the table", "one with two variables or more", found, "use draw_histogram")
+    rules = feasibility_rules(table, limits)
+    names = [*rules.importance, *table.layout.variables]
+    first, second = list(dict.fromkeys(names))[:2]
+    feasible = table.feasible(limits)
+    x, y = (_places(table, name) for name in (first, second))
+    with on_axes(ax) as axes:
+        for mask, name, look in (
+            (~feasible, "not feasible", {"color": GREY, "marker": "x", "markersize": 2.6}),
+            (feasible, "feasible", {"color": CURVES[0]["color"], "marker": "o", "markersize": 3.0}),
+        ):
+            label = f"{name} ({mask.sum()})"
+            axes.plot(x[mask], y[mask], linestyle="none", label=label, **look)
+        _draw_rule(axes, table, rules.rules[0], (first, second))
+        for name, axis in ((first, axes.xaxis), (second, axes.yaxis)):
+            if not _is_number(table, name):
+                options = values_in_order(table.column(name))
+                axis.set_ticks(range(len(options)), [literal(option, 14) for option in options])
+        axes.set_xlabel(literal(first))
+        axes.set_ylabel(literal(second))
+        rule = "\n".join(textwrap.wrap(literal(rules.rules[0], 150), _LETTERS))
+        axes.set_title(f"{title}\n{rule}".strip())
+        if legend:
+            legend_below(axes, ncols=3)
+    return axes
+
+
+def _places(table: TestTable, variable: str) -> Array:
+    """``(n,)`` where tests are drawn over a variable; those of single values side by side."""
+    column = table.column(variable)
+    if _is_number(table, variable):
+        return column.astype(np.float64)
+    options = [(type(value), value) for value in values_in_order(column)]
+    seats = [options.index((type(value), value)) for value in column.tolist()]
+    places: Array = np.array(seats) + _SPREAD * (table.numbers * _GOLDEN % 1 - 0.5)
+    return places
+
+
+def _is_number(table: TestTable, variable: str) -> bool:
+    return table.kinds[table.layout.variable(variable)] in (Kind.REAL, Kind.INTEGER)
+
+
+def _draw_rule(ax: Axes, table: TestTable, rule: Rule, variables: tuple[str, str]) -> None:
+    """Draw the box of a rule in the plane of two variables."""
+    corners = []
+    for variable, ends in zip(variables, (ax.get_xlim(), ax.get_ylim()), strict=True):
+        if _is_number(table, variable):
+            low, high = rule.box.get(variable, (None, None))
+            whole = table.kinds[table.layout.variable(variable)] is Kind.INTEGER
+            room = 0.5 if whole else 0.0  # a whole number is inside of the box that it bounds
+            left, right = ends
+            corners.append(
+                (left if low is None else low - room, right if high is None else high + room)
+            )
+            continue
+        options = values_in_order(table.column(variable))
+        part = rule.box.get(variable, options)
+        kept = [options.index(option) for option in (part if isinstance(part, list) else [part])]
+        corners.append((min(kept) - 0.5, max(kept) + 0.5))
+    (left, right), (bottom, top) = corners
+    if set(variables) & set(rule.box):
+        ax.add_patch(
+            Rectangle(
+                (left, bottom), right - left, top - bottom, facecolor="none", edgecolor="black",
+                linewidth=1.2, linestyle="--", zorder=5, label="best rule",
+            )
+        )  # fmt: skip
