@@ -50,7 +50,7 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
             _draw_curve(ax, found, np.where(np.isfinite(values), values, np.nan))
             ax.set_title(name)
             known = values[np.isfinite(values)]
-            ax.set_ylim(0, 1.2 * known.max(initial=0) or 1)  # room for names over the last points
+            ax.set_ylim(0, 1.4 * known.max(initial=0) or 1)  # room for names over the last points
         _name_designs(figure.axes[0], found)
         figure.suptitle(f"{title}\n{verdict}".strip())
     return figure
