@@ -86,11 +86,11 @@ def killed(job: Callable[[], object], log: Path, kills: int, lines_each: int) ->
         seen, pid = len(lines(log)), started(job)
         wanted = chance.randrange(lines_each) if kill else 0  # at first while the file is made
         while len(lines(log)) < seen + wanted:
+            assert os.waitpid(pid, os.WNOHANG) == (0, 0), f"it ended before kill {kill + 1}"
             time.sleep(0.001)
         time.sleep(chance.uniform(0, 0.01))
         os.kill(pid, signal.SIGKILL)
-        how = os.waitpid(pid, 0)[1]
-        assert how == signal.SIGKILL, f"it had ended before kill {kill + 1}: {how}"
+        assert os.waitpid(pid, 0)[1] == signal.SIGKILL, f"it ended before kill {kill + 1}"
         yield kill
     assert os.waitpid(started(job), 0)[1] == 0
     yield kills

@@ -6,9 +6,19 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 import pymoo_psi
-from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    Recorded,
+    TestTable,
+    VectorizedSphereChute,
+    rank_of_efficiency,
+)
 from pymoo_psi.cli import _reproduce, main
 from tests.table.exact_csv import EXACT
 
@@ -125,6 +135,27 @@ def test_solve_continues_a_study(capsys, tmp_path):
     assert "belongs to another problem" in err
 
 
+def test_solve_by_nsga3_continues_a_study(capsys, tmp_path):
+    words = ["solve", "osy", "--algorithm", "nsga3", "--points", 200]
+    alone, study, shown = tmp_path / "alone.csv", tmp_path / "osy.db", tmp_path / "o.csv"
+    assert run(capsys, *words, "--out", alone)[0] == 0
+    problem = Recorded(FailureTolerant(get_problem("osy")), study=study)
+    minimize(problem, NSGA2(20), ("n_gen", 1), seed=1)  # the seed gives the same first designs
+    for stored in (20, 200):
+        code, printed, _ = run(capsys, *words, "--study", study, "--out", shown)
+        assert code == 0
+        assert f"200 evaluated, {stored} of them from the study" in printed
+    table = TestTable.read_study(study)
+    assert len(table) == 200
+    front, expected = pd.read_csv(shown, **EXACT), pd.read_csv(alone, **EXACT)
+    pd.testing.assert_frame_equal(front.drop(columns="test_point"), expected, check_exact=True)
+    rows = table.rows(front["test_point"].to_numpy() - 1)
+    np.testing.assert_array_equal(rows.X, front[table.layout.variables])
+    assert run(capsys, "export", study, "--out", tmp_path / "all.csv")[0] == 0
+    code, _, err = run(capsys, "solve", "osy", "--points", 64, "--study", study)
+    assert (code, "an algorithm (Recorded)" in err) == (2, True)
+
+
 def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):
     """With --jobs or --timeout no design is evaluated in the process of the command."""
     (tmp_path / "hard_model.py").write_text(
@@ -167,10 +198,6 @@ def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):
     ("arguments", "message"),
     [
         (["solve", "chute", "--out", "absent/x.csv"], "absent/x.csv: No such file or directory"),
-        (
-            ["solve", "chute", "--study", "x.db", "--algorithm", "nsga3"],
-            "--study must be used with",
-        ),
         (["solve", "chute", "--study", "pyproject.toml"], "pyproject.toml"),
         (["solve", "chute", "--mu", "-1"], "mu must be a positive number, got -1.0"),
         (["solve", "chute", "--mu", "x"], "Invalid value for '--mu'"),

@@ -268,6 +268,27 @@ def test_what_is_returned_is_pymoos(tmp_path):
     assert (out["test_point"].item(), out["F"].shape) == (1, (2,))
 
 
+def test_names_senses_and_outputs_are_those_of_the_problem_or_told(tmp_path):
+    class Winged(Model):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out, *args, **kwargs)
+            out["lift"] = 2 * x[0]
+
+    X = batch()
+    told = {"names": {"f2": "gain", "x1": "width"}, "maximize": ["gain"], "units": {"lift": "N"}}
+    first = Recorded(Winged(), study=tmp_path / "s.db", **told)
+    out = first.evaluate(X, return_as_dictionary=True)
+    again = Recorded(Winged(), study=tmp_path / "s.db", **told)
+    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["lift"]), 2 * X[:, 0])
+    np.testing.assert_array_equal(out["lift"], 2 * X[:, 0])
+    assert again.n_evaluated == 0
+    np.testing.assert_array_equal(again.table.column("gain"), -out["F"][:, 1])
+    np.testing.assert_array_equal(again.table.column("lift"), 2 * X[:, 0])
+    assert again.table.layout.units == {"lift": "N"}
+    with pytest.raises(StudyMismatchError):
+        Recorded(Winged(), study=tmp_path / "s.db")
+
+
 # Failures
 
 
@@ -343,7 +364,7 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
         (lambda: Recorded(Model(), study=path, study_key="b"), 'key is "a" in the study'),
         (lambda: Recorded(Model(n_obj=1), study=path, study_key="a"), "objectives"),
         (lambda: Recorded(Model(), study=points), "sampling is \"LP-tau from point 1\" in the study"),
-        (lambda: minimize(Model(), PSI(8, study=path, study_key="a")), "sampling is \"an algorithm\""),
+        (lambda: minimize(Model(), PSI(8, study=path, study_key="a")), "sampling is \"an algorithm .Recorded"),
     ]:  # fmt: skip
         with pytest.raises(StudyMismatchError, match=message):
             make()
@@ -359,7 +380,11 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
         (lambda path: Recorded(get_problem("df1"), study=path), "on the design alone"),
         (
             lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),
-            "F, G and H of Recorded, got ..dF",
+            "F, G, H and further numbers of the model, got 'dF'",
+        ),
+        (
+            lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["lift"]),
+            "got 'lift'; evaluate the problem within",
         ),
         (lambda path: Recorded(Model(vtype=int), study=path).evaluate(batch()), "integer values"),
         (lambda path: Recorded(Model(), study=path).evaluate(batch() * np.nan), "finite"),

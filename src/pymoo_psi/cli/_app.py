@@ -188,7 +188,7 @@ def solve(
     ] = None,
     study: Annotated[
         Path | None,
-        _path("FILE.db", "Store every tested design here (psi); continues."),
+        _path("FILE.db", "Store every design here; continues."),
     ] = None,
     study_key: Annotated[
         str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.algorithms import PSI, investigate, nsga3
 from pymoo_psi.cli._options import box_text, limits_in, numbers_in
 from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
-from pymoo_psi.evaluation import FailureTolerant
+from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
@@ -39,7 +40,7 @@ class Search:
         points: How many designs are evaluated, or tested.
         seed: Of NSGA-III.
         limits: On criteria, such as ``f1=2.5,f4<=1``.
-        study: The file in which every tested design is kept.
+        study: The file in which every design is kept.
         study_key: What else the study depends on.
         retry: ``failed``, or numbers of failed test points to be tested once more.
 
@@ -57,9 +58,8 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
-        for option, given in (("--study", self.study is not None), ("--limits", bool(self.limits))):
-            if given and self.algorithm != "psi":
-                raise invalid(option, "used with --algorithm psi", self.algorithm)
+        if self.limits and self.algorithm != "psi":
+            raise invalid("--limits", "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
@@ -80,7 +80,7 @@ class SolveResult:
     """What a search ended with.
 
     Attributes:
-        designs: One row per Pareto-optimal design: ``test_point`` for PSI, the variables.
+        designs: One row per Pareto-optimal design: ``test_point`` of PSI or a study, the variables.
         F: ``(n, m)`` their objectives.
         counts: How many designs were tested, stored before, and failed.
         remarks: Lines to tell: why no design is feasible if none is, why designs failed.
@@ -94,7 +94,7 @@ class SolveResult:
     def ranked(self) -> pd.DataFrame:
         """Return the Pareto set, the best rank of efficiency first.
 
-        Columns: ``test_point`` for PSI, the variables, f1 …, ``mu1``, ``mu2``, ``mu3``, ``rank``.
+        Columns: ``test_point`` of PSI or a study, the variables, f1 …, ``mu1`` …, ``rank``.
         """
         ranked = rank_of_efficiency(self.F).to_frame().drop(columns="pareto")
         return self.designs.join(ranked).loc[ranked.index]
@@ -111,8 +111,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
     limits = limits_in(search.limits, criteria)
     if search.algorithm == "nsga3":
-        # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
-        found = _by_nsga3(FailureTolerant(problem), search)
+        found = _by_nsga3(problem, search)
     elif search.study is None and not problem.elementwise:
         # A million designs in seconds; as pymoo's individuals they would take minutes.
         found = _of_table(
@@ -145,12 +144,20 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     return 0
 
 
-def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
+def _by_nsga3(problem: Problem, search: Search) -> SolveResult:
     n = search.points
-    with run_bar(f"nsga3 on {problem.name()}", n) as show:
-        result = nsga3(problem, n_evaluations=n, seed=search.seed, callback=show.evaluations)
-    reasons = [failure.reason for failure in problem.failures]
-    counts = f"{n} evaluated" + (f", {len(reasons)} failed" if reasons else "")
+    # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
+    searched: Any = FailureTolerant(problem)
+    if search.study is not None:
+        again = search.points_to_retry()
+        key = search.study_key
+        searched = Recorded(searched, study=search.study, study_key=key, retry=again)
+    with _told_if_stopped(search), run_bar(f"nsga3 on {problem.name()}", n) as show:
+        result = nsga3(searched, n_evaluations=n, seed=search.seed, callback=show.evaluations)
+    reasons = [failure.reason for failure in searched.failures]
+    stored = 0 if search.study is None else n - searched.n_evaluated
+    counts = f"{n} evaluated" + (f", {stored} of them from the study" if stored else "")
+    counts += f", {len(reasons)} failed" if reasons else ""
     failures = _failures(reasons)
     if result.F is None:  # so pymoo says that no design is feasible
         remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
@@ -158,7 +165,24 @@ def _by_nsga3(problem: FailureTolerant, search: Search) -> SolveResult:
     X, F = result.opt.get("X", "F")
     space = design_space(problem)
     designs = pd.DataFrame(space.to_matrix(X), columns=space.names)
+    if search.study is not None:
+        designs.insert(0, "test_point", result.opt.get("test_point"))
     return SolveResult(designs, F, counts, failures)
+
+
+@contextmanager
+def _told_if_stopped(search: Search) -> Iterator[None]:
+    """Say how a study continues if the user stops the body."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if search.study is not None:
+            # There may be no file yet. What is in it is counted, not what the bar has shown.
+            stored = len(TestTable.read_study(search.study)) if search.study.exists() else 0
+            # runs with other seeds may be in the same study
+            of = f" of {search.points}" if search.algorithm == "psi" else ""
+            say(f"{stored}{of} designs are in {search.study}; the same command continues.")
+        raise
 
 
 def _last_tests(population: Any) -> TestTable:
@@ -192,16 +216,8 @@ def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> So
         study_key=search.study_key,
         retry=search.points_to_retry(),
     )
-    try:
-        with run_bar(f"psi on {problem.name()}", search.points) as show:
-            result = minimize(problem, algorithm, callback=show.psi)
-    except KeyboardInterrupt:
-        if search.study is not None:
-            # There may be no file yet. What is in it is counted, not what the bar has shown.
-            stored = len(TestTable.read_study(search.study)) if search.study.exists() else 0
-            told = f"{stored} of {search.points} designs are in {search.study}"
-            say(f"{told}; the same command continues.")
-        raise
+    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", search.points) as show:
+        result = minimize(problem, algorithm, callback=show.psi)
     return _of_table(problem, result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
 
 

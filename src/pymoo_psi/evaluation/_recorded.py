@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Mapping
 from itertools import count
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.evaluation._memory import Memory, retried
+from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
@@ -28,6 +29,7 @@ from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._exchange import objects
 
 _ALL = 2**62  # test points: more than any study has
+_SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
 _SIZES = {"F": "n_obj", "G": "n_ieq_constr", "H": "n_eq_constr"}  # of what is kept
 
 
@@ -46,9 +48,10 @@ class Recorded(WrappedProblem):
     and from a checkpoint. NSGA-III and U-NSGA-III, whose ties pymoo draws without the seed, are
     made to. ``res.pop.get("test_point")`` are the numbers of the designs.
 
-    Values must depend on the design alone; F, G and H are kept. A design that fails is stored with
-    its reason, as are all others asked for together with it, before it ends the run by an error;
-    with ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
+    Values must depend on the design alone; kept are F, G, H and whatever else the model gives as
+    one number for each design. A design that fails is stored with its reason, as are all others
+    asked for together with it, before it ends the run by an error; with
+    ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
     unless it is to be tried again.
 
     Copies share what is known of the study, pickles leave it behind: worker processes are sent the
@@ -65,9 +68,13 @@ class Recorded(WrappedProblem):
             problem returns; it cannot see into the model.
         retry: Numbers of tests that the study holds as failed and that are to be evaluated once
             more when they are asked for; ``"failed"`` for all of them.
+        names: The user's names of columns, as for :class:`~pymoo_psi.PSI`.
+        maximize: The criteria of which more is better, as for :class:`~pymoo_psi.PSI`.
+        units: Units of columns, as for :class:`~pymoo_psi.PSI`.
 
     Attributes:
         wrapped: The problem.
+        n_evaluated: How many designs were evaluated here, and not answered from the study.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
@@ -86,9 +93,10 @@ class Recorded(WrappedProblem):
         >>> res = minimize(problem, NSGA2(10), ("n_gen", 3), seed=1)
         >>> problem.table
         TestTable(30 tests: 30 ok, 0 infeasible, 0 failed; 2 variables, 4 criteria, 1 constraint)
-        >>> again = minimize(problem, NSGA2(10), ("n_gen", 5), seed=1)  # three from the file
-        >>> len(problem.table)
-        50
+        >>> again = Recorded(SphereChute(0.4, model="rolling"), study=study)
+        >>> res = minimize(again, NSGA2(10), ("n_gen", 5), seed=1)
+        >>> res.algorithm.evaluator.n_eval, again.n_evaluated
+        (50, 20)
     """
 
     def __init__(
@@ -98,6 +106,9 @@ class Recorded(WrappedProblem):
         study: str | PathLike[str],
         study_key: str | None = None,
         retry: str | Collection[int] = (),
+        names: Mapping[str, str] | None = None,
+        maximize: Collection[str] | None = None,
+        units: Mapping[str, str] | None = None,
     ) -> None:
         require_problem(problem)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
@@ -114,12 +125,13 @@ class Recorded(WrappedProblem):
                 "what is stored would be wrong for the next call",
             )
         self._space = design_space(self._model)
-        self._layout = problem_layout(self._model, self._space)
+        self._layout = problem_layout(self._model, self._space, names, maximize, units)
         self._study = Study(study)
         self._memory = Memory(self._study, retried(retry))
         identity = problem_identity(self._model, self._space)
-        self._memory.begin(self._layout, {**identity, "sampling": "an algorithm", "key": study_key})
+        self._memory.begin(self._layout, {**identity, "sampling": _SAMPLING, "key": study_key})
         self._answers = _Answers()
+        self.n_evaluated = 0
 
     @property
     def table(self) -> TestTable:
@@ -159,9 +171,7 @@ class Recorded(WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        if unknown := [name for name in return_values_of if name not in _SIZES]:
-            remedy = "a study keeps nothing else; for gradients evaluate the problem within"
-            raise invalid("return_values_of", "F, G and H of Recorded", unknown, remedy)
+        _require_kept(return_values_of, NO_OUTPUTS - {*_SIZES})
         matrix = design_matrix(
             "X", self._space.to_matrix(X), self._layout.variables, self._layout.kinds
         )
@@ -177,6 +187,7 @@ class Recorded(WrappedProblem):
                 if first:
                     self._evaluate(X, matrix, sorted(first.values()))
         out = self._answers.values(keys, [getattr(self._model, name) for name in _SIZES.values()])
+        _require_kept(return_values_of, {*return_values_of} - {*out})
         if self._tolerant is not None:
             return self._tolerant.tolerated(X, out, return_values_of)
         failure = out.pop("failure")
@@ -205,18 +216,30 @@ class Recorded(WrappedProblem):
         began = time.monotonic()
         chosen = X[rows] if isinstance(X, np.ndarray) else [X[i] for i in rows]
         out = evaluate_designs(self._model, chosen)
-        reasons = {n: reason for n, reason in zip(numbers, out["failure"], strict=True) if reason}
-        block = TestTable.of(
-            numbers,
-            matrix[rows],
-            out["F"],
-            out["G"],
-            out["H"],
-            reasons=reasons,
-            layout=self._layout,
-        )
+        block = table_of_values(self._layout, np.array(numbers), matrix[rows], out)
         self._memory.keep(block, (time.monotonic() - began) / len(rows))
         self._answers.add(block)
+        self.n_evaluated += len(block)
+
+
+class _Test(NamedTuple):
+    """A stored test.
+
+    Attributes:
+        number: Its number.
+        values: Its F, G, H and outputs.
+        outputs: The names of these.
+        reason: Why it failed; empty if it did not.
+    """
+
+    number: int
+    values: NDArray[np.float64]
+    outputs: tuple[str, ...]
+    reason: str
+
+    def output(self, name: str, start: int) -> float:
+        """Return an output, NaN if it has none; ``start`` is the index of the first one."""
+        return self.values[start + self.outputs.index(name)] if name in self.outputs else np.nan
 
 
 class _Answers:
@@ -225,26 +248,27 @@ class _Answers:
     Copies are one, as pymoo copies a problem with every generation of a history.
 
     Attributes:
-        tests: By design the number of a test, its values and why it failed.
+        tests: By design what is known of it.
         first: The first number that may be missing here.
     """
 
     def __init__(self) -> None:
-        self.tests: dict[Hashable, tuple[int, NDArray[np.float64], str]] = {}
+        self.tests: dict[Hashable, _Test] = {}
         self.first = 1
         self._numbers: set[int] = set()  # of tests, from the first one on that is missing
         self._again: dict[Hashable, int] = {}  # numbers of those that are to be evaluated again
 
     def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
         """Add tests, some of which are to be evaluated again; one of a known number is not new."""
-        values = np.hstack([tests.F, tests.G, tests.H])
+        values = np.hstack([tests.F, tests.G, tests.H, tests.outputs])
+        outputs = tests.layout.outputs
         for i, (number, key) in enumerate(zip(tests.numbers.tolist(), _keys(tests.X), strict=True)):
             if again is not None and again[i]:
                 if key not in self.tests:
                     self._again[key] = number
             else:
-                # PSI's points may repeat a design; here the first one stands for all
-                self.tests.setdefault(key, (number, values[i], tests.reasons.get(number, "")))
+                test = _Test(number, values[i], outputs, tests.reasons.get(number, ""))
+                self.tests.setdefault(key, test)
                 self._again.pop(key, None)
             self._numbers.add(number)
         while self.first in self._numbers:
@@ -258,16 +282,29 @@ class _Answers:
 
     def values(self, keys: list[Hashable], sizes: list[int]) -> dict[str, Any]:
         """Return the values of designs as :func:`evaluate_designs` does, with their numbers."""
-        numbers, rows, reasons = zip(*(self.tests[key] for key in keys), strict=True)
-        ends = np.cumsum(sizes)[:-1]
-        out: dict[str, Any] = dict(zip("FGH", np.split(np.array(rows), ends, axis=1), strict=True))
-        return out | {"failure": objects(reasons), "test_point": np.array(numbers)}
+        tests = [self.tests[key] for key in keys]
+        ends = np.cumsum(sizes)
+        rows = np.array([test.values[: ends[-1]] for test in tests])
+        out: dict[str, Any] = dict(zip("FGH", np.split(rows, ends[:-1], axis=1), strict=True))
+        for name in dict.fromkeys(name for test in tests for name in test.outputs):
+            out[name] = np.array([test.output(name, ends[-1]) for test in tests])
+        out["failure"] = objects([test.reason for test in tests])
+        return out | {"test_point": np.array([test.number for test in tests])}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _Answers, ()  # the file has them
+
+
+def _require_kept(return_values_of: Collection[str], unknown: Collection[str]) -> None:
+    """Refuse to return what no study keeps, where pymoo would fill in infinity."""
+    for name in return_values_of:
+        if name in unknown:
+            rule = "of what Recorded keeps: F, G, H and further numbers of the model"
+            remedy = "evaluate the problem within for gradients and other values"
+            raise invalid("return_values_of", rule, name, remedy)
 
 
 def _keys(matrix: NDArray[Any]) -> list[Hashable]:
