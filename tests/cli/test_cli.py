@@ -150,7 +150,7 @@ def test_solve_by_nsga3_continues_a_study(capsys, tmp_path):
     front, expected = pd.read_csv(shown, **EXACT), pd.read_csv(alone, **EXACT)
     pd.testing.assert_frame_equal(front.drop(columns="test_point"), expected, check_exact=True)
     rows = table.rows(front["test_point"].to_numpy() - 1)
-    np.testing.assert_array_equal(rows.X, front[table.layout.variables])
+    np.testing.assert_array_equal(rows.X, front[list(table.layout.variables)])
     assert run(capsys, "export", study, "--out", tmp_path / "all.csv")[0] == 0
     code, _, err = run(capsys, "solve", "osy", "--points", 64, "--study", study)
     assert (code, "an algorithm (Recorded)" in err) == (2, True)
