@@ -29,6 +29,7 @@ from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
 from .sequences import lp_tau as lp_tau
+from .table import Formulation as Formulation
 from .table import TestTable as TestTable
 
 __version__: str

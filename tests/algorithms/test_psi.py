@@ -355,6 +355,55 @@ def test_limits_on_criteria():
     assert minimize(CHUTE, PSI(100, limits={"f1": 0.5})).F is None
 
 
+class Heated(ElementwiseProblem):
+    """A model with a further output; the first designs fail, and with them a whole block."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+        self.names, self.maximize = {"f1": "mass", "f2": "gain"}, ("gain",)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] + x[1] < 0.3 or x[0] == x[1]:
+            raise ValueError("no grid")
+        out["F"] = [x[0] + x[1], -(x[0] - x[1])]
+        out["heat"] = 3 * x[1]
+
+
+@pytest.mark.parametrize("block_size", [2, 7, 64])
+def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_path):
+    limits = {"x1": (0.25, None), "heat": 2.0, "gain": (-0.5, None)}
+    whole = investigate(Heated(), 64)
+    heat, gain = whole.column("heat"), whole.column("gain")
+    rows = (whole.status == "ok") & (whole.X[:, 0] >= 0.25) & (heat <= 2) & (gain >= -0.5)
+    assert 0 < rows.sum() < 64
+    assert whole.feasible(limits).tolist() == rows.tolist()
+    for study in (None, tmp_path / "heated.db", tmp_path / "heated.db"):
+        psi = PSI(64, limits=limits, block_size=block_size, study=study)
+        result = minimize(Heated(), psi)
+        assert result.opt.get("test_point").tolist() == whole.numbers[whole.pareto(limits)].tolist()
+        violation = result.pop.get("CV")[:, 0]
+        assert (violation <= 0).tolist() == rows.tolist()
+        low, high = np.maximum(0.25 - whole.X[:, 0], 0), np.maximum(heat - 2, 0)
+        expected = low + high + np.maximum(-0.5 - gain, 0)
+        ok = whole.status == "ok"
+        np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)
+        kept = investigate(Heated(), 64, limits=limits, keep="feasible", block_size=block_size)
+        assert kept.equals(whole.rows(rows))
+    told = PSI(64, limits=limits, block_size=block_size)
+    told.setup(Heated())
+    while (block := told.ask()) is not None:
+        told.evaluator.eval(Heated(), block)
+        told.tell(infills=block)
+    assert told.result().opt.get("test_point").tolist() == result.opt.get("test_point").tolist()
+
+
+def test_a_limit_on_what_the_model_does_not_give_ends_the_run():
+    with pytest.raises(PsiError, match="a limit must be one of .* got 'head'; did you mean 'heat'"):
+        minimize(Heated(), PSI(64, limits={"head": 2.0}))
+    with pytest.raises(PsiError, match="a limit must be one of"):
+        investigate(Heated(), 64, limits={"head": 2.0})
+
+
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 @pytest.mark.parametrize("block_size", [7, 64, 1000])
 @pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])
@@ -398,7 +447,7 @@ def test_investigate_mixed_variables_and_limits():
         ({"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
         (
             {"limits": {"f9": 1.0}, "keep": "pareto"},
-            "criterion must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'",
+            "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2', got 'f9'",
         ),
     ],
 )
@@ -410,7 +459,7 @@ def test_bad_investigations(options, message):
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: minimize(CHUTE, PSI(8, limits={"f9": 1})), ValueError, "criterion must be one of"),
+        (lambda: minimize(CHUTE, PSI(8, limits={"f9": 1})), ValueError, "a limit must be one of"),
         (lambda: PSI(0), ValueError, "n_points must be an integer >= 1, got 0"),
         (lambda: PSI(10.0), TypeError, "n_points must be an integer >= 1, got 10.0"),
         (lambda: PSI(10, first=0), ValueError, "first must be an integer >= 1, got 0"),

@@ -110,7 +110,7 @@ def test_a_dependence_is_the_projection_of_the_table(limits):
     np.testing.assert_array_equal(seen.feasible, RING.feasible(limits))
     np.testing.assert_array_equal(seen.pareto, RING.pareto(limits))
     assert (seen.criterion, seen.variable) == ("f2", "x1")
-    assert seen.limit == (0.6 if limits else np.inf)
+    assert seen.limits == (-np.inf, 0.6 if limits else np.inf)
 
 
 def test_dependence_on_a_choice():
@@ -234,7 +234,7 @@ def slice_of(table):
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1]), ValueError, r"f of the prototype must be of shape \(3,\), got shape \(2,\)"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be Unicode text, got 3"),
-        (lambda: constraint_as_criterion(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known, got nan; give it with its constraints"),
+        (lambda: constraint_as_criterion(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, kind, message):

@@ -96,7 +96,7 @@ def investigate(
         first: Number of the first point, from 1.
         sampling: Where the points come from; as for :class:`PSI`.
         seed: Seed of a randomised sampling.
-        limits: Limits on criteria that a feasible design must keep, for ``keep``.
+        limits: Limits that a feasible design must keep, for ``keep``; see :class:`TestTable`.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
         block_size: Points tested at a time; by default 65 536 of a vectorised problem, else 64.
         progress: Show a progress bar, if the output is a terminal.
@@ -188,7 +188,10 @@ def investigate(
     finally:
         if bar is not None:
             bar.close()
-    return _joined(tables, kept)
+    found = _joined(tables, kept)
+    if limits is not None:
+        found.feasible(limits)  # refuses one on what the model does not give
+    return found
 
 
 def _joined(tables: list[TestTable], keep: Keep) -> TestTable:
@@ -217,7 +220,6 @@ class Investigation:
     Attributes:
         space: The variables of the problem.
         layout: The columns of the test table that the problem promises: names, senses, bounds.
-        limits: ``{column of F: limit}``.
         numbers: ``(n,)`` the numbers of the points, rising.
         points: ``(n, n_var)`` the points of the unit cube.
     """
@@ -232,7 +234,7 @@ class Investigation:
     ) -> None:
         problem = plan.problem
         self.problem, self.memory, self.stop = problem, plan.memory, stop
-        self.space, self.layout, self.limits = plan.space, plan.table.layout, plan.limits
+        self.space, self.layout = plan.space, plan.table.layout
         cut = plan.points.cut(range(len(plan.points)))
         self.numbers, self.points = cut.numbers, cut.units
         self._piece = 1  # how many designs take a few seconds, as far as pieces have shown

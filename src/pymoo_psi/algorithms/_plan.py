@@ -16,7 +16,7 @@ from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table._limits import bounds_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,6 @@ class Plan:
         space: Its variables.
         table: The test table without tests: the columns that the problem promises, and
             what problem it is.
-        limits: ``{column of F: limit}``.
         points: The test points.
         memory: The study, if there is one.
     """
@@ -36,7 +35,6 @@ class Plan:
     problem: Any
     space: DesignSpace
     table: TestTable
-    limits: dict[int, float]
     points: Points
     memory: Memory
 
@@ -80,7 +78,11 @@ class Plan:
         for number in sorted(memory.retry or ()):
             if not first <= number <= last:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
-        known = limit_vector(limits, layout)
+        # A column that the problem does not promise may be an output, which its tests will tell.
+        if isinstance(limits, Mapping):
+            columns = layout.columns
+            limits = {k: v for k, v in limits.items() if k in columns or not isinstance(k, str)}
+        bounds_of(limits, layout)
 
         def identity() -> dict[str, Any]:
             name = sampling_name(sampling, n_points, seed)
@@ -93,7 +95,7 @@ class Plan:
             memory.begin(layout, identity(), (first, last))
         else:
             table = replace(table, problem=_plain_or_none(identity))
-        return cls(problem, space, table, known, points, memory)
+        return cls(problem, space, table, points, memory)
 
 
 def _plain_or_none(identity: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:

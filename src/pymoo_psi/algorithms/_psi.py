@@ -34,6 +34,7 @@ from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import bounds_of, excess
 
 
 class PSI(Algorithm):
@@ -60,9 +61,9 @@ class PSI(Algorithm):
             variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or
             another :class:`~pymoo_psi.QMCSampling`, whose random points follow the ``seed`` of
             the run.
-        limits: Limits on criteria, f_j <= limit, by name or index from 0: ``{"f1": 2.5}``. A
-            design that exceeds one counts as infeasible in the result; the table keeps it as it
-            is, so that other limits can be tried on the table afterwards.
+        limits: Limits on criteria, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
+            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
+            the table keeps it as it is, so that other limits can be tried on the table afterwards.
         share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
             many machines, are the run without it; each is spread over the whole box.
         study: Name of a study file, in which every block is stored as soon as it is tested; of a
@@ -300,12 +301,10 @@ class PSI(Algorithm):
         It is infinite where a design failed, and above 0 where one is not finite.
         """
         total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
-        limits = self._investigation.limits
-        if limits:
-            within = np.array(list(limits.values()))
-            over = np.maximum(tests.F[:, list(limits)], within) - within
-            total = total + np.where(np.isfinite(over), over, 0).sum(axis=1)
-        return np.where(tests.status == "failed", np.inf, total)
+        failed = tests.status == "failed"
+        if not failed.all():
+            total += excess(bounds_of(self.limits, tests.layout), tests.column, len(tests))
+        return np.where(failed, np.inf, total)
 
     def _give_values(self, block: Population, tests: TestTable) -> None:
         """Give individuals the values of their tests; pymoo then does not evaluate them."""

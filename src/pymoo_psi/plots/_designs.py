@@ -148,7 +148,7 @@ def criteria_plane(
         table: A test table.
         first: The criterion on the horizontal axis.
         second: The one on the vertical axis.
-        limits: Limits on criteria.
+        limits: Limits on columns.
         group: From :func:`design_groups`, under these limits.
     """
     at = table.prototype

@@ -44,7 +44,7 @@ def draw_histogram(
     Args:
         table: A test table.
         variable: Name or index of the variable.
-        limits: Limits on criteria.
+        limits: Limits on columns.
         bins: Equal bins of the box of a real variable; others have one bin for each value.
         ax: Axes to draw on; new ones by default.
         legend: Put a legend with the number of designs of each group under the axes.

@@ -48,7 +48,7 @@ def section_page(
         F: ``(k, m)`` their criteria.
         G: ``(k, n_ieq)`` their inequality constraints.
         H: ``(k, n_eq)`` their equality constraints.
-        limits: Limits on criteria.
+        limits: Limits on columns.
         title: What is drawn; the design follows it.
 
     Raises:

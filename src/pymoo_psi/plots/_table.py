@@ -53,7 +53,7 @@ def table_page(
 
     Args:
         table: A test table.
-        limits: Limits on criteria.
+        limits: Limits on columns.
         variables: Names or indices of the variables on the page; all by default.
         criteria: Names or indices of the criteria; all by default, none for histograms alone.
         margin: The axes of criteria reach beyond the feasible designs and the prototype by this
@@ -122,7 +122,7 @@ def criteria_page(
 
     Args:
         table: A test table.
-        limits: Limits on criteria.
+        limits: Limits on columns.
         criteria: Names or indices of two to seven criteria; all by default.
         margin: As for :func:`table_page`.
         title: What the table is of.

@@ -6,6 +6,7 @@ Also any file of designs, see :func:`read_designs`.
 from pymoo_psi._kinds import Kind
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile, read_designs
+from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
@@ -28,6 +29,7 @@ __all__ = [
     "Dependence",
     "DesignFile",
     "FeasibilityRules",
+    "Formulation",
     "Histogram",
     "Kind",
     "Layout",

@@ -388,7 +388,8 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
     remark = (
         f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
     )
-    roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized)
+    more = tuple(name for name in layout.objectives if name in layout.maximized)
+    roles = Roles(layout.objectives, layout.variables, "test_point", more)
     return DesignFile(path, columns, feasible + 1, (), roles, rows, (remark,) if others else ())
 
 

@@ -115,6 +115,21 @@ def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
     return tuple(map(_kind, columns))
 
 
+def real_column(name: str, column: NDArray[Any]) -> NDArray[np.float64]:
+    """Return a column as float64; one of a matrix of objects may hold numbers, too.
+
+    Raises:
+        ArgumentTypeError: It holds other than numbers.
+    """
+    if column.dtype.kind == "O" and not all(isinstance(v, (int, float)) for v in column.tolist()):
+        found = f"{name!r} holds {next(v for v in column.tolist() if isinstance(v, str))!r:.40}"
+        raise ArgumentTypeError(
+            f"only columns of numbers can be limited and computed with, and {found}; select "
+            f"designs by it with table.rows(table.column({name!r}) == value)"
+        )
+    return column.astype(np.float64)
+
+
 def values_in_order(column: NDArray[Any]) -> list[Any]:
     """Return the distinct values of a column, ordered; values of one type stand together."""
     # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and

@@ -24,8 +24,10 @@ from pymoo_psi.pareto._feasibility import EQ_TOLERANCE
 Array = NDArray[np.float64]
 Key: TypeAlias = str | int
 """A variable, criterion or constraint: its name, or its index from 0."""
-Limits: TypeAlias = Mapping[str, float] | Mapping[int, float] | Mapping[str | int, float]
-"""Limits on criteria, f_j <= limit: each for the name of a criterion, or its index from 0."""
+Limit: TypeAlias = float | Sequence[float | None]
+"""The greatest value allowed, or a pair (lower, upper) with None for an end that is open."""
+Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | int, Limit]
+"""Limits on criteria, variables and outputs by name; on criteria also by index from 0."""
 
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
@@ -46,7 +48,8 @@ class Layout:
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
         outputs: ``k`` names of what else the model gives, numbers that are neither criteria nor
             constraints.
-        maximized: The criteria of which more is better. ``F`` holds these with the sign turned,
+        maximized: The criteria of which more is better, and outputs that were, or would be, such
+            criteria. ``F`` holds the criteria with the sign turned,
             as pymoo minimises; whatever is reached by their names is in their own sense.
         units: Units of columns by name, also of outputs that no test has brought yet.
 
@@ -71,7 +74,7 @@ class Layout:
     def __post_init__(self) -> None:
         """Check that the names are distinct, and senses, units, kinds and bounds fit."""
         for group in (*_GROUPS, "maximized"):
-            object.__setattr__(self, group, _names(group, getattr(self, group)))
+            object.__setattr__(self, group, column_names(group, getattr(self, group)))
         seen: set[str] = set(RESERVED)
         for name in self.columns:
             if name in seen:
@@ -98,10 +101,11 @@ class Layout:
             raise invalid("eq_tolerance", "0 or more", tolerance)
         object.__setattr__(self, "eq_tolerance", tolerance)
         object.__setattr__(self, "kinds", _known_kinds(self.kinds, len(self.variables)))
+        sensible = self.objectives + self.outputs
         for name in self.maximized:
-            known_name("maximize", name, self.objectives)
-        # In the order of the criteria, so that layouts of one meaning are equal.
-        more = tuple(name for name in self.objectives if name in self.maximized)
+            known_name("maximize", name, sensible)
+        # In the order of the columns, so that layouts of one meaning are equal.
+        more = tuple(name for name in sensible if name in self.maximized)
         object.__setattr__(self, "maximized", more)
         object.__setattr__(self, "units", _unit_texts(self.units))
 
@@ -255,6 +259,8 @@ class Layout:
             return ""
         for group in (*_GROUPS[:-1], "maximized", "eq_tolerance"):
             a, b = getattr(self, group), getattr(other, group)
+            if group == "maximized":  # of the columns that both have
+                a, b = ([n for n in a if n in other.columns], [n for n in b if n in self.columns])
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
         for name in self.columns:
@@ -311,8 +317,9 @@ def _unit_texts(units: Any) -> dict[str, str]:
     return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
 
 
-def _names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
-    if isinstance(names, str):
+def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
+    """Return names as texts that every file can hold."""
+    if isinstance(names, str) or not isinstance(names, Sequence):
         raise ArgumentTypeError(f"{group} must be a list of names, got {names!r:.80}")
     for name in names:
         if not isinstance(name, str):
@@ -334,4 +341,4 @@ def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
 
 
 def _listed(value: object) -> str:
-    return ", ".join(value) or "none" if isinstance(value, tuple) else str(value)
+    return ", ".join(value) or "none" if isinstance(value, (tuple, list)) else str(value)

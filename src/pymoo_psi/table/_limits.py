@@ -1,58 +1,132 @@
-"""Limits on criteria, f_j <= f_j**, which are set after the tests and change none of them.
-
-A limit is given in the criterion's own sense: the least value allowed of one that is maximised.
-"""
+"""Limits on columns of a test table, which are set after the tests and change none of them."""
 
 from __future__ import annotations
 
 import numbers
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, Limits
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Bounds = dict[str, tuple[float, float]]
+"""The least and the greatest value of columns, by name and in their own sense; infinite if open."""
 
 
-def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
-    """Return the limits on F by index of the criterion, in the order of the criteria.
+def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
+    """Return what limits say, in the order of the table's columns.
 
     Raises:
-        ArgumentValueError: A criterion is not known or named twice, a limit is NaN.
-        ArgumentTypeError: The limits are no mapping, a limit is no number.
+        ArgumentValueError: A column is not known, is named twice, or is a constraint; a limit is
+            NaN, its lower end above the upper one, or which end it is remains open.
+        ArgumentTypeError: The limits are no mapping, a limit is neither number nor pair.
     """
     if limits is None:
         return {}
     if not isinstance(limits, Mapping):
         raise ArgumentTypeError(
-            f"limits must map criteria to numbers, such as {{'f1': 2.5}}, got {limits!r:.80}"
+            f"limits must map columns to numbers, such as {{'f1': 2.5}}, got {limits!r:.80}"
         )
-    result: dict[int, float] = {}
+    found: Bounds = {}
     for key, limit in limits.items():
-        j = layout.objective(key)
-        if j in result:
-            raise invalid("limits", "given once a criterion", limits)
-        if isinstance(limit, (bool, np.bool_)) or not isinstance(limit, numbers.Real):
-            raise ArgumentTypeError(f"the limit on {key!r} must be a number, got {limit!r:.80}")
-        if isinstance(limit, int) and abs(limit) >= 2**1023:
-            raise invalid(f"the limit on {key!r}", "within what float64 reaches", limit)
-        # Infinity is a limit that every computed value keeps; NaN would reject all designs unsaid.
-        if np.isnan(float(limit)):
-            hint = "leave the criterion out where it has no limit"
-            raise invalid(f"the limit on {key!r}", "a number", Received("nan"), hint)
-        result[j] = float(limit) * float(layout.sign[j])
-    # The order of the criteria, not of the mapping: columns of violations stand in it.
-    return dict(sorted(result.items()))
+        name = _limited(key, layout)
+        if name in found:
+            raise invalid("limits", "given once for a column", limits)
+        found[name] = ends(name, limit)
+        if name in layout.maximized and isinstance(limit, numbers.Real):
+            raise invalid(
+                f"the limit on {name!r}, of which more is better,",
+                "a pair (lower, upper)",
+                limit,
+                f"say ({limit}, None) for at least or (None, {limit}) for at most",
+            )
+    # The order of the columns, not of the mapping: columns of violations stand in it.
+    return {name: found[name] for name in layout.columns if name in found}
 
 
-def within_limits(F: Array, limits: Mapping[int, float]) -> Mask:
-    """``(n,)`` which rows of the ``(n, m)`` criteria keep every limit; NaN keeps none."""
-    mask = np.ones(len(F), dtype=bool)  # <= and not >: NaN must keep none
-    for j, limit in limits.items():
-        mask &= F[:, j] <= limit
+def ends(name: str, limit: Any) -> tuple[float, float]:
+    """Return the least and the greatest value that a limit allows; a number is the greatest.
+
+    Raises:
+        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
+        ArgumentTypeError: It is neither a number nor a pair of numbers or None.
+    """
+    pair = limit if isinstance(limit, (tuple, list)) else (None, limit)
+    if len(pair) != 2 or limit is None:
+        raise ArgumentTypeError(
+            f"the limit on {name!r} must be a number or a pair (lower, upper), got {limit!r:.80}"
+        )
+    low, high = _number(name, pair[0], -np.inf), _number(name, pair[1], np.inf)
+    if low > high:
+        raise invalid(f"the limit on {name!r}", "(lower, upper)", limit)
+    return low, high
+
+
+def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
+    """``(n,)`` which rows keep every limit; what is not finite keeps none.
+
+    Args:
+        bounds: The limits.
+        column: Gives the ``(n,)`` values of a column by its name, in its own sense.
+        n: How many rows there are.
+    """
+    mask = np.ones(n, dtype=bool)
+    for name, (low, high) in bounds.items():
+        if low == -np.inf and high == np.inf:
+            continue
+        values = real_column(name, column(name))
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        mask &= (low <= values) & (values <= high) & np.isfinite(values)
     return mask
+
+
+def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
+    """``(n,)`` by how much rows exceed their limits, summed; that of infinite values is none."""
+    total = np.zeros(n)
+    for name, (low, high) in bounds.items():
+        values = real_column(name, column(name))
+        over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
+        total += np.where(np.isfinite(over), over, 0)
+    return total
+
+
+def _limited(key: Any, layout: Layout) -> str:
+    if not isinstance(key, str):
+        return layout.objectives[layout.objective(key)]  # by index, as everywhere
+    free = [name for name in layout.columns if name not in layout.constraints]
+    if key in layout.constraints:
+        remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
+        raise invalid("a limit", "on a criterion, a variable or an output", key, remedy)
+    return known_name("a limit", key, free, "limits are on criteria, variables and outputs")
+
+
+def _number(name: str, limit: Any, open_end: float) -> float:
+    if limit is None:
+        return open_end
+    if isinstance(limit, (bool, np.bool_)) or not isinstance(limit, numbers.Real):
+        raise ArgumentTypeError(f"the limit on {name!r} must be a number, got {limit!r:.80}")
+    if isinstance(limit, int) and abs(limit) >= 2**1023:
+        raise invalid(f"the limit on {name!r}", "within what float64 reaches", limit)
+    # Infinity is an end that is open; NaN would reject all designs unsaid.
+    if np.isnan(float(limit)):
+        hint = "leave the column out where it has no limit"
+        raise invalid(f"the limit on {name!r}", "a number", Received("nan"), hint)
+    return float(limit)
+
+
+def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
+    """Return the limits on the worse side of criteria, by index, in the sense of F."""
+    found = {}
+    for name, (low, high) in bounds_of(limits, layout).items():
+        if name in layout.objectives:
+            limit = -low if name in layout.maximized else high
+            if limit < np.inf:
+                found[layout.objectives.index(name)] = limit
+    return found

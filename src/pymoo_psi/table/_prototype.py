@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, finite_array, invalid, real_array
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.table._designs import design_row
+from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._layout import Layout, is_writable
 
 Array = NDArray[np.float64]
@@ -61,6 +62,29 @@ class Prototype:
         for array in arrays.values():
             array.setflags(write=False)
         return Prototype(self.name, **arrays)
+
+    def under(self, formulation: Formulation, layout: Layout) -> Prototype:
+        """Return the prototype of a table of this layout under another formulation.
+
+        Raises:
+            ArgumentValueError: A criterion is not known.
+        """
+        groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
+        columns: dict[str, NDArray[Any]] = dict.fromkeys(layout.outputs, np.array([np.nan]))
+        for letter, names in zip("xfgh", groups, strict=True):
+            values = getattr(self, letter)
+            columns |= {name: values[j : j + 1] for j, name in enumerate(names)}
+        asked, columns = formulated(formulation, layout, columns)
+        for name in asked.objectives:
+            if not np.isfinite(columns[name][0]):
+                remedy = "give the prototype with its constraints, or after under()"
+                rule, found = f"{name} of the prototype", Received(f"{columns[name][0]}")
+                raise invalid(rule, "known and finite", found, remedy)
+        f, g, h = (
+            np.array([columns[name][0] for name in names], dtype=np.float64)
+            for names in (asked.objectives, asked.inequalities, asked.equalities)
+        )
+        return Prototype(self.name, self.x, f, g, h).checked(asked)
 
     def same_as(self, other: Prototype) -> bool:
         """Say whether another prototype has the same name and values."""

@@ -39,8 +39,9 @@ from pymoo_psi.pareto._ranking import ranking_of
 from pymoo_psi.table._designs import column_kinds, design_matrix, design_row, joined_designs
 from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
 from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
+from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._layout import Key, Layout, Limits, is_writable
-from pymoo_psi.table._limits import limit_vector, within_limits
+from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._prototype import Prototype
 
 if TYPE_CHECKING:
@@ -61,9 +62,11 @@ class TestTable:
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
     :meth:`read_csv`. A table never changes; its arrays are read-only.
 
-    Wherever ``limits`` are asked for, they are limits f_j <= f_j** on criteria, by name or index
-    from 0: ``{"f1": 2.5, "f3": 0.1}``; of a criterion that is maximised, f_j >= f_j**. They are set
-    on the tests there are and need no evaluation.
+    Wherever ``limits`` are asked for, they are limits on criteria, variables and outputs by name,
+    in the column's own sense: ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``, that is
+    at most 30, from 0.2 to 0.4, and at least 0.9; criteria also go by their index from 0. A number
+    is the greatest value allowed; where more is better it is refused, as it could mean either. They
+    are set on the tests there are and need no evaluation; to ask for more, see :meth:`under`.
 
     ``F`` is pymoo's: all criteria minimised, those that are maximised (``layout.maximized``) with
     the sign turned. Whatever is reached by a criterion's name is in its own sense: :meth:`column`,
@@ -192,9 +195,7 @@ class TestTable:
         lost = ~failed & ~np.isfinite(table.F).all(axis=1)
         lost &= ~table._violated().any(axis=1)
         for i in np.flatnonzero(lost):
-            j = int(np.flatnonzero(~np.isfinite(table.F[i]))[0])
-            value = table.F[i, j] * layout.sign[j]
-            given[int(table.numbers[i])] = f"{layout.objectives[j]} is {value}"
+            given[int(table.numbers[i])] = _lack(table, i)
         table._set({"status": table._status(failed | lost), "reasons": given})
         table._check_reasons()
         return table
@@ -257,13 +258,12 @@ class TestTable:
         """
         layout = self.layout
         j = layout.columns.index(known_name("column", name, layout.columns))
-        blocks = [self.X, self.F * layout.sign, self.G, self.H, self.outputs]
-        for block in blocks:
+        for block in (self.X, self.F, self.G, self.H, self.outputs):
             if j < block.shape[1]:
                 break
             j -= block.shape[1]
         values: NDArray[Any] = block[:, j]
-        return values
+        return -values if name in layout.objectives and name in layout.maximized else values
 
     # Sets of designs under limits
 
@@ -271,8 +271,8 @@ class TestTable:
         """``(n,)`` which designs are "ok" and keep the limits.
 
         Raises:
-            ArgumentValueError: A criterion is not known, or a limit is NaN.
-            ArgumentTypeError: The limits are no mapping to numbers.
+            ArgumentValueError: A column is not known, or a limit is NaN or on a constraint.
+            ArgumentTypeError: The limits are no mapping to numbers or pairs of them.
 
         Example:
             >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
@@ -283,7 +283,10 @@ class TestTable:
             array([False,  True, False])
         """
         ok: Mask = self.status == "ok"
-        return ok & within_limits(self.F, limit_vector(limits, self.layout))
+        # Of tests that all failed, as the first ones may, nobody knows which outputs they have.
+        if (self.status == "failed").all():
+            return ok
+        return ok & within(bounds_of(limits, self.layout), self.column, len(self))
 
     def eligible(self, limits: Limits | None = None) -> Mask:
         """``(n,)`` which designs are feasible and have finite criteria, so that they compete.
@@ -370,12 +373,64 @@ class TestTable:
             >>> mask.tolist(), names
             ([[True, False], [False, True]], ('g1', 'f1'))
         """
-        chosen = limit_vector(limits, self.layout)
-        # Not F > limit, by which NaN would keep every limit; within_limits counts likewise.
-        over = [~(self.F[:, j] <= limit)[:, None] for j, limit in chosen.items()]
+        chosen = bounds_of(limits, self.layout)
+        over = [
+            ~within({name: ends}, self.column, len(self))[:, None] for name, ends in chosen.items()
+        ]
         mask = np.hstack([self._violated(), *over])
         mask[self.status == "failed"] = False
-        return mask, self.layout.constraints + tuple(self.layout.objectives[j] for j in chosen)
+        return mask, self.layout.constraints + tuple(chosen)
+
+    def under(self, formulation: Formulation) -> TestTable:
+        """Return the table of the same tests under another formulation, without an evaluation.
+
+        It is the table that the problem so formulated would give: other criteria and senses, with
+        the limits among the constraints, and the rest among the outputs. Numbers and designs stay.
+        A design with a criterion that cannot be computed has failed; one that failed in its
+        evaluation stays failed, as its values are not known.
+
+        Raises:
+            ArgumentValueError: A column is not there, or cannot be what is asked of it; or a
+                criterion of the prototype is not known.
+
+        Example:
+            >>> from pymoo_psi import Formulation
+            >>> layout = Layout.of(["width"], ["mass"], ["stress"], outputs=["gain"])
+            >>> table = TestTable.of(
+            ...     [1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]], G=[[0.2], [-0.1], [-0.3]],
+            ...     outputs={"gain": [0.5, 0.7, 0.6]}, layout=layout)
+            >>> asked = Formulation(
+            ...     criteria=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
+            ...     relaxed=["stress"])
+            >>> table.under(asked).pareto(), table.pareto()
+            (array([ True,  True, False]), array([False,  True, False]))
+        """
+        instance("formulation", formulation, Formulation)
+        columns = {name: self.column(name) for name in self.layout.columns}
+        layout, columns = formulated(formulation, self.layout, columns)
+        groups = (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
+        F, G, H, outputs = (
+            np.column_stack([np.zeros((len(self), 0)), *(columns[name] for name in names)])
+            for names in groups
+        )
+        F *= layout.sign
+        # Failed for a criterion, such a design may be judged by others; failed in its evaluation,
+        # it has no values, and gets those that an evaluation gives to what fails.
+        reasons, rows = {}, []
+        for i in np.flatnonzero(self.status == "failed"):
+            reason = self.reasons.get(int(self.numbers[i]), "")
+            if reason != _lack(self, i):
+                reasons[int(self.numbers[i])] = reason
+                rows.append(i)
+        for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
+            block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
+        named = dict(zip(layout.outputs, outputs.T, strict=True))
+        table = TestTable.of(
+            self.numbers, self.X, F, G, H, outputs=named, reasons=reasons, layout=layout
+        )
+        if self.prototype is None:
+            return table
+        return table._with(prototype=self.prototype.under(formulation, self.layout))
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
@@ -383,7 +438,7 @@ class TestTable:
         """Return the box of the feasible set, for the next investigation.
 
         Args:
-            limits: Limits on criteria.
+            limits: Limits on columns.
             margin: Widen the box on each side by this share of its width, but not beyond the
                 bounds of this table. Integers are rounded outwards.
 
@@ -859,6 +914,13 @@ def read_tests(path: str | PathLike[str]) -> tuple[TestTable, str]:
     else:
         (head, columns), missing = read_study(path), ""
     return table_of(head, columns, path, TestTable), missing
+
+
+def _lack(table: TestTable, row: np.intp) -> str:
+    """Say which criterion of a test is not finite; empty if all are."""
+    for j in np.flatnonzero(~np.isfinite(table.F[row])):
+        return f"{table.layout.objectives[j]} is {table.F[row, j] * table.layout.sign[j]}"
+    return ""
 
 
 def _widths(layout: Layout) -> dict[str, int]:

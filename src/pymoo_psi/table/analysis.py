@@ -7,7 +7,7 @@ Chapter 1).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, finite_number, integer, invalid
-from pymoo_psi.pareto._feasibility import meets_constraints
 from pymoo_psi.table._designs import design_row, values_in_order
+from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Key, Limits
-from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table._limits import bounds_of
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -93,8 +93,7 @@ class Dependence:
             computed.
         feasible: ``(n,)`` which designs are feasible within the limits.
         pareto: ``(n,)`` which are Pareto optimal among these.
-        limit: The limit on the criterion, the least value allowed if it is maximised; infinite if
-            there is none.
+        limits: The least and the greatest value that limits allow; infinite where there is none.
 
     Example:
         >>> seen = dependence(TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]]), "f1", "x1")
@@ -109,7 +108,7 @@ class Dependence:
     f: Array
     feasible: Mask
     pareto: Mask
-    limit: float
+    limits: tuple[float, float]
 
     def __repr__(self) -> str:
         """Return what depends on what, and how many designs show it."""
@@ -128,7 +127,7 @@ def histogram(
         table: The tests.
         variable: Name or index of the variable.
         bins: Equal bins of the box of a real variable; others have one bin for each value.
-        limits: Limits on criteria.
+        limits: Limits on columns.
 
     Raises:
         ArgumentValueError: There is no such variable or criterion, or no bin.
@@ -181,7 +180,7 @@ def dependence(
         table.F[:, i] * sign,
         table.feasible(limits),
         table.pareto(limits),
-        limit_vector(limits, layout).get(i, np.inf) * sign,
+        bounds_of(limits, layout).get(layout.objectives[i], (-np.inf, np.inf)),
     )
 
 
@@ -276,39 +275,39 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     """Return what each constraint and limit costs, and what relaxing it would buy.
 
     Returns:
-        One row per constraint and then per limit. Columns: ``limit``, what its value must not
-        exceed, or fall below if the criterion is maximised; ``rejects``, how many designs violate
-        it; ``alone``, how many it alone rejects; and for each criterion the best value among the
-        feasible designs (``f1_feasible``) and among those it alone rejects (``f1_alone``); NaN
-        where there are none.
+        One row per constraint and then per limit. Columns: ``lower`` and ``upper``, the least and
+        the greatest value allowed; ``rejects``, how many designs violate it; ``alone``, how many
+        it alone rejects; and for each criterion the best value among the feasible designs
+        (``f1_feasible``) and among those it alone rejects (``f1_alone``); NaN where there are none.
 
     Example:
         Test 2 violates the constraint only; without it f1 = 1 would be had instead of 2.
 
         >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
         >>> print(constraint_costs(TestTable.of([1, 2, 3], X, F, G), {"f1": 3}))
-                    limit  rejects  alone  f1_feasible  f1_alone
+                    lower  upper  rejects  alone  f1_feasible  f1_alone
         constraint
-        g1            0.0        1      1          2.0       1.0
-        f1            3.0        1      1          2.0       4.0
+        g1           -inf    0.0        1      1          2.0       1.0
+        f1           -inf    3.0        1      1          2.0       4.0
     """
     import pandas as pd
 
     mask, names = table.violations(limits)
     layout = table.layout
-    bounds = [0.0] * len(layout.inequalities) + [layout.eq_tolerance] * len(layout.equalities)
-    bounds += [layout.sign[j] * limit for j, limit in limit_vector(limits, layout).items()]
+    bounds = [(-np.inf, 0.0)] * len(layout.inequalities)
+    bounds += [(-layout.eq_tolerance, layout.eq_tolerance)] * len(layout.equalities)
+    bounds += bounds_of(limits, layout).values()
     alone = mask & (mask.sum(axis=1) == 1)[:, None]
-    frame = pd.DataFrame(
-        {"limit": bounds, "rejects": mask.sum(axis=0), "alone": alone.sum(axis=0)},
-        index=pd.Index(names, name="constraint", dtype=object),
-    )
+    lower, upper = np.array(bounds).reshape(len(names), 2).T
+    counts = {"rejects": mask.sum(axis=0), "alone": alone.sum(axis=0)}
+    index = pd.Index(names, name="constraint", dtype=object)
+    frame = pd.DataFrame({"lower": lower, "upper": upper, **counts}, index=index)
     feasible = table.feasible(limits)
     for j, name in enumerate(layout.objectives):
         sign = layout.sign[j]
         frame[f"{name}_feasible"] = sign * _best(table.F[feasible, j])
         frame[f"{name}_alone"] = [sign * _best(table.F[column, j]) for column in alone.T]
-    return frame.astype({"limit": float})
+    return frame
 
 
 def constraint_as_criterion(table: TestTable, constraint: Key) -> TestTable:
@@ -329,37 +328,9 @@ def constraint_as_criterion(table: TestTable, constraint: Key) -> TestTable:
         >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
         [True, False]
     """
-    layout, k = table.layout, table.layout.constraint(constraint)
-    name, j = layout.constraints[k], k - len(layout.inequalities)
-    # The constraint is number k of the inequalities, or number j of the equalities.
-    g_cut, h_cut = ([k], []) if j < 0 else ([], [j])
-    value = table.G[:, k] if j < 0 else np.abs(table.H[:, j])
-    G, H = np.delete(table.G, g_cut, axis=1), np.delete(table.H, h_cut, axis=1)
-    moved = replace(
-        layout,
-        objectives=(*layout.objectives, name),
-        inequalities=tuple(n for n in layout.inequalities if n != name),
-        equalities=tuple(n for n in layout.equalities if n != name),
-    )
-    prototype = table.prototype
-    if prototype is not None:
-        seen = prototype.g[k] if j < 0 else abs(prototype.h[j])
-        if np.isnan(seen):
-            what, hint = f"{name} of the prototype", "give it with its constraints"
-            raise invalid(what, "known", Received("nan"), hint)
-        g, h = np.delete(prototype.g, g_cut), np.delete(prototype.h, h_cut)
-        prototype = replace(prototype, f=np.append(prototype.f, seen), g=g, h=h)
-    freed = (table.status == "infeasible") & meets_constraints(G, H, layout.eq_tolerance)
-    computed = np.isfinite(table.F).all(axis=1)
-    status, reasons = table.status.copy(), dict(table.reasons)
-    status[freed & computed] = "ok"
-    status[freed & ~computed] = "failed"  # feasible now, but its criteria are not known
-    for number in table.numbers[freed & ~computed].tolist():
-        reasons[number] = f"its criteria are not finite, as it violates {name}"
-    F = np.column_stack([table.F, value])
-    return replace(
-        table, layout=moved, F=F, G=G, H=H, status=status, reasons=reasons, prototype=prototype
-    )
+    layout = table.layout
+    name = layout.constraints[layout.constraint(constraint)]
+    return table.under(Formulation(criteria=(*layout.objectives, name)))
 
 
 # The prototype

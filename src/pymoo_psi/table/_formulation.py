@@ -1,0 +1,276 @@
+"""What is asked of tests: criteria, senses, limits, constraints that hold, computed columns.
+
+In Parameter Space Investigation the problem is formulated after the tests, and often anew
+(Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995, Chapter 1): a limit was
+too tight, a criterion was forgotten, a constraint turns out to be negotiable.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import Received, invalid, known_name, real_array
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.table._designs import real_column
+from pymoo_psi.table._expression import Expression
+from pymoo_psi.table._layout import RESERVED, Layout, Limit, column_names
+from pymoo_psi.table._limits import bounds_of, ends
+
+Columns: TypeAlias = Mapping[str, NDArray[Any]]
+Computation: TypeAlias = str | Callable[[Columns], Any]
+"""An expression, or a function of the ``(n,)`` columns by name, in their own sense, to ``(n,)``."""
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """A formulation of a problem, by which tests are judged anew: see :meth:`TestTable.under`.
+
+    All columns are named, and all values are in their own sense. What is not said stays as the
+    table has it: the criteria, their senses, and the constraints.
+
+    Attributes:
+        criteria: Names of the criteria: any columns but variables, constraints among them, which
+            then are constraints no more (an equality counts by its absolute value); the table's
+            unless given. The table's other criteria become outputs.
+        maximize: Criteria of which more is better, beside those of which the table says so.
+        minimize: Criteria of which less is better although the table says otherwise.
+        limits: Limits on criteria, variables and outputs, ``(lower, upper)`` with ``None`` for an
+            open end; a number is an upper limit. Each becomes an inequality constraint, such as
+            ``mass<=30`` with the value mass - 30.
+        relaxed: Constraints that are left out and become outputs; another bound than theirs is a
+            limit on such a column.
+        computed: Further columns by name, each an expression of others, such as
+            ``"mass / stress"``, or a function of them: ``lambda t: t["mass"] / t["stress"]``. Each
+            may use those before it. In an expression, names of other than letters, digits and
+            ``_`` stand in backquotes; it knows + - * / ** and parentheses, abs, sqrt, exp, log
+            (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan, sinh, cosh,
+            tanh, min, max and pi, and nothing of Python.
+
+    Raises:
+        ArgumentValueError: A name is given twice or in two senses, a limit is none, or an
+            expression cannot be read.
+        ArgumentTypeError: A name is not text, a limit not of numbers.
+
+    Example:
+        >>> from pymoo_psi import TestTable
+        >>> table = TestTable.of([1, 2, 3], [[1.0], [2.0], [4.0]], [[3.0, 6], [2, 2], [1, 4]])
+        >>> asked = Formulation(
+        ...     criteria=["f1", "ratio"], limits={"x1": (None, 3)}, computed={"ratio": "f2 / f1"})
+        >>> print(table.under(asked).to_frame()[["f1", "ratio", "status", "violated"]])
+                     f1  ratio      status violated
+        test_point
+        1           3.0    2.0          ok
+        2           2.0    1.0          ok
+        3           1.0    4.0  infeasible    x1<=3
+    """
+
+    criteria: Sequence[str] = ()
+    maximize: Sequence[str] = ()
+    minimize: Sequence[str] = ()
+    limits: Mapping[str, Limit] = field(default_factory=dict)
+    relaxed: Sequence[str] = ()
+    computed: Mapping[str, Computation] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a table, and take copies."""
+        for group in ("criteria", "maximize", "minimize", "relaxed"):
+            names = column_names(group, getattr(self, group))
+            if twice := [name for name in names if names.count(name) > 1]:
+                raise invalid(group, "columns that are named once", twice[0])
+            object.__setattr__(self, group, names)
+        if both := [name for name in self.maximize if name in self.minimize]:
+            raise invalid("maximize and minimize", "of different columns", both[0])
+        for group in ("limits", "computed"):
+            if not isinstance(entries := getattr(self, group), Mapping):
+                raise ArgumentTypeError(f"{group} must be a mapping by column, got {entries!r:.80}")
+            column_names(group, tuple(entries))
+            object.__setattr__(self, group, dict(entries))
+        limits = {name: _plain(name, limit) for name, limit in self.limits.items()}
+        object.__setattr__(self, "limits", limits)
+        for how in self.computed.values():
+            if not callable(how):
+                Expression.of(how)
+
+    def to_json(self, path: str | PathLike[str]) -> None:
+        """Write the formulation as JSON, which :meth:`read_json` reads and hands can edit.
+
+        Raises:
+            ArgumentTypeError: A column is computed by a function, which no file can hold.
+            OSError: The file cannot be written.
+
+        Example:
+            >>> import os, tempfile
+            >>> asked = Formulation(maximize=["gain"], limits={"mass": (None, 30)})
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     asked.to_json(os.path.join(folder, "asked.json"))
+            ...     print(Path(folder, "asked.json").read_text())
+            ...     Formulation.read_json(os.path.join(folder, "asked.json")) == asked
+            {
+             "maximize": ["gain"],
+             "limits": {"mass": [null, 30]}
+            }
+            <BLANKLINE>
+            True
+        """
+        for name, how in self.computed.items():
+            if callable(how):
+                rule = f"{name!r} must be computed by an expression to be written"
+                raise ArgumentTypeError(f'{rule}, got a function; say it as text: "mass / stress"')
+        content = {
+            f.name: value if isinstance(value, dict) else list(value)
+            for f in fields(self)
+            if (value := getattr(self, f.name))
+        }
+        # One line for each attribute: short enough to be read, and to be edited by hand.
+        lines = ",\n ".join(
+            f'"{name}": {json.dumps(value, ensure_ascii=False)}' for name, value in content.items()
+        )
+        with whole_file(path) as written:
+            written.write_text(f"{{\n {lines}\n}}\n", encoding="utf-8")
+
+    @classmethod
+    def read_json(cls, path: str | PathLike[str]) -> Formulation:
+        """Read a formulation; whoever wrote the file, reading and using it runs nothing of it.
+
+        Raises:
+            ArgumentValueError: The file is no formulation, or what it says is none.
+            OSError: The file cannot be opened.
+
+        Example:
+            >>> import os, tempfile
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = Path(folder, "asked.json")
+            ...     _ = path.write_text('{"computed": {"r": "mass / stress"}}')
+            ...     Formulation.read_json(path).computed
+            {'r': 'mass / stress'}
+        """
+        content = Path(path).read_bytes()
+        try:
+            found = json.loads(content.decode("utf-8-sig"), object_pairs_hook=_distinct)
+        except (ValueError, RecursionError) as error:
+            raise ArgumentValueError(
+                f"{path} must be a formulation, an object of JSON: {error}"
+            ) from None
+        try:
+            if not isinstance(found, dict):
+                raise invalid("it", "an object of JSON", found)
+            for key in found:
+                known_name("an entry", key, [f.name for f in fields(cls)])
+            return cls(**found)
+        except (ArgumentValueError, ArgumentTypeError) as error:
+            raise ArgumentValueError(f"{path} must be a formulation: {error}") from None
+
+
+def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, NDArray[Any]]:
+    """Return columns with those that a formulation computes from them.
+
+    Raises:
+        ArgumentValueError: One is named like another column, or uses one that is not there; a
+            function returns values of another shape.
+        ArgumentTypeError: A function returns other than real numbers.
+    """
+    whole = dict(columns)
+    for name, how in formulation.computed.items():
+        if name in whole or name in RESERVED:
+            raise invalid("a computed column", "named unlike other columns", name)
+        if callable(how):
+            n = len(next(iter(whole.values())))
+            with np.errstate(all="ignore"):  # as in expressions: the values tell
+                values = np.array(real_array(f"what {name!r} is computed to", how(dict(whole))))
+            if values.shape != (n,):
+                found = Received(f"shape {values.shape}")
+                raise invalid(f"what {name!r} is computed to", f"of shape {(n,)}", found)
+            whole[name] = values
+        else:
+            whole[name] = Expression.of(how).values(whole)
+    return whole
+
+
+def formulated(
+    formulation: Formulation, layout: Layout, columns: Columns
+) -> tuple[Layout, dict[str, NDArray[Any]]]:
+    """Return the layout that a formulation gives a table, and the columns it consists of.
+
+    Args:
+        formulation: What is asked.
+        layout: That of the table.
+        columns: ``(n,)`` its columns, in their own sense.
+
+    Raises:
+        ArgumentValueError: A column is not there, or cannot be what is asked of it.
+    """
+    whole = computed_columns(formulation, columns)
+    criteria = tuple(formulation.criteria) or layout.objectives
+    for name in criteria:
+        if name in layout.variables:
+            remedy = f"compute a column from it: computed={{'small_{name}': '{name}'}}"
+            raise invalid("criteria", "columns other than variables", name, remedy)
+        known_name("criteria", name, [n for n in whole if n not in layout.variables])
+    for group in ("maximize", "minimize"):
+        for name in getattr(formulation, group):
+            known_name(group, name, criteria, "only criteria have a sense")
+    for name in formulation.relaxed:
+        if not layout.constraints:
+            raise invalid("relaxed", "constraints of the table", name, "the table has none")
+        known_name("relaxed", name, layout.constraints)
+    for name in set(criteria).intersection(layout.equalities):
+        whole[name] = np.abs(whole[name])
+    gone = {*criteria, *formulation.relaxed}
+    kept = [tuple(n for n in group if n not in gone)
+            for group in (layout.inequalities, layout.equalities)]  # fmt: skip
+    former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
+    outputs = tuple(name for name in former if name not in {*criteria, *kept[0], *kept[1]})
+    more = {*layout.maximized, *formulation.maximize}.difference(formulation.minimize)
+    asked = replace(
+        layout,
+        objectives=criteria,
+        inequalities=kept[0],
+        equalities=kept[1],
+        outputs=outputs,
+        maximized=tuple(name for name in (*criteria, *outputs) if name in more),
+    )
+    limits = {}
+    for name, (low, high) in bounds_of(formulation.limits, asked).items():
+        values = real_column(name, whole[name])
+        # NaN violates a constraint: a value that is not finite keeps no limit, see `within`.
+        values = np.where(np.isfinite(values), values, np.nan)
+        with np.errstate(over="ignore"):  # an infinite excess has the right sign
+            # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
+            if low > -np.inf:
+                limits[f"{name}>={_whole(low)}"] = low - values
+            if high < np.inf:
+                limits[f"{name}<={_whole(high)}"] = values - high
+    return replace(asked, inequalities=(*kept[0], *limits)), whole | limits
+
+
+def _plain(name: str, limit: Any) -> Any:
+    """Return a limit as a number or a pair that JSON can hold; an open end is None."""
+    low, high = ends(name, limit)
+    if low == np.inf or high == -np.inf:
+        raise invalid(f"the limit on {name!r}", "one that a number can keep", limit)
+    if not isinstance(limit, (tuple, list)) and high < np.inf:
+        return _whole(high)
+    return tuple(None if np.isinf(end) else _whole(end) for end in (low, high))
+
+
+def _whole(value: float) -> float:
+    """Return a number as an integer where that is the same, so that files and names have 30."""
+    # Beyond 2^53 not every integer is a float64, and digits would be shown that are not there.
+    return int(value) if value.is_integer() and abs(value) < 2**53 else value
+
+
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    # Of two entries with one name JSON would keep the last in silence.
+    entries = dict(pairs)
+    if len(entries) < len(pairs):
+        raise ValueError("a name occurs twice")
+    return entries

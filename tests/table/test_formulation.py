@@ -1,0 +1,370 @@
+"""Formulations after the tests: the table judged anew is the table of the problem so formulated."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pymoo.core.problem import Problem
+
+from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
+from pymoo_psi.table import Layout
+
+COUNT = 40
+FINITE = 1e6  # the model's values are far below
+
+
+def model(X):
+    """What a model of two variables gives, with ties, and NaN and infinity in places."""
+    x, y = X.T
+    with np.errstate(divide="ignore"):
+        return {
+            "mass": np.round(4 * x) + y,
+            "gain": np.round(3 * np.sin(5 * y) + x, 1),
+            "stress": x + y - 1.2,
+            "bend": 0.6 - y,
+            "volume": np.round(x - y, 1),
+            "heat": np.where(x < 0.3, np.nan, 1 / np.maximum(0, y - 0.2)),
+        }
+
+
+# The table as it was tested: of two criteria one maximised, two constraints, an equality, an output.
+X = lp_tau(COUNT, 2)
+LAYOUT = Layout.of(
+    ["width", "wall kg"], ["mass", "gain"], ["stress", "bend"], ["volume"],
+    lower=[0, 0], upper=[1, 1], eq_tolerance=0.5, outputs=["heat"], maximize=["gain"],
+    units={"mass": "kg"},
+)  # fmt: skip
+
+
+def beam_tests(failed=()):
+    out = model(X)
+    F = np.column_stack([out["mass"], -out["gain"]])
+    G, H = np.column_stack([out["stress"], out["bend"]]), out["volume"][:, None]
+    heat = out["heat"].copy()
+    for number in failed:  # as an evaluation leaves what fails
+        F[number - 1], G[number - 1], H[number - 1], heat[number - 1] = np.inf, 0, 0, np.nan
+    reasons = dict.fromkeys(failed, "it broke")
+    return TestTable.of(
+        np.arange(1, COUNT + 1), X, F, G, H,
+        outputs={"heat": heat}, reasons=reasons, layout=LAYOUT,
+    )  # fmt: skip
+
+
+class ByHand(Problem):
+    """The problem as somebody would write it who had known the formulation from the start."""
+
+    def __init__(self, formulation, computed):
+        self.asked, self.computed = formulation, computed
+        names = formulation.criteria or ("mass", "gain")
+        gone = {*names, *formulation.relaxed}
+        self.criteria = names
+        self.ieq = [name for name in ("stress", "bend") if name not in gone]
+        self.eq = [name for name in ("volume",) if name not in gone]
+        ends = [end for pair in formulation.limits.values() for end in np.atleast_1d(pair)]
+        n_limits = sum(end is not None for end in ends)
+        super().__init__(
+            n_var=2, n_obj=len(names), n_ieq_constr=len(self.ieq) + n_limits,
+            n_eq_constr=len(self.eq), xl=0.0, xu=1.0,
+        )  # fmt: skip
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        values = model(X) | {"width": X[:, 0], "wall kg": X[:, 1]}
+        for name, function in self.computed.items():
+            with np.errstate(all="ignore"):
+                values[name] = function(values)
+        up = {"gain", *self.asked.maximize}.difference(self.asked.minimize)
+        signs = [-1.0 if name in up else 1.0 for name in self.criteria]
+        columns = [np.abs(values[n]) if n == "volume" else values[n] for n in self.criteria]
+        out["F"] = np.column_stack(columns) * signs
+        out["G"] = [values[name] for name in self.ieq]
+        for name, pair in self.asked.limits.items():
+            column = (
+                np.abs(values[name]) if name == "volume" and name in self.criteria else values[name]
+            )
+            column = np.where(np.isfinite(column), column, np.inf)  # what is not known is refused
+            low, high = pair if isinstance(pair, tuple) else (None, pair)
+            if low is not None:
+                out["G"].append(np.where(column == np.inf, np.inf, low - column))
+            if high is not None:
+                out["G"].append(column - high)
+        out["G"] = np.column_stack([*out["G"], np.zeros((len(X), 0))])
+        out["H"] = np.column_stack([*(values[name] for name in self.eq), np.zeros((len(X), 0))])
+
+
+COMPUTED = {
+    "ratio": ("gain / mass", lambda v: v["gain"] / v["mass"]),
+    "odd ratio": ("mass/(`wall kg` - 0.5)", lambda v: v["mass"] / (v["wall kg"] - 0.5)),
+    "root": ("sqrt(gain) + width", lambda v: np.sqrt(v["gain"]) + v["width"]),
+    "worst": ("max(stress, bend, -1)", lambda v: np.maximum(np.maximum(v["stress"], v["bend"]), -1)),
+}  # fmt: skip
+CONSTRAINTS = ["stress", "bend", "volume"]
+
+
+@st.composite
+def formulations(draw):
+    """A formulation, and the functions of its computed columns."""
+    computed = draw(st.lists(st.sampled_from(list(COMPUTED)), unique=True, max_size=2))
+    columns = ["mass", "gain", "heat", *CONSTRAINTS, *computed]
+    criteria = draw(st.lists(st.sampled_from(columns), unique=True, max_size=3))
+    named = criteria or ["mass", "gain"]
+    turned = draw(st.dictionaries(st.sampled_from(named), st.booleans()))
+    relaxed = draw(st.lists(st.sampled_from(CONSTRAINTS), unique=True, max_size=2))
+    kept = {*CONSTRAINTS}.difference(relaxed, criteria)
+    more = {"gain", *(n for n, up in turned.items() if up)}.difference(
+        n for n, up in turned.items() if not up
+    )
+    free = [n for n in [*columns, "width", "wall kg"] if n not in kept]
+    limits = {}
+    for name in draw(st.lists(st.sampled_from(free), unique=True, max_size=3)):
+        low, high = sorted(draw(st.tuples(*[st.sampled_from([-1.0, 0.0, 0.2, 0.5, 1, 2.0])] * 2)))
+        pairs = [(low, high), (None, high), (low, None)]
+        pairs += [] if name in more else [high]
+        limits[name] = draw(st.sampled_from(pairs))
+    functions = draw(st.booleans())
+    asked = Formulation(
+        criteria=criteria,
+        maximize=[n for n, up in turned.items() if up],
+        minimize=[n for n, up in turned.items() if not up],
+        limits=limits,
+        relaxed=relaxed,
+        computed={n: COMPUTED[n][functions] for n in computed},
+    )
+    return asked, {n: COMPUTED[n][1] for n in computed}
+
+
+@settings(max_examples=150)
+@given(formulations=formulations())
+def test_tests_judged_anew_are_the_fresh_run_of_the_problem_so_formulated(formulations):
+    asked, computed = formulations
+    table = beam_tests()
+    fresh = investigate(ByHand(asked, computed), COUNT)
+    fresh = TestTable.of(
+        fresh.numbers, fresh.X, fresh.F, fresh.G, fresh.H, reasons=fresh.reasons,
+        layout=Layout.of(2, fresh.F.shape[1], fresh.G.shape[1], fresh.H.shape[1], eq_tolerance=0.5),
+    )  # fmt: skip
+    anew = table.under(asked)
+    np.testing.assert_array_equal(anew.numbers, fresh.numbers)
+    np.testing.assert_array_equal(anew.X, fresh.X)
+    # An evaluation refuses NaN before it looks at constraints; a table looks at these first.
+    known = ~np.isnan(anew.F).any(axis=1)
+    np.testing.assert_array_equal(anew.status[known], fresh.status[known])
+    ok = anew.status == "ok"
+    assert not (ok & ~known).any()
+    np.testing.assert_array_equal(anew.F[ok], fresh.F[ok])
+    np.testing.assert_array_equal(anew.feasible(), fresh.feasible())
+    np.testing.assert_array_equal(anew.pareto(), fresh.pareto())
+    if ok.any():
+        ours, theirs = anew.ranking(), fresh.ranking()
+        np.testing.assert_array_equal(ours.rank, theirs.rank)
+        np.testing.assert_array_equal(ours.criteria, theirs.criteria)
+
+
+@given(failed=st.sets(st.integers(1, COUNT)), formulations=formulations())
+def test_what_failed_in_its_evaluation_stays_failed_and_the_rest_is_as_without_it(
+    failed, formulations
+):
+    asked, _ = formulations
+    table = beam_tests(failed)
+    assert table.under(Formulation()).equals(table)
+    anew, whole = table.under(asked), beam_tests().under(asked)
+    rows = ~np.isin(table.numbers, list(failed))
+    assert anew.rows(rows).equals(whole.rows(rows))
+    assert set(anew.status[~rows].tolist()) <= {"failed"}
+    assert {anew.reasons[n] for n in failed} <= {"it broke"}
+
+
+@given(formulations=formulations())
+def test_a_formulation_of_a_formulated_table_forgets_neither_tests_nor_senses(formulations):
+    """What failed by the first criteria is judged by the second ones as if never looked at."""
+    table = beam_tests()
+    first = Formulation(criteria=formulations[0].criteria, computed=formulations[0].computed)
+    again = table.under(first).under(Formulation(criteria=["mass", "gain"]))
+    assert again.layout.maximized == ("gain",)
+    gone = sorted({*first.criteria}.intersection(CONSTRAINTS))
+    once = table.under(Formulation(criteria=["mass", "gain"], relaxed=gone))
+    np.testing.assert_array_equal(again.F, once.F)
+    np.testing.assert_array_equal(again.status, once.status)
+    assert again.reasons == once.reasons
+
+
+def test_every_column_stays_a_column():
+    table = beam_tests()
+    anew = table.under(
+        Formulation(
+            criteria=["gain", "gain per mass"], limits={"stress": 0.1, "width": (0.25, 0.75)},
+            relaxed=["stress"], computed={"gain per mass": "gain / mass"},
+        )
+    )  # fmt: skip
+    layout = anew.layout
+    assert layout.outputs == ("heat", "mass", "stress")
+    assert layout.constraints == ("bend", "width>=0.25", "width<=0.75", "stress<=0.1", "volume")
+    for name in table.layout.columns:
+        np.testing.assert_array_equal(anew.column(name), table.column(name))
+    np.testing.assert_array_equal(anew.column("width<=0.75"), X[:, 0] - 0.75)
+    assert (layout.units, layout.maximized) == ({"mass": "kg"}, ("gain",))
+    assert layout.lower.tolist() == [0, 0]
+    beyond = X[:, 0] > 0.75
+    assert all("width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
+
+
+def test_a_computed_criterion_without_a_value_is_a_failure_with_its_reason():
+    table = beam_tests()
+    anew = table.under(
+        Formulation(
+            ["mass", "r"], maximize=["r"], relaxed=CONSTRAINTS,
+            computed={"r": "log(`wall kg` - 0.5)"},
+        )
+    )  # fmt: skip
+    lost = X[:, 1] <= 0.5
+    assert (anew.status == "failed").tolist() == lost.tolist()
+    assert {anew.reasons[n] for n in anew.numbers[X[:, 1] < 0.5]} == {"r is nan"}
+    assert {anew.reasons[n] for n in anew.numbers[X[:, 1] == 0.5]} == {"r is -inf"}
+    assert not anew.pareto()[lost].any()
+
+
+def test_an_infinite_value_keeps_no_limit():
+    """1 / 0 is not above any bound: nobody knows what it is."""
+    table = TestTable.of([1, 2], [[0.0], [0.5]], [[1.0], [2.0]])
+    asked = Formulation(limits={"r": (1.0, None)}, computed={"r": "1 / x1"})
+    assert table.under(asked).feasible().tolist() == [False, True]
+    known = table.under(Formulation(computed={"r": "1 / x1"}))
+    assert known.feasible({"r": (1.0, None)}).tolist() == [False, True]
+
+
+def test_the_prototype_is_judged_with_the_tests():
+    table = beam_tests().with_prototype([0.5, 0.4], [3.0, 1.0], g=[-0.3, 0.2], h=[0.1])
+    asked = Formulation(
+        ["mass", "r", "stress"], limits={"width": (0.6, None)}, computed={"r": "gain / mass"}
+    )
+    old = table.under(asked).prototype
+    assert (old.f.tolist(), old.g.tolist(), old.h.tolist()) == (
+        [3.0, 1 / 3, -0.3], [0.2, 0.6 - 0.5], [0.1],
+    )  # fmt: skip
+    with pytest.raises(PsiError, match="heat of the prototype must be known and finite, got nan"):
+        table.under(Formulation(["mass", "heat"]))
+
+
+# Limits without a formulation
+
+
+@given(
+    name=st.sampled_from(["mass", "gain", "heat", "width", "wall kg"]),
+    ends=st.tuples(*[st.one_of(st.none(), st.sampled_from([-0.5, 0.25, 1.0, 1.5, 3.0]))] * 2),
+)
+def test_limits_are_those_of_a_formulation(name, ends):
+    table = beam_tests({3})
+    if None not in ends:
+        ends = tuple(sorted(ends))
+    anew = table.under(Formulation(limits={name: ends}))
+    np.testing.assert_array_equal(table.feasible({name: ends}), anew.feasible())
+    np.testing.assert_array_equal(table.pareto({name: list(ends)}), anew.pareto())
+    np.testing.assert_array_equal(
+        table.violations({name: ends})[0].any(axis=1), anew.violations()[0].any(axis=1)
+    )
+    low, high = (np.inf * s if e is None else e for s, e in zip((-1, 1), ends, strict=True))
+    values = table.column(name)
+    inside = (low <= values) & (values <= high) & np.isfinite(values) | (ends == (None, None))
+    np.testing.assert_array_equal(table.feasible({name: ends}), table.feasible() & inside)
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"gain": 0.9}, r"limit on 'gain', of which more is better, must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
+        ({1: 0.9}, "limit on 'gain', of which more is better"),
+        ({"stress": 0.1}, r"must be on a criterion, a variable or an output, got 'stress'; leave the constraint out by Formulation\(relaxed="),
+        ({"mass": (2, 1)}, r"limit on 'mass' must be \(lower, upper\), got \(2, 1\)"),
+        ({"mass": (1, 2, 3)}, r"must be a number or a pair \(lower, upper\)"),
+        ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
+        ({"mass": (None, "2")}, "limit on 'mass' must be a number, got '2'"),
+        ({"mass": (np.nan, None)}, "limit on 'mass' must be a number, got nan"),
+        ({"mas": 1}, "did you mean 'mass'"),
+    ],
+)  # fmt: skip
+def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, message):
+    with pytest.raises(PsiError, match=message):
+        beam_tests().feasible(limits)
+    if 1 not in limits:
+        with pytest.raises(PsiError, match=message):
+            beam_tests().under(Formulation(limits=limits))
+
+
+def test_a_choice_cannot_be_limited():
+    table = TestTable.of([1], [["iron", 1.0]], [[1.0]])
+    with pytest.raises(TypeError, match=r"'x1' holds 'iron'; select designs .*column\('x1'\)"):
+        table.feasible({"x1": 1})
+    assert table.feasible({"x2": (1, 1)}).tolist() == [True]  # beside a choice, a number is one
+
+
+# Formulations as values and files
+
+
+@given(formulations=formulations())
+def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
+    asked, _ = formulations
+    path = tmp_path_factory.getbasetemp() / "asked.json"
+    if any(map(callable, asked.computed.values())):
+        with pytest.raises(
+            TypeError, match="computed by an expression to be written, got a function"
+        ):
+            asked.to_json(path)
+        return
+    asked.to_json(path)
+    assert Formulation.read_json(path) == asked
+    json.loads(path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "an object of JSON"),
+        ("[]", r"it must be an object of JSON, got \[\]"),
+        ("{", "an object of JSON"),
+        ("[" * 100_000, "an object of JSON"),
+        ('{"criteria": ["a"], "criteria": ["b"]}', "a name occurs twice"),
+        ('{"criterion": ["a"]}', "an entry must be one of .* did you mean 'criteria'"),
+        ('{"criteria": "mass"}', "criteria must be a list of names"),
+        ('{"criteria": 3}', "criteria must be a list of names"),
+        ('{"criteria": [3]}', "criteria must be names, got 3"),
+        ('{"criteria": ["a", "a"]}', "criteria must be columns that are named once"),
+        ('{"maximize": ["a"], "minimize": ["a"]}', "of different columns, got 'a'"),
+        ('{"limits": ["mass"]}', "limits must be a mapping"),
+        ('{"limits": {"mass": [1]}}', "a number or a pair"),
+        ('{"limits": {"mass": NaN}}', "must be a number, got nan"),
+        ('{"limits": {"mass": [Infinity, null]}}', "one that a number can keep"),
+        ('{"limits": {"mass": true}}', "must be a number, got True"),
+        ('{"limits": {"mass": 1' + "0" * 5000 + "}}", "an object of JSON|within what float64"),
+        ('{"computed": {"r": 3}}', "an expression must be text, got 3"),
+        ('{"computed": {"r": "__import__(\'os\').abort()"}}', "a function of"),
+        ('{"computed": {"r": "(((((((((((a"}}', "continued by"),
+        ('{"computed": {"": "a"}}', "names of at least one Unicode character"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
+    path = tmp_path / "asked.json"
+    path.write_text(text, "utf-8")
+    with pytest.raises(ValueError, match=rf"asked\.json must be a formulation.*({message})"):
+        Formulation.read_json(path)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (Formulation(["mas"]), "criteria must be one of .* did you mean 'mass'"),
+        (Formulation(["width"]), r"columns other than variables, got 'width'; compute a column"),
+        (Formulation(["mass"], maximize=["gain"]), "maximize must be one of 'mass', got 'gain'; only criteria"),
+        (Formulation(relaxed=["mass"]), "relaxed must be one of 'bend', 'stress', 'volume'"),
+        (Formulation(computed={"heat": "mass"}), "a computed column must be named unlike other columns, got 'heat'"),
+        (Formulation(computed={"status": "mass"}), "named unlike other columns, got 'status'"),
+        (Formulation(computed={"a": "b", "b": "mass"}), "a column of 'b' must be one of"),
+        (Formulation(computed={"a": lambda t: 3.0}), r"what 'a' is computed to must be of shape \(40,\), got shape \(\)"),
+        (Formulation(computed={"a": lambda t: t["mass"].astype(str)}), "what 'a' is computed to must be an array of real numbers"),
+    ],
+)  # fmt: skip
+def test_what_the_table_does_not_have_is_refused(asked, message):
+    with pytest.raises(PsiError, match=message):
+        beam_tests().under(asked)
+    with pytest.raises(PsiError, match="formulation must be a Formulation, got dict"):
+        beam_tests().under({})
