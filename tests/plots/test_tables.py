@@ -24,13 +24,16 @@ from pymoo_psi.table import Layout, histogram, section_points
 from tests.plots.drawn import assert_whole, shown, texts
 
 LIMITS = {"f1": 2.2, "f4": 1.0}
+OPEN = (-np.inf, np.inf)
 
 
 def plane_of(table, pair, limits=None):
     """The plane of two criteria, as 11, or of a variable and a criterion, as "x0 1"."""
     group = design_groups(table, limits)
-    make = variable_plane if str(pair[0]).startswith("x") else criteria_plane
-    return make(table, int(str(pair[0]).lstrip("x")), pair[1], limits, group)
+    criteria = table.layout.objectives
+    if str(pair[0]).startswith("x"):
+        return variable_plane(table, int(pair[0][1:]), criteria[pair[1]], limits, group)
+    return criteria_plane(table, *(criteria[j] for j in pair), limits, group)
 
 
 def drawn(plane):
@@ -134,14 +137,14 @@ def test_a_plane_holds_every_design_in_its_group(chute, limits):
     assert plane.group.tolist() == list(by_status(chute, limits))
     assert plane.names == ("x2", "f1")
     assert plane.box == (0.1, 6.0)
-    assert plane.limits == (np.inf, (limits or {}).get("f1", np.inf))
+    assert plane.limits == (OPEN, (-np.inf, (limits or {}).get("f1", np.inf)))
     np.testing.assert_array_equal(plane.prototype, [[0.9, 1.9]])
 
 
 def test_a_plane_of_criteria_holds_both(chute, osy):
     plane = plane_of(chute, (3, 0), LIMITS)
     np.testing.assert_array_equal(plane.values, chute.F[:, [3, 0]])
-    assert plane.limits == (1.0, 2.2)
+    assert plane.limits == ((-np.inf, 1.0), (-np.inf, 2.2))
     assert plane.group.tolist() == list(by_status(chute, LIMITS))
     np.testing.assert_array_equal(plane.prototype, [[0.9, 1.9]])
     limits = {"f1": -50}
@@ -255,7 +258,7 @@ def test_a_section_is_in_order_and_knows_what_is_feasible(cut):
     np.testing.assert_allclose(curves.F[1:, 0], curves.x[1:] ** 2 + 0.75**2)
     assert curves.feasible.tolist() == [False, False, True, True, True]
     assert (curves.variable, curves.at) == ("x1", 0.25)
-    assert curves.limits.tolist() == [np.inf, 0.35]
+    assert curves.limits == {"f2": (-np.inf, 0.35)}
 
 
 def test_a_section_shows_the_feasible_part_the_design_and_the_limit(cut):

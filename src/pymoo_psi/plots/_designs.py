@@ -1,5 +1,8 @@
 """The tested designs of a table in a plane: a criterion against a variable or another criterion.
 
+What is drawn of a criterion is in its own sense. In the place of a criterion may be a constraint
+or an output.
+
 Every tested design is in one group. The groups differ by marker and by lightness, so that a grey
 print tells them apart; the larger a group, the smaller its markers and the lower it lies, so that
 the many do not hide the few.
@@ -23,7 +26,7 @@ from pymoo_psi.plots._style import literal, view
 from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds, values_in_order
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table._limits import bounds_of
 
 Array = NDArray[np.float64]
 
@@ -39,8 +42,10 @@ GROUPS: dict[str, Marker] = {
 }
 _PROTOTYPE = MARKERS[6]._replace(size=8.25)
 
+_OPEN = (-np.inf, np.inf)  # no limit
 _LIMIT_STYLES = {"x": "-.", "y": "--"}
 _LETTERS = 90  # of text over the width of a page, in the size of axis labels
+_UPRIGHT = 18  # letters over the height of axes, likewise
 _MANY = 200  # from here on the markers of a group shrink, down to a fifth
 _RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
 _HUGE = 1e300  # beyond it the length of an axis may overflow
@@ -78,6 +83,7 @@ class Plane:
 
     Attributes:
         names: What is on the horizontal and on the vertical axis.
+        labels: The same with units, for the axes.
         abscissa: What is on the horizontal axis: a "criterion", a "real" or "integer" variable,
             or an "option", which is a choice or a boolean.
         options: The values of an "option", in order; empty for numbers.
@@ -85,18 +91,19 @@ class Plane:
         numbers: ``(n,)`` numbers of the test points; those that failed are left out.
         values: ``(n, 2)`` the designs, an "option" by its index in ``options``.
         group: ``(n,)`` one of ``GROUPS``.
-        limits: Limits on the two quantities; infinity where there is none.
+        limits: The least and the greatest value allowed of each quantity; infinite where open.
         prototype: ``(k, 2)`` the prototype, k = 0 or 1.
     """
 
     names: tuple[str, str]
+    labels: tuple[str, str]
     abscissa: Literal["criterion", "real", "integer", "option"]
     options: tuple[Any, ...]
     box: tuple[float, float]
     numbers: NDArray[np.int64]
     values: Array
     group: NDArray[np.str_]
-    limits: tuple[float, float]
+    limits: tuple[tuple[float, float], tuple[float, float]]
     prototype: Array
 
     def nearby(self, margin: float) -> Plane:
@@ -140,9 +147,9 @@ class Plane:
 
 
 def criteria_plane(
-    table: TestTable, first: int, second: int, limits: Limits | None, group: NDArray[np.str_]
+    table: TestTable, first: str, second: str, limits: Limits | None, group: NDArray[np.str_]
 ) -> Plane:
-    """Return the designs in the plane of two criteria, given by their indices.
+    """Return the designs in the plane of two criteria.
 
     Args:
         table: A test table.
@@ -151,16 +158,12 @@ def criteria_plane(
         limits: Limits on columns.
         group: From :func:`design_groups`, under these limits.
     """
-    at = table.prototype
-    return _plane(
-        table, second, limits, group, name=table.layout.objectives[first], abscissa="criterion",
-        x=table.F[:, first], x_at=[] if at is None else [float(at.f[first])],
-        x_limit=limit_vector(limits, table.layout).get(first, np.inf),
-    )  # fmt: skip
+    x, x_at = table.column(first), _of_prototype(table, first)
+    return _plane(table, (first, second), limits, group, abscissa="criterion", x=x, x_at=x_at)
 
 
 def variable_plane(
-    table: TestTable, variable: int, criterion: int, limits: Limits | None, group: NDArray[np.str_]
+    table: TestTable, variable: int, criterion: str, limits: Limits | None, group: NDArray[np.str_]
 ) -> Plane:
     """Return the designs in the plane of a variable, horizontal, and a criterion, likewise."""
     layout, at = table.layout, table.prototype
@@ -177,7 +180,7 @@ def variable_plane(
         column = [seat[type(value), value] for value in column]
     n = len(table)
     return _plane(
-        table, criterion, limits, group, name=layout.variables[variable],
+        table, (layout.variables[variable], criterion), limits, group,
         abscissa="option" if options else "integer" if kind is Kind.INTEGER else "real",
         x=np.array(column[:n], dtype=np.float64), x_at=column[n:], options=options,
         box=(float(layout.lower[variable]), float(layout.upper[variable])),
@@ -186,32 +189,43 @@ def variable_plane(
 
 def _plane(
     table: TestTable,
-    criterion: int,
+    names: tuple[str, str],
     limits: Limits | None,
     group: NDArray[np.str_],
     *,
-    name: str,
     abscissa: Literal["criterion", "real", "integer", "option"],
     x: Array,
     x_at: Sequence[float],
-    x_limit: float = np.inf,
     options: tuple[Any, ...] = (),
     box: tuple[float, float] = (np.nan, np.nan),
 ) -> Plane:
-    values = np.column_stack([x, table.F[:, criterion]])
+    layout = table.layout
+    values = np.column_stack([x, table.column(names[1])])
     drawn = (np.abs(values) < _HUGE).all(axis=1) & (group != "")
-    at = [] if table.prototype is None else [[*x_at, float(table.prototype.f[criterion])]]
+    at = [*x_at, *_of_prototype(table, names[1])]
+    bounds = bounds_of(limits, layout)
     return Plane(
-        names=(name, table.layout.objectives[criterion]),
+        names=names,
+        labels=(layout.label(names[0]), layout.label(names[1])),
         abscissa=abscissa,
         options=options,
         box=box,
         numbers=table.numbers[drawn],
         values=values[drawn],
         group=group[drawn],
-        limits=(x_limit, limit_vector(limits, table.layout).get(criterion, np.inf)),
-        prototype=np.array(at, dtype=np.float64).reshape(-1, 2),
+        limits=(bounds.get(names[0], _OPEN), bounds.get(names[1], _OPEN)),
+        prototype=np.array(at if len(at) == 2 else [], dtype=np.float64).reshape(-1, 2),
     )
+
+
+def _of_prototype(table: TestTable, name: str) -> list[float]:
+    """Return the prototype's value of a criterion; nothing if there is none, or it is not known."""
+    at, layout = table.prototype, table.layout
+    if at is None or name not in layout.objectives + layout.constraints:
+        return []
+    values = np.concatenate([at.f, at.g, at.h])
+    value = float(values[(layout.objectives + layout.constraints).index(name)])
+    return [value] if np.isfinite(value) else []
 
 
 def group_look(group: str, count: int) -> dict[str, Any]:
@@ -261,10 +275,9 @@ def draw_plane(axes: Axes, plane: Plane, wide: int) -> None:
     drawn = np.vstack([places, plane.prototype])
     axes.set_xlim(_ends(plane, drawn[:, 0]))
     axes.set_ylim(view(drawn[:, 1]))
-    for letter, name, limit in zip("xy", plane.names, plane.limits, strict=True):
-        if np.isfinite(limit):
-            draw_limit(axes, letter, name, limit)
-    label_axes(axes, wide, plane.names, plane.options, whole=plane.abscissa == "integer")
+    for letter, name, ends in zip("xy", plane.names, plane.limits, strict=True):
+        draw_limits(axes, letter, name, ends)
+    label_axes(axes, wide, plane.labels, plane.options, whole=plane.abscissa == "integer")
 
 
 def _ends(plane: Plane, x: Array) -> tuple[float, float]:
@@ -291,7 +304,11 @@ def label_axes(
         whole: The numbers are integers.
     """
     axes.set_xlabel(literal(names[0], _LETTERS // wide))
-    axes.set_ylabel(literal(names[1], 18))
+    # A unit, and what is better, on a line of their own where the name leaves no room for them.
+    name, bracket, rest = names[1].partition(" [" if " [" in names[1] else " (max)")
+    long = bracket and len(names[1]) > _UPRIGHT
+    lines = [name, bracket.strip() + rest] if long else [names[1]]
+    axes.set_ylabel("\n".join(literal(line, _UPRIGHT) for line in lines))
     axes.yaxis.set_major_locator(MaxNLocator(4))
     if values:
         name_places(axes, values, room=_LETTERS // wide)
@@ -315,26 +332,36 @@ def name_places(axes: Axes, values: Sequence[object], *, room: int) -> None:
     axes.xaxis.grid(visible=False)
 
 
-def draw_limit(axes: Axes, letter: str, name: str, limit: float) -> None:
-    """Draw a limit on the quantity of the x or y axis, what is beyond it shaded.
+def draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) -> None:
+    """Draw the limits on the quantity of the x or y axis, what is beyond them shaded.
 
     A limit farther off than half the view is told by the legend only. The view, which is set
     before, stays or grows up to the limit.
+
+    Args:
+        axes: The axes.
+        letter: ``"x"`` or ``"y"``.
+        name: What is limited.
+        ends: The least and the greatest value allowed; infinite where open.
     """
-    low, high = getattr(axes, f"get_{letter}lim")()
-    reach, label = 0.5 * (high - low), f"limit {literal(name, 24)} ≤ {limit:g}"
-    style: dict[str, Any] = {
-        "color": "0.25",
-        "linewidth": 1.0,
-        "zorder": 4.5,
-        "linestyle": _LIMIT_STYLES[letter],
-    }
-    if not low - reach <= limit <= high + reach:
-        axes.plot([], [], label=f"{label}, outside the axes", **style)
-        return
-    pad = 0.05 * (high - low)
-    low, high = min(low, limit - pad), max(high, limit + pad)
-    getattr(axes, f"set_{letter}lim")(low, high)
     span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
-    span(limit, high, facecolor="0.93", linewidth=0, zorder=0)
-    line(limit, label=label, **style)
+    for sign, limit in zip("≥≤", ends, strict=True):
+        if not np.isfinite(limit):
+            continue
+        low, high = getattr(axes, f"get_{letter}lim")()
+        reach, label = 0.5 * (high - low), f"limit {literal(name, 24)} {sign} {limit:g}"
+        style: dict[str, Any] = {
+            "color": "0.25",
+            "linewidth": 1.0,
+            "zorder": 4.5,
+            "linestyle": _LIMIT_STYLES[letter],
+        }
+        if not low - reach <= limit <= high + reach:
+            axes.plot([], [], label=f"{label}, outside the axes", **style)
+            continue
+        pad = 0.05 * (high - low)
+        low, high = min(low, limit - pad), max(high, limit + pad)
+        getattr(axes, f"set_{letter}lim")(low, high)
+        beyond = (low, limit) if sign == "≥" else (limit, high)
+        span(*beyond, facecolor="0.93", linewidth=0, zorder=0)
+        line(limit, label=label, **style)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.plots._designs import checked_table, draw_limit
+from pymoo_psi.plots._designs import checked_table, draw_limits
 from pymoo_psi.plots._style import CURVES, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
-from pymoo_psi.table import Kind, TestTable
+from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._designs import column_kinds
 from pymoo_psi.table._layout import Key, Limits
-from pymoo_psi.table._limits import limit_vector
+from pymoo_psi.table._limits import bounds_of
 from pymoo_psi.table.analysis import design_of
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ def section_page(
         design: Number of the test point the section goes through, or ``(n_var,)`` a design.
         variable: Name or index of the variable that runs, a real one or an integer.
         X: ``(k, n_var)`` the designs of the section, in any order.
-        F: ``(k, m)`` their criteria.
+        F: ``(k, m)`` their criteria, as the problem gives them: all minimised.
         G: ``(k, n_ieq)`` their inequality constraints.
         H: ``(k, n_eq)`` their equality constraints.
         limits: Limits on columns.
@@ -87,21 +88,23 @@ class Section:
 
     Attributes:
         variable: Name of the variable.
+        layout: The columns of the table.
         through: What the design is called that the section goes through.
         at: That design's value of the variable.
         x: ``(k,)`` values of the variable, growing.
-        F: ``(k, m)`` criteria; NaN or infinite where a design failed.
+        F: ``(k, m)`` criteria, each in its own sense; NaN or infinite where a design failed.
         feasible: ``(k,)`` which designs meet the constraints and keep the limits.
-        limits: ``(m,)`` limits on the criteria; infinity where there is none.
+        limits: The least and the greatest value allowed of columns that are limited.
     """
 
     variable: str
+    layout: Layout
     through: str
     at: float
     x: Array
     F: Array
     feasible: NDArray[np.bool_]
-    limits: Array
+    limits: Mapping[str, tuple[float, float]]
 
 
 def section_of(
@@ -131,15 +134,15 @@ def section_of(
         raise invalid("X", rule, Received(f"another {layout.variables[k]!r} in row {i}"))
     x = tests.X[:, j].astype(np.float64)
     order = np.argsort(x, kind="stable")
-    bounds = limit_vector(limits, layout)
     return Section(
         layout.variables[j],
+        layout,
         f"test point {design}" if isinstance(design, (int, np.integer)) else "the design",
         float(row[j]),
         x[order],
-        tests.F[order],
+        tests.F[order] * layout.sign,
         tests.feasible(limits)[order],
-        np.array([bounds.get(i, np.inf) for i in range(len(layout.objectives))]),
+        bounds_of(limits, layout),
     )
 
 
@@ -170,8 +173,8 @@ def draw_section(axes: Axes, curves: Section, criterion: int, name: str) -> None
     )  # fmt: skip
     axes.set_xlim(view(curves.x, curves.at))
     axes.set_ylim(view(f))
-    if np.isfinite(curves.limits[criterion]):
-        draw_limit(axes, "y", name, float(curves.limits[criterion]))
-    axes.set_xlabel(literal(curves.variable))
-    axes.set_ylabel(literal(name))
+    if name in curves.limits:
+        draw_limits(axes, "y", name, curves.limits[name])
+    axes.set_xlabel(literal(curves.layout.label(curves.variable)))
+    axes.set_ylabel(literal(curves.layout.label(name)))
     tick_counts(axes, x=6, y=5)

@@ -30,7 +30,7 @@ from pymoo_psi.plots._designs import (
 )
 from pymoo_psi.plots._histogram import draw_bars
 from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
-from pymoo_psi.table import TestTable, histogram
+from pymoo_psi.table import Layout, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
 _MATRIX = 6  # variables, and criteria, beside which the text on the axes is still readable
@@ -56,6 +56,7 @@ def table_page(
         limits: Limits on columns.
         variables: Names or indices of the variables on the page; all by default.
         criteria: Names or indices of the criteria; all by default, none for histograms alone.
+            Constraints and further outputs may be among them, by name.
         margin: The axes of criteria reach beyond the feasible designs and the prototype by this
             share of their range; ``float("inf")`` to show all designs.
         title: What the table is of.
@@ -76,7 +77,7 @@ def table_page(
     layout = checked_table(table).layout
     _check_margin(margin)
     columns = _chosen(variables, layout.variables, layout.variable)
-    rows = _chosen(criteria, layout.objectives, layout.objective)
+    rows = _criteria(criteria, layout)
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(columns), len(rows)) > _MATRIX:
@@ -90,7 +91,8 @@ def table_page(
         for ax, j in zip(tops, columns, strict=True):
             found = histogram(table, j, limits=limits)
             draw_bars(ax, found, numbers=False)
-            label_axes(ax, wide, (found.variable, ax.get_ylabel()), found.values)
+            label = layout.label(found.variable)
+            label_axes(ax, wide, (label, ax.get_ylabel()), found.values)
         for ax in tops:
             ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
         for ax in grid.ravel()[len(columns) :] if not rows else ():
@@ -123,7 +125,8 @@ def criteria_page(
     Args:
         table: A test table.
         limits: Limits on columns.
-        criteria: Names or indices of two to seven criteria; all by default.
+        criteria: Names or indices of two to seven criteria; all by default. Constraints and
+            further outputs may be among them, by name.
         margin: As for :func:`table_page`.
         title: What the table is of.
 
@@ -142,7 +145,7 @@ def criteria_page(
     """
     layout = checked_table(table).layout
     _check_margin(margin)
-    chosen = _chosen(criteria, layout.objectives, layout.objective)
+    chosen = _criteria(criteria, layout)
     if not 2 <= len(chosen) <= _MATRIX + 1:
         rule = f"from 2 to {_MATRIX + 1} to draw in pairs"
         raise invalid("criteria", rule, len(chosen), "name those to be drawn")
@@ -171,6 +174,16 @@ def _chosen(
     keys: Sequence[Key] | None, names: tuple[str, ...], index: Callable[[Key], int]
 ) -> list[int]:
     return list(range(len(names))) if keys is None else [index(key) for key in keys]
+
+
+def _criteria(keys: Sequence[Key] | None, layout: Layout) -> list[str]:
+    """Return the names of what is drawn as criteria."""
+    others = layout.constraints + layout.outputs
+    keys = layout.objectives if keys is None else keys
+    return [
+        key if isinstance(key, str) and key in others else layout.objectives[layout.objective(key)]
+        for key in keys
+    ]
 
 
 @contextmanager

@@ -200,14 +200,17 @@ class Layout:
         return np.array([-1.0 if name in self.maximized else 1.0 for name in self.objectives])
 
     def label(self, name: str) -> str:
-        """Return the name of a column with its unit, for axes and headings.
+        """Return the name of a column with its unit, and "(max)" if more of it is better.
+
+        For axes and headings, as the decision page has them.
 
         Example:
             >>> Layout.of(1, ["mass"], units={"mass": "kg"}).label("mass")
             'mass [kg]'
         """
         unit = self.units.get(name, "")
-        return f"{name} [{unit}]" if unit else name
+        text = f"{name} [{unit}]" if unit else name
+        return f"{text} (max)" if name in self.maximized else text
 
     @property
     def is_blank(self) -> bool:

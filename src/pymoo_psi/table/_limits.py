@@ -119,14 +119,3 @@ def _number(name: str, limit: Any, open_end: float) -> float:
         hint = "leave the column out where it has no limit"
         raise invalid(f"the limit on {name!r}", "a number", Received("nan"), hint)
     return float(limit)
-
-
-def limit_vector(limits: Limits | None, layout: Layout) -> dict[int, float]:
-    """Return the limits on the worse side of criteria, by index, in the sense of F."""
-    found = {}
-    for name, (low, high) in bounds_of(limits, layout).items():
-        if name in layout.objectives:
-            limit = -low if name in layout.maximized else high
-            if limit < np.inf:
-                found[layout.objectives.index(name)] = limit
-    return found
