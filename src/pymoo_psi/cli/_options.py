@@ -80,7 +80,9 @@ def designs_of(
     objectives = names_in("--objectives", columns.objectives, file.names)
     variables = names_in("--variables", columns.variables, file.names)
     roles = file.roles(objectives or None, variables or None)
-    maximize = names_in("--maximize", columns.maximize, file.names) or roles.maximize
+    # What the file says is not taken back: else it would be minimised without a word.
+    typed = names_in("--maximize", columns.maximize, file.names)
+    maximize = tuple(dict.fromkeys((*roles.maximize, *typed)))
     if other := [name for name in maximize if name not in roles.objectives]:
         rule = f"one of the objectives {', '.join(roles.objectives)}"
         raise invalid("--maximize", rule, other[0])
@@ -89,7 +91,7 @@ def designs_of(
     if written.drop_incomplete:
         file = file.complete(roles.objectives)
     remarks += file.remarks
-    return file, replace(roles, maximize=tuple(maximize)), remarks
+    return file, replace(roles, maximize=maximize), remarks
 
 
 def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tuple[str, ...]:

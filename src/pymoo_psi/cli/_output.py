@@ -5,8 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, Literal
@@ -30,6 +31,7 @@ from rich.text import Text
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import invalid
 from pymoo_psi.table import TestTable
+from pymoo_psi.table._design_file import Roles, roles_text
 from pymoo_psi.table._layout import Limits
 
 
@@ -191,20 +193,51 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 _NUMBER = re.compile(r"[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)", re.IGNORECASE)
 
 
-def write_csv(frame: pd.DataFrame, path: Path) -> None:
+def write_csv(
+    frame: pd.DataFrame,
+    path: Path,
+    roles: Roles | None = None,
+    units: Mapping[str, str] | None = None,
+    numbers: Collection[str] = (),
+) -> None:
     """Write a frame whole or not at all: an interrupted run leaves the old file as it was.
+
+    With the roles of its columns, their units and which are numbers, a comment above their names
+    says these, unless the names do.
 
     A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left
     alone, also those with a comma, a percent sign or an exponent. The page exports likewise.
     """
+    head = "" if roles is None else _head(frame, roles, units or {}, numbers)
     frame = frame.rename(columns=_inert)  # heads are texts too; a copy, the caller's stays
     texts = frame.select_dtypes(exclude=["number", "bool"]).map(_inert)
     frame[texts.columns] = texts
     # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
     returns = any("\r" in str(cell) for cell in (*frame, *texts.to_numpy().ravel()))
     quoting: Literal[0, 2] = 2 if returns else 0  # csv.QUOTE_NONNUMERIC, csv.QUOTE_MINIMAL
-    with whole_file(path) as written:
-        frame.to_csv(written, index=False, quoting=quoting)
+    with whole_file(path) as written, written.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"{head}\n" if head else "")
+        frame.to_csv(file, index=False, quoting=quoting, lineterminator=os.linesep)
+
+
+def _head(
+    frame: pd.DataFrame, roles: Roles, units: Mapping[str, str], numbers: Collection[str]
+) -> str:
+    """Return what stands above the names of the columns, these as they are written."""
+
+    def written(names: Iterable[str]) -> tuple[str, ...]:
+        return tuple(str(_inert(name)) for name in names)
+
+    told = replace(
+        roles,
+        objectives=written(roles.objectives),
+        variables=written(roles.variables),
+        maximize=written(roles.maximize),
+        outputs=written(roles.outputs),
+    )
+    texts = {str(_inert(name)): unit for name, unit in units.items()}
+    inert = written(numbers)
+    return roles_text(written(frame.columns), lambda name: name in inert, told, texts)
 
 
 def _inert(cell: object) -> object:

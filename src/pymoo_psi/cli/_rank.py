@@ -54,7 +54,11 @@ def run_rank(
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
         else:
-            write_csv(frame, out)
+            numbers = [name for name, c in file.columns.items() if c.numbers is not None]
+            # What only the options have said of the columns of a plain file is said again with
+            # them; but a sense must not be lost on the way.
+            told = roles if roles.maximize or file.known else None
+            write_csv(frame, out, told, _units(file), numbers)
     for remark in remarks:
         say(remark)
     _print(file, roles, ranking, frame, top)
@@ -92,9 +96,11 @@ def _print(
         f"{file.path}: {counted(n, 'design')}, {int(ranking.pareto.sum())} Pareto optimal; "
         f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
     )
+    units = _units(file)
     for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
         sense = "maximise" if name in roles.maximize else "minimise"
-        say(f"  {sense} {name}: best {ideal:.6g}, worst {nadir:.6g} of the Pareto set")
+        unit = f" {units[name]}" if name in units else ""
+        say(f"  {sense} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
     others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
     number = [] if "row" in names else ["row"]
     shown = best[[*number, *others, *names, *RANKING_COLUMNS]].copy()
@@ -105,6 +111,10 @@ def _print(
     print_frame(shown, title, spare=others)
 
 
+def _units(file: DesignFile) -> dict[str, str]:
+    return {name: column.unit for name, column in file.columns.items() if column.unit}
+
+
 def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out: Path) -> None:
     frame = _ranked(file, file.frame(roles.objectives), ranking)
     columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
@@ -113,6 +123,7 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
         "file": os.fsencode(file.path.name).decode("utf-8", "replace"),
         "objectives": list(roles.objectives),
         "maximized": list(roles.maximize),
+        "units": _units(file),
         "normalized": ranking.frame.normalize,
         "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
         "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),

@@ -173,7 +173,7 @@ class Column:
         cells: n cells as they were written; a number that programs might read otherwise as its
             digits with a decimal point.
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if it is no column of them.
-        unit: Behind or before every number; often empty.
+        unit: Behind or before every number, or what the file says besides; often empty.
         problem: Why its numbers, if they are some, cannot be read.
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from collections import Counter
@@ -20,7 +21,7 @@ from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
 from pymoo_psi.table._designs import INT64
 from pymoo_psi.table._exchange import objects, table_of
-from pymoo_psi.table._files import MARK, read_csv, read_parquet
+from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
 from pymoo_psi.table._layout import is_writable
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
 from pymoo_psi.table._table import STATUSES, TestTable
@@ -28,6 +29,8 @@ from pymoo_psi.table._table import STATUSES, TestTable
 if TYPE_CHECKING:
     import pandas as pd
 
+# Begins the comment above a CSV that says what its columns are, see `roles_text`.
+_ROLES_MARK = "pymoo_psi_designs"
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
 # 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
@@ -44,12 +47,14 @@ class Roles:
         variables: Names of the columns with design variables.
         label: Name of the column with the designs' numbers or names; ``None`` if there is none.
         maximize: The objectives that the file says are to be maximised.
+        outputs: Names of columns with what else a model gave.
     """
 
     objectives: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
     label: str | None = None
     maximize: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
 
 
 def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) -> Roles:
@@ -71,6 +76,37 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     if not ("f1" in numbered and (variables or len(numbered) > 1)):
         numbered, variables = [name for name in free if holds_numbers(name)], []
     return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
+
+
+def roles_text(
+    names: Sequence[str],
+    holds_numbers: Callable[[str], bool],
+    roles: Roles,
+    units: Mapping[str, str],
+) -> str:
+    """Return the comment, one line of JSON, to put above a CSV of designs; empty if needless.
+
+    It is needed where the names of the columns do not tell the objectives, where one is to be
+    maximised, or a column has a unit: so that the file ranks as what it was written from.
+
+    Args:
+        names: Names of all columns of the CSV.
+        holds_numbers: Whether a column is one of numbers.
+        roles: What the columns are.
+        units: Units of columns by name.
+    """
+    guessed = guessed_roles(names, holds_numbers).objectives
+    if guessed == roles.objectives and not roles.maximize and not any(units.values()):
+        return ""
+    head = {
+        _ROLES_MARK: 1,
+        "objectives": roles.objectives,
+        "maximized": roles.maximize,
+        "variables": roles.variables,
+        "outputs": roles.outputs,
+        "units": {name: unit for name, unit in units.items() if unit},
+    }
+    return f"# {json.dumps(head, ensure_ascii=False)}"
 
 
 def _labels(names: Collection[str]) -> list[str]:
@@ -178,7 +214,9 @@ class DesignFile:
                 raise unfit(self.path, f"{what}; {remedy}")
         # Who names a label as objective or variable means it; it is then no label any more.
         label = None if found.label in {*chosen, *kept} else found.label
-        return Roles(chosen, kept, label, tuple(n for n in found.maximize if n in chosen))
+        more = tuple(name for name in found.maximize if name in chosen)
+        others = tuple(name for name in found.outputs if name not in {*chosen, *kept})
+        return Roles(chosen, kept, label, more, others)
 
     def require_columns(self, argument: str, names: Sequence[str]) -> None:
         """Refuse names that are no columns, or are given twice.
@@ -357,6 +395,11 @@ def read_designs(
             return _of_tests(path, table_of(*read_csv(path, text), path, TestTable))
         if text.lstrip().startswith(("{", "[")):
             return _of_json(path, text, marks)
+        first, end, rest = text.partition("\n")
+        if _ROLES_MARK in first:
+            # The line stays, as lines are counted, but as an empty comment.
+            sheet = sheet_of_text(f"#{end}{rest}", skipped)
+            return _with_roles(_of_sheet(path, sheet, marks), first)
         return _of_sheet(path, sheet_of_text(text, skipped), marks)
     except UnfitError as error:
         raise unfit(path, str(error)) from None
@@ -389,7 +432,7 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
     )
     more = tuple(name for name in layout.objectives if name in layout.maximized)
-    roles = Roles(layout.objectives, layout.variables, "test_point", more)
+    roles = Roles(layout.objectives, layout.variables, "test_point", more, layout.outputs)
     return DesignFile(path, columns, feasible + 1, (), roles, rows, (remark,) if others else ())
 
 
@@ -435,12 +478,42 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     return replace(found, prototype=rows)
 
 
+def _with_roles(file: DesignFile, line: str) -> DesignFile:
+    """Return designs with what the comment above them says of their columns."""
+    try:
+        head = json.loads(comment_text(line))
+        groups = ("objectives", "maximized", "variables", "outputs")
+        objectives, maximized, variables, outputs = (tuple(head[key]) for key in groups)
+        units = dict(head["units"])
+        if head[_ROLES_MARK] != 1 or not {*maximized} <= {*objectives}:
+            raise ValueError
+        if not all(isinstance(unit, str) for unit in units.values()):
+            raise TypeError
+    except (ValueError, KeyError, TypeError, RecursionError, csv.Error):
+        what = "its first line, which says what the columns are, is damaged or of a later version"
+        raise UnfitError(f"{what}; remove it, and say --objectives and --maximize") from None
+    if missing := [name for name in objectives if name not in file.columns]:
+        what = f"its first line names the objective {missing[0]!r}, which is no column"
+        raise UnfitError(f"{what}; restore the column, or remove the line")
+    # Other columns may be gone: nothing is ranked by them.
+    kept, others = (
+        tuple(name for name in group if name in file.columns) for group in (variables, outputs)
+    )
+    columns = {
+        name: replace(column, unit=units[name]) if name in units else column
+        for name, column in file.columns.items()
+    }
+    roles = Roles(objectives, kept, file.label, maximized, others)
+    return replace(file, columns=columns, known=roles)
+
+
 def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     """Return a ranking that was written as JSON, with the objectives it names."""
     try:
         content: Any = json.loads(text, object_pairs_hook=_distinct)
         objectives, maximized = content["objectives"], content["maximized"]
         rows = [dict(row) for row in content["designs"]]
+        units = dict(content.get("units", {}))
         names = [*objectives, *maximized, *(name for row in rows for name in row)]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
@@ -451,7 +524,7 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     if (
         not rows
         or any({*row} != {*rows[0]} for row in rows)
-        or not all(isinstance(name, str) for name in names)
+        or not all(isinstance(name, str) for name in [*names, *units.values()])
         or not {*objectives} <= {*rows[0]}
         or any(len({*group}) < len(group) for group in (objectives, maximized))
         or not {*maximized} <= {*objectives}
@@ -461,7 +534,11 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
         what = "its designs are missing, lack columns, or hold what no table can"
         raise UnfitError(f"{what}, or its objectives are named twice; rank the designs anew")
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    file = DesignFile(path, read_columns(columns, marks), np.arange(1, len(rows) + 1))
+    read = {
+        name: replace(column, unit=units.get(name, column.unit))
+        for name, column in read_columns(columns, marks).items()
+    }
+    file = DesignFile(path, read, np.arange(1, len(rows) + 1))
     return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized)))
 
 

@@ -88,7 +88,7 @@ def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
             else StringIO(text, newline="") as file,
             _fields_of_any_length(),
         ):
-            head, n, kinds, old_texts = _parsed_head(path, _comment(file.readline()))
+            head, n, kinds, old_texts = _parsed_head(path, comment_text(file.readline()))
             reader = csv.reader(file)
             columns = _parsed(path, reader, kinds, _places(path, next(reader, []), kinds))
     except (UnicodeDecodeError, csv.Error) as error:
@@ -183,7 +183,7 @@ def _complete(path: Path, columns: Columns, n: int, old_texts: Iterable[str]) ->
     return columns | {name: choice_texts(columns[name]) for name in old_texts}
 
 
-def _comment(line: str) -> str:
+def comment_text(line: str) -> str:
     """Return the text of the first line, also if a spreadsheet program took it for cells."""
     if line.startswith('"'):
         line = ",".join(next(csv.reader([line])))
