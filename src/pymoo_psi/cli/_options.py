@@ -20,7 +20,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, known_name
-from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
+from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, TestTable, read_designs
 from pymoo_psi.table._design_file import Roles
 
@@ -158,24 +158,25 @@ def _limit(part: str) -> tuple[str, str, float]:
         return found["name"] if found else "", "", math.nan
 
 
-def box_in(entries: Sequence[str], space: DesignSpace) -> dict[str, Any]:
+def box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     """Return the part of a box, as :class:`~pymoo_psi.Restricted` takes it.
 
     Args:
         entries: Each ``name=lower:upper``, of which either may be missing, ``name=value``, or for
             a choice ``name=option|option``.
-        space: The variables of the problem.
+        problem: The problem.
 
     Raises:
         ArgumentValueError: A part is no such pair, there is no such variable, or it is named twice.
 
     Example:
         >>> from pymoo_psi import SphereChute
-        >>> from pymoo_psi.problems._design_space import design_space
-        >>> box_in(["x1=0.2:, x2=3"], design_space(SphereChute()))
+        >>> box_in(["x1=0.2:, x2=3"], SphereChute())
         {'x1': (0.2, None), 'x2': 3.0}
     """
-    variables = {variable.name: variable for variable in space.variables}
+    space = design_space(problem)
+    own = own_names(problem, space)
+    variables = {own[v.name]: replace(v, name=own[v.name]) for v in space.variables}
 
     def pair(part: str) -> tuple[str, str]:
         """Split at the first sign behind the name of a variable: names may hold one, too."""
@@ -206,22 +207,24 @@ def box_text(table: TestTable, limits: Mapping[str, float], problem: Problem) ->
     """
     kept, parts = getattr(problem, "box", {}), []
     bounds = zip(*table.refined_bounds(limits), strict=True)
-    for variable, ends in zip(design_space(problem).variables, bounds, strict=True):
-        low, high = ends
+    space = design_space(problem)
+    own_name = own_names(problem, space)
+    for variable, ends in zip(space.variables, bounds, strict=True):
+        name, (low, high) = own_name[variable.name], ends
         if low < high:  # not so of choices, where they are NaN, and of fixed variables
             digits = 3 - math.floor(math.log10(high - low))
             grid = 10.0**-digits
             ends = (math.floor(low / grid) * grid, math.ceil(high / grid) * grid)
             low, high = (round(end, max(digits, 0)) for end in ends)
-        value, own = "", variable.name in kept  # where a bound is not that of the whole box
+        value, own = "", name in kept  # where a bound is not that of the whole box
         if variable.fixed or variable.kind in (Kind.CHOICE, Kind.BINARY):
-            given = kept.get(variable.name, [])
+            given = kept.get(name, [])
             value = "|".join(map(str, given if isinstance(given, list) else [given]))
         elif own or low > variable.lower or high < variable.upper:
             first = f"{max(low, variable.lower):.12g}" if own or low > variable.lower else ""
             last = f"{min(high, variable.upper):.12g}" if own or high < variable.upper else ""
             value = f"{first}:{last}"
-        part = f"{variable.name}={value}" if value else ""
+        part = f"{name}={value}" if value else ""
         parts += [f'"{part}"' if "," in part else part] if part else []
     return ",".join(parts)
 

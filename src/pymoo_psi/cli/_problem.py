@@ -14,7 +14,6 @@ from pymoo_psi.cli._options import box_in
 from pymoo_psi.errors import ArgumentTypeError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import Restricted, VectorizedSphereChute
-from pymoo_psi.problems._design_space import design_space
 
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
 
@@ -59,7 +58,7 @@ def load_problem(
         shown = Received(f"{problem.name()}, which takes many at once")
         rule = "a problem that evaluates one design at a time where --timeout is given"
         raise invalid("PROBLEM", rule, shown)
-    return Restricted(problem, box_in(box, design_space(problem))) if box else problem
+    return Restricted(problem, box_in(box, problem)) if box else problem
 
 
 def _from_pymoo(name: str) -> Problem:

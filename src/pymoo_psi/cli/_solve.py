@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +22,12 @@ from pymoo_psi.cli._options import box_text, limits_in, numbers_in
 from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table._design_file import Roles
 
 _SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
@@ -80,24 +83,40 @@ class SolveResult:
     """What a search ended with.
 
     Attributes:
+        layout: Names, senses and units of the columns.
         designs: One row per Pareto-optimal design: ``test_point`` of PSI or a study, the variables.
-        F: ``(n, m)`` their objectives.
+        F: ``(n, m)`` their objectives, all minimised.
+        outputs: What else the model gave for them.
         counts: How many designs were tested, stored before, and failed.
         remarks: Lines to tell: why no design is feasible if none is, why designs failed.
     """
 
+    layout: Layout
     designs: pd.DataFrame
     F: NDArray[np.float64]
+    outputs: pd.DataFrame
     counts: str
     remarks: tuple[str, ...]
 
     def ranked(self) -> pd.DataFrame:
         """Return the Pareto set, the best rank of efficiency first.
 
-        Columns: ``test_point`` of PSI or a study, the variables, f1 …, ``mu1`` …, ``rank``.
+        Columns: ``test_point`` of PSI or a study, the variables, the objectives in their own
+        sense, the outputs, ``mu1``, ``mu2``, ``mu3``, ``rank``.
         """
-        ranked = rank_of_efficiency(self.F).to_frame().drop(columns="pareto")
-        return self.designs.join(ranked).loc[ranked.index]
+        names = list(self.layout.objectives)
+        own = pd.DataFrame(self.F * self.layout.sign, columns=names)
+        ranked = rank_of_efficiency(own, maximize=self.layout.maximized).to_frame()
+        mu = ranked.drop(columns=[*names, "pareto"])
+        return pd.concat([self.designs, ranked[names], self.outputs, mu], axis=1).loc[ranked.index]
+
+    @property
+    def roles(self) -> Roles:
+        """What the columns are."""
+        columns = tuple(name for name in self.designs.columns if name != "test_point")
+        label = None if len(columns) == len(self.designs.columns) else "test_point"
+        outputs = tuple(map(str, self.outputs.columns))
+        return Roles(self.layout.objectives, columns, label, self.layout.maximized, outputs)
 
 
 def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
@@ -108,10 +127,13 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     """
     integer("--seed", search.seed, minimum=0)
     target = None if out is None else require_output(out, (".csv",), search.study)
-    criteria = [f"f{j + 1}" for j in range(problem.n_obj)]
-    limits = limits_in(search.limits, criteria)
+    layout = problem_layout(problem, design_space(problem))
+    if taken := [name for name in layout.columns if name in RANKING_COLUMNS]:
+        rule = "named unlike the columns of a ranking"
+        raise invalid("the columns", rule, taken[0], "give it another name by problem.names")
+    limits = limits_in(search.limits, layout.objectives, layout.maximized)
     if search.algorithm == "nsga3":
-        found = _by_nsga3(problem, search)
+        found = _by_nsga3(problem, search, layout)
     elif search.study is None and not problem.elementwise:
         # A million designs in seconds; as pymoo's individuals they would take minutes.
         found = _of_table(
@@ -129,11 +151,15 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
         return 1
     frame = found.ranked()
     if target is not None:  # before anything is printed, which may fail
-        write_csv(frame, target)
+        numbers = list(frame.select_dtypes("number").columns)
+        units = {name: unit for name, unit in found.layout.units.items() if name in frame}
+        write_csv(frame, target, found.roles, units, numbers)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
-    variables = [name for name in found.designs.columns if name != "test_point"]
-    print_frame(frame.head(_SHOWN), title, spare=variables)
+    spare = [*found.roles.variables, *found.roles.outputs]
+    label = found.layout.label
+    shown = frame.head(_SHOWN).rename(columns=label)
+    print_frame(shown, title, spare=[label(name) for name in spare])
     for line in found.remarks:
         say(line)
     n_free = len(design_space(problem).free.variables)
@@ -144,7 +170,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     return 0
 
 
-def _by_nsga3(problem: Problem, search: Search) -> SolveResult:
+def _by_nsga3(problem: Problem, search: Search, layout: Layout) -> SolveResult:
     n = search.points
     # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
     searched: Any = FailureTolerant(problem)
@@ -160,14 +186,32 @@ def _by_nsga3(problem: Problem, search: Search) -> SolveResult:
     counts += f", {len(reasons)} failed" if reasons else ""
     failures = _failures(reasons)
     if result.F is None:  # so pymoo says that no design is feasible
-        remarks = (*_most_violated(_last_tests(result.pop), {}, "the last {}"), *failures)
-        return SolveResult(pd.DataFrame(), np.empty((0, 0)), counts, remarks)
+        last = _last_tests(result.pop, layout)
+        remarks = (*_most_violated(last, {}, "the last {}"), *failures)
+        nothing = pd.DataFrame()
+        return SolveResult(layout, nothing, np.empty((0, 0)), nothing, counts, remarks)
     X, F = result.opt.get("X", "F")
-    space = design_space(problem)
-    designs = pd.DataFrame(space.to_matrix(X), columns=space.names)
+    designs = pd.DataFrame(design_space(problem).to_matrix(X), columns=list(layout.variables))
+    outputs = pd.DataFrame(index=designs.index)
     if search.study is not None:
-        designs.insert(0, "test_point", result.opt.get("test_point"))
-    return SolveResult(designs, F, counts, failures)
+        numbers = result.opt.get("test_point")
+        designs.insert(0, "test_point", numbers)
+        table = searched.table
+        outputs, remarks = _outputs(table.rows(np.searchsorted(table.numbers, numbers)))
+        layout, failures = table.layout, (*remarks, *failures)
+    return SolveResult(layout, designs, F, outputs, counts, failures)
+
+
+def _outputs(front: TestTable) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    """Return what else the model gave for designs, and lines on what has no place among them."""
+    names = front.layout.outputs
+    kept = {name: front.column(name) for name in names if name not in RANKING_COLUMNS}
+    remarks = tuple(
+        f"out[{name!r}] is left out: a column of the ranking is so called"
+        for name in names
+        if name not in kept
+    )
+    return pd.DataFrame(kept, index=range(len(front))), remarks
 
 
 @contextmanager
@@ -185,13 +229,15 @@ def _told_if_stopped(search: Search) -> Iterator[None]:
         raise
 
 
-def _last_tests(population: Any) -> TestTable:
+def _last_tests(population: Any, layout: Layout) -> TestTable:
     """Return the values of a population of a ``FailureTolerant`` as a table, without designs."""
     F, G, H, failures = population.get("F", "G", "H", "failure")
     numbers = np.arange(1, len(F) + 1)
     reasons = {n: reason for n, reason in zip(numbers.tolist(), failures, strict=True) if reason}
     # The last constraint is the one that FailureTolerant has added.
-    return TestTable.of(numbers, np.empty((len(F), 0)), F, G[:, :-1], H, reasons=reasons)
+    without = replace(layout, variables=(), lower=np.zeros(0), upper=np.zeros(0), kinds=())
+    X = np.empty((len(F), 0))
+    return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=without)
 
 
 def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> TestTable:
@@ -240,7 +286,8 @@ def _of_table(
         remarks = (*_most_violated(table, limits, "{} that were computed"), *remarks)
     elif limits and (box := box_text(table, limits, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
-    return SolveResult(designs, front.F, counts, remarks)
+    outputs, left_out = _outputs(front)
+    return SolveResult(table.layout, designs, front.F, outputs, counts, (*remarks, *left_out))
 
 
 def _most_violated(table: TestTable, limits: Mapping[str, float], of: str) -> tuple[str, ...]:

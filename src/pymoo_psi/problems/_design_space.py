@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -170,6 +170,13 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
         kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
         raise ArgumentTypeError(f"{problem.name()} must have continuous variables, got {kinds}")
     return space
+
+
+def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
+    """Return what a problem's attribute ``names`` calls its variables, by their default names."""
+    told = getattr(problem, "names", None)
+    told = told if isinstance(told, Mapping) else {}  # another type is refused with the layout
+    return {name: str(told.get(name, name)) for name in space.names}
 
 
 def _vector_space(problem: Any) -> DesignSpace:

@@ -21,7 +21,7 @@ from pymoo_psi._validation import (
     real_array,
 )
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
+from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
 
@@ -41,7 +41,8 @@ class Restricted(WrappedProblem):
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
             kind; one that is restricted already is restricted further.
-        box: For the names of variables (x1, x2, … of a vector): a tuple ``(lower, upper)``, of
+        box: For the names of variables (x1, x2, … of a vector, or those of the problem's attribute
+            ``names``): a tuple ``(lower, upper)``, of
             which ``None`` keeps the bound that there is; or a value, at which the variable is
             fixed; or, of a choice, a list of the options to keep. What is not named stays as it
             is. Instead of all this, the two arrays that
@@ -78,11 +79,19 @@ class Restricted(WrappedProblem):
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        given = _by_name(box, space)
-        parts = {v.name: _part(v, given[v.name]) for v in space.variables if v.name in given}
-        variables = tuple(parts.get(v.name, v) for v in space.variables)
+        own = own_names(problem, space)
+        given = _by_name(box, tuple(own.values()))
+        # Messages have the names that the user has.
+        parts = {
+            v.name: _part(replace(v, name=own[v.name]), given[own[v.name]])
+            for v in space.variables
+            if own[v.name] in given
+        }
+        variables = tuple(
+            replace(parts[v.name], name=v.name) if v.name in parts else v for v in space.variables
+        )
         self.space = replace(space, variables=variables)
-        self.box = {name: _told(part) for name, part in parts.items()}
+        self.box = {part.name: _told(part) for part in parts.values()}
         if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
@@ -152,10 +161,10 @@ class Restricted(WrappedProblem):
     _calc_pareto_set = _calc_pareto_front
 
 
-def _by_name(box: Any, space: DesignSpace) -> dict[str, Any]:
+def _by_name(box: Any, variables: Sequence[str]) -> dict[str, Any]:
     """Return what is given for each variable by name; of two arrays, where they are not NaN."""
     if isinstance(box, Mapping):
-        return {known_name("a variable of box", name, space.names): box[name] for name in box}
+        return {known_name("a variable of box", name, variables): box[name] for name in box}
     rule = "a mapping from variables to bounds or values, or the two arrays of refined_bounds"
     if not isinstance(box, Sequence) or isinstance(box, str) or len(box) != 2:
         raise ArgumentTypeError(f"box must be {rule}, got {box!r:.80}")
@@ -163,7 +172,7 @@ def _by_name(box: Any, space: DesignSpace) -> dict[str, Any]:
         real_array(f"{side} bounds of box", b)
         for side, b in zip(("lower", "upper"), box, strict=True)
     )
-    n_var = len(space.variables)
+    n_var = len(variables)
     for bounds in (lower, upper):
         if bounds.shape != (n_var,):
             found = Received(f"shape {bounds.shape}")
@@ -172,9 +181,7 @@ def _by_name(box: Any, space: DesignSpace) -> dict[str, Any]:
         tuple(None if np.isnan(end) else end for end in pair)
         for pair in zip(lower.tolist(), upper.tolist(), strict=True)
     ]
-    return {
-        name: pair for name, pair in zip(space.names, ends, strict=True) if pair != (None, None)
-    }
+    return {name: pair for name, pair in zip(variables, ends, strict=True) if pair != (None, None)}
 
 
 def _part(variable: Variable, given: Any) -> Variable:
