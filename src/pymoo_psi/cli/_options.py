@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, TestTable, read_designs
 from pymoo_psi.table._design_file import Roles
+from pymoo_psi.table._layout import Limits
 
 # Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
 # counts and a name may hold others: a=b<=1 limits the column a=b.
@@ -199,7 +200,7 @@ def box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     return box
 
 
-def box_text(table: TestTable, limits: Mapping[str, float], problem: Problem) -> str:
+def box_text(table: TestTable, limits: Limits, problem: Problem) -> str:
     """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
 
     Bounds are rounded outwards, to a thousandth of their distance; those of the problem's own box

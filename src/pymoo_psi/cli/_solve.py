@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +28,7 @@ from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._design_file import Roles
+from pymoo_psi.table._layout import Limits
 
 _SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
@@ -131,7 +132,9 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     if taken := [name for name in layout.columns if name in RANKING_COLUMNS]:
         rule = "named unlike the columns of a ranking"
         raise invalid("the columns", rule, taken[0], "give it another name by problem.names")
-    limits = limits_in(search.limits, layout.objectives, layout.maximized)
+    typed = limits_in(search.limits, layout.objectives, layout.maximized)
+    more = layout.maximized
+    limits = {name: (end, None) if name in more else (None, end) for name, end in typed.items()}
     if search.algorithm == "nsga3":
         found = _by_nsga3(problem, search, layout)
     elif search.study is None and not problem.elementwise:
@@ -240,7 +243,7 @@ def _last_tests(population: Any, layout: Layout) -> TestTable:
     return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=without)
 
 
-def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> TestTable:
+def _on_arrays(problem: Problem, points: int, limits: Limits) -> TestTable:
     """Test a vectorised problem without an object for each design, in the blocks of ``PSI``."""
     points = integer("n_points", points, minimum=1)
     # PSI's own rule, so that blocks are the same with a study: the bar moves 32 times.
@@ -254,7 +257,7 @@ def _on_arrays(problem: Problem, points: int, limits: Mapping[str, float]) -> Te
     return TestTable.empty(blocks[0].layout).extended(*blocks)
 
 
-def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> SolveResult:
+def _by_psi(problem: Problem, search: Search, limits: Limits) -> SolveResult:
     algorithm = PSI(
         search.points,
         limits=limits,
@@ -267,9 +270,7 @@ def _by_psi(problem: Problem, search: Search, limits: Mapping[str, float]) -> So
     return _of_table(problem, result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
 
 
-def _of_table(
-    problem: Problem, table: TestTable, limits: Mapping[str, float], n_new: int
-) -> SolveResult:
+def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) -> SolveResult:
     """Return what a table holds of which ``n_new`` tests were evaluated now, the others before."""
     rows = np.flatnonzero(table.pareto(limits))
     if table.F.shape[1] == 1:
@@ -290,7 +291,7 @@ def _of_table(
     return SolveResult(table.layout, designs, front.F, outputs, counts, (*remarks, *left_out))
 
 
-def _most_violated(table: TestTable, limits: Mapping[str, float], of: str) -> tuple[str, ...]:
+def _most_violated(table: TestTable, limits: Limits, of: str) -> tuple[str, ...]:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
     violated, names = table.violations(limits)
     if not violated.any():
