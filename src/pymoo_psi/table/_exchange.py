@@ -26,7 +26,12 @@ Columns: TypeAlias = dict[str, NDArray[Any]]
 Table = TypeVar("Table")
 _LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
 # Left out of a head where there are none: so a table without them has the head of earlier versions.
-_FURTHER: dict[str, Any] = {"outputs": [], "maximized": [], "units": {}}
+_FURTHER: dict[str, Any] = {
+    "outputs": [],
+    "maximized": [],
+    "units": {},
+    "experiments": [],
+}
 
 
 def head_of(table: Any) -> Head:
@@ -36,9 +41,9 @@ def head_of(table: Any) -> Head:
         ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
-        ``eq_tolerance``; if there are any ``outputs`` and ``maximized``, lists of names, and
-        ``units``, texts by name; ``prototype`` with its ``name``, ``x``, ``f``, ``g``, ``h`` if
-        there is one; and ``problem`` if it is known.
+        ``eq_tolerance``; if there are any ``outputs`` and ``maximized``, lists of names, ``units``,
+        texts by name, and ``experiments``, pairs of a name and a number; ``prototype`` with its
+        ``name``, ``x``, ``f``, ``g``, ``h`` if there is one; and ``problem`` if it is known.
     """
     layout: Layout = table.layout
     # Of a table without tests nothing can be told: a later block may be of any kind.

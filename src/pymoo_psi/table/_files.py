@@ -41,7 +41,7 @@ MARK = "pymoo_psi_test_table"
 _FORMAT = 3  # of the head; a reader refuses a later one
 # Without these a table is one of format 2. Earlier versions know nothing of them, and would take
 # what is to be maximised for minimised, and leave columns out.
-_OF_3 = {"maximized", "outputs"}
+_OF_3 = {"maximized", "outputs", "experiments"}
 _WORDS = {"boolean": "binary", "text": "choice", "mixed": "choice"}  # for kinds in format 1
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _ROWS = 8192  # parsed at a time, so that the memory for texts stays small

@@ -30,6 +30,7 @@ Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | in
 """Limits on criteria, variables and outputs by name; on criteria also by index from 0."""
 
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
+ORIGIN = ("experiment", "number")  # further ones of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 
@@ -70,17 +71,20 @@ class Layout:
     outputs: tuple[str, ...] = ()
     maximized: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    experiments: tuple[tuple[str, int], ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and senses, units, kinds and bounds fit."""
         for group in (*_GROUPS, "maximized"):
             object.__setattr__(self, group, column_names(group, getattr(self, group)))
-        seen: set[str] = set(RESERVED)
+        object.__setattr__(self, "experiments", _known_experiments(self.experiments))
+        reserved = RESERVED + (ORIGIN if self.experiments else ())
+        seen: set[str] = set(reserved)
         for name in self.columns:
             if name in seen:
                 raise invalid(
                     "the names of a test table",
-                    f"distinct, and none of {', '.join(RESERVED)}",
+                    f"distinct, and none of {', '.join(reserved)}",
                     name,
                 )
             seen.add(name)
@@ -318,6 +322,15 @@ def _unit_texts(units: Any) -> dict[str, str]:
         if not is_writable(name) or not is_writable(unit) or not unit.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
     return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
+
+
+def _known_experiments(experiments: Any) -> tuple[tuple[str, int], ...]:
+    pairs = tuple((name, number) for name, number in experiments)
+    names = column_names("experiments", tuple(name for name, _ in pairs))
+    numbers = [integer("the number before an experiment", n, minimum=0) for _, n in pairs]
+    if len({*names}) < len(names) or numbers != sorted(numbers):
+        raise invalid("experiments", "of different names, in the order of their numbers", pairs)
+    return tuple(zip(names, numbers, strict=True))
 
 
 def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:

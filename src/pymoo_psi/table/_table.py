@@ -40,7 +40,7 @@ from pymoo_psi.table._designs import column_kinds, design_matrix, design_row, jo
 from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
 from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._layout import Key, Layout, Limits, is_writable
+from pymoo_psi.table._layout import ORIGIN, Key, Layout, Limits, is_writable
 from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._prototype import Prototype
 
@@ -246,6 +246,8 @@ class TestTable:
     def column(self, name: str) -> NDArray[Any]:
         """``(n,)`` values of a variable, criterion, constraint or output; criteria in their sense.
 
+        Of joined experiments also ``"experiment"``, where each test is from, and its ``"number"``.
+
         Raises:
             ArgumentValueError: There is no such column.
             ArgumentTypeError: The name is not text.
@@ -256,6 +258,8 @@ class TestTable:
             >>> table.column("width"), table.column("gain")
             (array([0.1, 0.5]), array([0.8, 0.9]))
         """
+        if name in ORIGIN and self.layout.experiments:
+            return self._origin()[name]
         layout = self.layout
         j = layout.columns.index(known_name("column", name, layout.columns))
         for block in (self.X, self.F, self.G, self.H, self.outputs):
@@ -611,6 +615,66 @@ class TestTable:
         new[theirs] = False
         return self.extended(other.rows(new))._by_number()
 
+    @classmethod
+    def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
+        """Return the tests of several experiments on one problem: other boxes, sequences, methods.
+
+        Test points are numbered on from experiment to experiment; the columns ``experiment`` and
+        ``number`` of frame and files say where each is from, and so does :meth:`column`. Sets,
+        ranks and plots are over all. The box holds all boxes, and has no bound where one has none;
+        an output that an experiment lacks is NaN for its tests.
+
+        Args:
+            experiments: The tables by a name for each. One that is itself combined keeps its
+                experiments, called ``"name/experiment"``.
+
+        Raises:
+            ArgumentValueError: The tables differ in names, senses, units, kinds, tolerance,
+                problem or prototype.
+            ArgumentTypeError: The experiments are no mapping of one table or more.
+
+        Example:
+            >>> coarse = TestTable.of([1, 2], [[0.0], [0.5]], [[3.0], [1.0]])
+            >>> refined = TestTable.of([1, 2], [[0.4], [0.6]], [[0.9], [2.0]])
+            >>> table = TestTable.combined({"coarse": coarse, "refined": refined})
+            >>> print(table.to_frame()[["experiment", "number", "f1", "pareto"]])
+                       experiment  number   f1  pareto
+            test_point
+            1              coarse       1  3.0   False
+            2              coarse       2  1.0   False
+            3             refined       1  0.9    True
+            4             refined       2  2.0   False
+        """
+        if not isinstance(experiments, Mapping) or not experiments:
+            rule = "experiments must be tables by name, such as {'coarse': a, 'refined': b}"
+            raise ArgumentTypeError(f"{rule}, got {experiments!r:.80}")
+        origins: list[tuple[str, int]] = []
+        before, last = [], 0  # the number before each table's first test point
+        for name, table in experiments.items():
+            instance(f"the experiment {name!r}", table, TestTable)
+            parts = [(f"{name}/{part}", n) for part, n in table.layout.experiments]
+            origins += [(part, last + n) for part, n in parts or [(name, 0)]]
+            before.append(last)
+            last = int((table.numbers + last).max(initial=origins[-1][1]))
+        tables = list(experiments.values())
+        # NaN, where there is no bound, is passed on.
+        lower = np.minimum.reduce([t.layout.lower for t in tables])
+        upper = np.maximum.reduce([t.layout.upper for t in tables])
+        box = {"lower": lower, "upper": upper, "experiments": tuple(origins)}
+        model = [_model_of(t.problem) for t in tables]
+        blocks = []
+        for name, table, start, problem in zip(experiments, tables, before, model, strict=True):
+            layout, first = table.layout, replace(tables[0].layout, experiments=())
+            plain = replace(layout, lower=first.lower, upper=first.upper, experiments=())
+            other = first.difference(plain) or _other_prototype(tables[0], table)
+            if other:
+                rule = "tests of the problem of the others; give all the same formulation"
+                raise invalid(f"the experiment {name!r}", rule, Received(other))
+            reasons = {n + start: text for n, text in table.reasons.items()}
+            changes = {"numbers": table.numbers + start, "reasons": reasons, "problem": problem}
+            blocks.append(table._with(layout=replace(layout, **box), **changes))
+        return blocks[0].extended(*blocks[1:])
+
     def equals(self, other: object) -> bool:
         """Say whether another table has the same tests in everything; NaN is equal to NaN.
 
@@ -875,7 +939,16 @@ class TestTable:
         violated[:] = [", ".join(compress(names, row)) for row in mask.tolist()]
         columns = columns_of(self)
         reason = columns.pop("reason")
+        if self.layout.experiments:
+            columns = {"test_point": columns["test_point"]} | self._origin() | columns
         return columns | {"violated": violated, "reason": reason, "pareto": self.pareto()}
+
+    def _origin(self) -> Columns:
+        """Return of which experiment each test is, and its number there."""
+        names = np.array([name for name, _ in self.layout.experiments], dtype=object)
+        before = np.array([number for _, number in self.layout.experiments])
+        rows = np.searchsorted(before, self.numbers, side="left") - 1
+        return dict(zip(ORIGIN, (names[rows], self.numbers - before[rows]), strict=True))
 
     def _by_number(self) -> TestTable:
         if (self.numbers[1:] > self.numbers[:-1]).all():
@@ -1035,6 +1108,13 @@ def _other_problem(a: TestTable, b: TestTable) -> str:
     one, other = _told(a.problem), _told(b.problem)
     keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
     return "; ".join(f"{key} {one.get(key)} against {other.get(key)}" for key in keys)
+
+
+def _model_of(problem: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Return what of a problem's identity is of the model, without box and points of a run."""
+    if problem is None:
+        return None
+    return {name: problem[name] for name in ("problem", "parameters", "key") if name in problem}
 
 
 def _told(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
