@@ -9,7 +9,7 @@ from joblib import parallel_config
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, LPTauSampling, QMCSampling, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.algorithms import _blocks
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
@@ -180,14 +180,9 @@ def test_blocks_under_way_are_few(monkeypatch):
         return evaluate(problem, X)
 
     monkeypatch.setattr(_blocks, "evaluate_designs", counted)
-    plan = Plan.of(
-        Holed(), 4000, first=1, sampling=LPTauSampling(), seed=None, limits=None,
-        memory=Memory.of(None, ()), study_key=None, names=None, maximize=None, units=None,
-    )  # fmt: skip
+    plan = Plan.of(Holed(), 4000, limits=None, memory=Memory.of(None, ()))
     with parallel_config("threading"):
-        blocks = _blocks.arriving(
-            plan, _blocks.Keep("all", None), stop=False, block_size=64, n_jobs=2
-        )
+        blocks = _blocks.arriving(plan, _blocks.Keep(), stop=False, block_size=64, n_jobs=2)
         numbers = []
         for table, _, _ in blocks:
             under_way -= 1

@@ -298,9 +298,9 @@ def test_mistakes(rank, text, options, message):
     assert "Traceback" not in printed + err
 
 
-def test_a_folder_is_no_file(capsys, tmp_path):
+def test_a_folder_without_studies_is_no_file(capsys, tmp_path):
     assert main(["rank", str(tmp_path)]) == 2
-    assert "Is a directory" in capsys.readouterr().err
+    assert "holds no study; check the name" in capsys.readouterr().err
 
 
 def test_a_mistake_writes_nothing(rank, tmp_path):

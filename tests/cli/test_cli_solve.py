@@ -191,6 +191,57 @@ def test_mistakes(run, words, message):
     assert os.listdir() == ["models_of_solve.py"]
 
 
+def test_shares_in_a_folder_are_one_study_to_every_command(run):
+    words = ["solve", "chute", "--points", 64, "--study", "runs"]
+    for part in ("1/3", "3/3"):
+        code, printed, err = run(*words, "--share", part)
+        assert (code, err) == (0, "")
+    code, printed, _ = run("export", "runs", "--out", "part.csv")
+    assert "of 64 test points are missing: " in printed
+    assert "of 3 shares these lack points: 2 (all of 22)" in printed
+    assert "test points are missing" in run("rank", "runs")[1]
+    assert run(*words, "--share", "2/3")[0] == 0
+    code, printed, err = run("export", "runs", "--out", "all.csv")
+    assert (code, err, "missing" in printed) == (0, "", False)
+    assert run("solve", "chute", "--points", 64, "--study", "one.db")[0] == 0
+    assert TestTable.read_csv("all.csv").equals(TestTable.read_study("one.db"))
+
+
+def test_merged_studies_go_on(run):
+    run("solve", "chute", "--points", 64, "--study", "runs", "--share", "1/2")
+    run("solve", "chute", "--points", 64, "--study", "half.db")
+    run("export", "half.db", "--out", "half.csv")
+    code, printed, err = run("merge", "runs", "half.csv", "--out", "all.db")
+    assert (code, err) == (0, "")
+    assert "runs: 32 of 64 test points are missing" in printed
+    assert "64 tests (64 ok, 0 infeasible, 0 failed) written to all.db" in printed
+    printed = run("solve", "chute", "--points", 100, "--study", "all.db")[1]
+    assert "100 tested, 64 of them from the study" in printed
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["merge", "s.db", "--out", "s.db"], "--out must be the name of a new file, got 's.db'"),
+        (["merge", "s.db", "other.db", "--out", "a.db"], "other.db does not fit those before it"),
+        (["merge", "none.db", "--out", "a.db"], "none.db does not exist"),
+        (["merge", "--out", "a.db"], "Missing argument"),
+        (["solve", "chute", "--share", "1/2"], "--share must be used with --study FOLDER"),
+        (["solve", "chute", "--share", "3/2", "--study", "r"], "--share must be k/n"),
+        (["solve", "chute", "--share", "1/2", "--study", "s.db"], "must be the name of a folder"),
+        (["solve", "chute", "--share", "1/2", "--algorithm", "nsga3", "--study", "r"], "psi"),
+    ],
+)
+def test_mistakes_of_shares_and_merge(run, words, message):
+    run("solve", "chute", "--points", 8, "--study", "s.db")
+    run("solve", "chute", "--points", 8, "--mu", 0.4, "--study", "other.db")
+    code, _, err = run(*words)
+    assert code == 2
+    assert message in err
+    assert err.count("\n") == 1
+    assert not os.path.exists("a.db")
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

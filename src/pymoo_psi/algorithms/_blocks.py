@@ -52,8 +52,8 @@ class Keep:
         limits: Limits that a feasible design must keep.
     """
 
-    what: str
-    limits: Limits | None
+    what: str = "all"
+    limits: Limits | None = None
 
     def mask(self, table: TestTable) -> NDArray[np.bool_]:
         """``(n,)`` which tests of a table are kept."""
@@ -129,6 +129,8 @@ def arriving(
     """
     points, memory, n = plan.points, plan.memory, len(plan.points)
     model = _Model(plan.problem, plan.space, plan.table.layout, keep, memory.study is not None)
+    if keep.what == "all":  # more than there can be room for is refused now, not after hours
+        np.empty((n, 1 + len(plan.table.layout.columns)))
     missing: deque[Rows] = deque([range(n)])
     with ExitStack() as stack:
         if memory.study is not None:

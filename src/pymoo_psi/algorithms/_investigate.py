@@ -161,7 +161,7 @@ def investigate(
     bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     done = 0
 
-    def show(tested: int) -> None:
+    def show(_: TestTable, tested: int) -> None:
         nonlocal done
         done += tested
         if bar is not None:
@@ -169,36 +169,70 @@ def investigate(
 
     tables = [plan.table]
     size = least = 0  # how many rows there are, and had been left when they were sifted last
-    # Designs that can occur again are looked up, so that a model is called once for each.
-    by_design = problem.elementwise or (plan.space.finite and n_jobs == 1)
-    if by_design:
-        tests = Investigation(plan, stop, whole=True, show=lambda table: show(len(table)))
-        arrivals = tests.arriving(block_size, kept)
-    else:
-        arrivals = arriving(plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs)
     try:
-        for table, tested, _ in arrivals:
+        for table, _ in tested(
+            plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs, show=show
+        ):
             tables.append(table)
             size += len(table)
             if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
-                tables = [_joined(tables, kept)]
+                front = by_number(tables)
+                tables = [front.rows(kept.mask(front))]
                 size = least = len(tables[0])
-            if not by_design:
-                show(tested)
     finally:
         if bar is not None:
             bar.close()
-    found = _joined(tables, kept)
+    found = by_number(tables)
+    if keep == "pareto":
+        found = found.rows(kept.mask(found))
     if limits is not None:
         found.feasible(limits)  # refuses one on what the model does not give
     return found
 
 
-def _joined(tables: list[TestTable], keep: Keep) -> TestTable:
-    """Return what is kept of tables, by number."""
+def tested(
+    plan: Plan,
+    keep: Keep,
+    *,
+    stop: bool,
+    block_size: int,
+    n_jobs: int,
+    show: Callable[[TestTable, int], None],
+) -> Iterator[tuple[TestTable, int]]:
+    """Test all points of a plan and give what is kept of each block, blocks in any order.
+
+    Args:
+        plan: What is tested.
+        keep: What is kept.
+        stop: Whether a design that fails ends the run.
+        block_size: Points in a block, at most.
+        n_jobs: Workers for a vectorised problem, as joblib has them.
+        show: Is given tests as they arrive, those of the study as well, or those of them that are
+            kept, and how many have arrived.
+
+    Yields:
+        The tests kept, and for how many tests of the block the model was called.
+    """
+    # Designs that can occur again are looked up, so that a model is called once for each.
+    if plan.problem.elementwise or (plan.space.finite and n_jobs == 1):
+        tests = Investigation(plan, stop, whole=True, show=lambda table: show(table, len(table)))
+        try:
+            for start in range(0, len(plan.points), block_size):
+                table, evaluated = tests.tested(start, block_size)
+                yield table.rows(keep.mask(table)), evaluated
+        finally:
+            tests.close()
+    else:
+        for table, n_tested, evaluated in arriving(
+            plan, keep, stop=stop, block_size=block_size, n_jobs=n_jobs
+        ):
+            show(table, n_tested)
+            yield table, evaluated
+
+
+def by_number(tables: list[TestTable]) -> TestTable:
+    """Return tables that have no test in common as one, by number."""
     table = tables[0].extended(*tables[1:])
-    if keep.what == "pareto":  # of what is feasible or all, all was kept
-        table = table.rows(keep.mask(table))
     if (np.diff(table.numbers) < 0).any():
         table = table.rows(np.argsort(table.numbers))
     return table
@@ -273,15 +307,6 @@ class Investigation:
         """Start as one that has nothing under way."""
         self.__dict__.update(state, _stream=None, _show=None)
         self._look_from(self._end)
-
-    def arriving(self, block_size: int, keep: Keep) -> Iterator[tuple[TestTable, int, int]]:
-        """Test all points and give what is kept of each block, as :func:`arriving` does."""
-        try:
-            for start in range(0, len(self.numbers), block_size):
-                table, evaluated = self.tested(start, block_size)
-                yield table.rows(keep.mask(table)), len(table), evaluated
-        finally:
-            self.close()
 
     def tested(self, start: int, count: int) -> tuple[TestTable, int]:
         """Test consecutive points; what arrives is stored within a second or two.

@@ -44,15 +44,15 @@ class Plan:
         problem: Any,
         n_points: int,
         *,
-        first: int,
-        sampling: UniformSampling | None,
-        seed: int | None,
-        limits: Limits | None,
         memory: Memory,
-        study_key: str | None,
-        names: Mapping[str, str] | None,
-        maximize: Collection[str] | None,
-        units: Mapping[str, str] | None,
+        limits: Limits | None,
+        first: int = 1,
+        sampling: UniformSampling | None = None,
+        seed: int | None = None,
+        study_key: str | None = None,
+        names: Mapping[str, str] | None = None,
+        maximize: Collection[str] | None = None,
+        units: Mapping[str, str] | None = None,
     ) -> Plan:
         """Return the plan of a run; its study is begun last, when nothing else can be wrong.
 

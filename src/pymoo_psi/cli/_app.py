@@ -88,9 +88,7 @@ Friction: TypeAlias = Annotated[
 Speed: TypeAlias = Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")]
 Radius: TypeAlias = Annotated[float | None, typer.Option(help="chute: radius [0.1].")]
 Model: TypeAlias = Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")]
-Jobs: TypeAlias = Annotated[
-    int, typer.Option(metavar="N", help="Processes for one design at a time; -1: one per core.")
-]
+Jobs: TypeAlias = Annotated[int, typer.Option(metavar="N", help="Processes; -1: one per core.")]
 Designs: TypeAlias = Annotated[
     Path,
     typer.Argument(
@@ -190,6 +188,10 @@ def solve(
         Path | None,
         _path("FILE.db", "Store every design here; continues."),
     ] = None,
+    share: Annotated[
+        str | None,
+        typer.Option(metavar="K/N", help="Test the K-th of N parts; --study is their folder."),
+    ] = None,
     study_key: Annotated[
         str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
     ] = None,
@@ -211,7 +213,9 @@ def solve(
     from pymoo_psi.cli._solve import Search, run_solve
 
     # A wrong option is told before a model is imported, which may take its time.
-    search = Search(algorithm.value, points, seed, limits or (), study, study_key, retry)
+    search = Search(
+        algorithm.value, points, seed, limits or (), study, study_key, retry, share, jobs
+    )
     wanted = load_problem(problem, _chute(mu, c, r, model), jobs, timeout, box or ())
     return run_solve(wanted, search, out)
 
@@ -260,7 +264,10 @@ def compare(
 @app.command()
 def export(
     study: Annotated[
-        Path, typer.Argument(metavar="STUDY.db", help="A study of 'solve'.", callback=_expanded)
+        Path,
+        typer.Argument(
+            metavar="STUDY", help="A study of 'solve', or a folder.", callback=_expanded
+        ),
     ],
     out: Annotated[
         Path,
@@ -271,6 +278,22 @@ def export(
     from pymoo_psi.cli._solve import run_export
 
     return run_export(study, out)
+
+
+@app.command()
+def merge(
+    inputs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="STUDY|FOLDER|CSV…", help="Studies, folders of shares, test tables."
+        ),
+    ],
+    out: Annotated[Path, _path("FILE.db", "Write here, a new file.")],
+) -> int:
+    """Make one study of the tests of several, which 'solve --study' continues."""
+    from pymoo_psi.cli._merge import run_merge
+
+    return run_merge(inputs, out)
 
 
 @app.command()

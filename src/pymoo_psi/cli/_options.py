@@ -290,6 +290,22 @@ def numbers_in(option: str, text: str, rule: str) -> tuple[int, ...]:
     return tuple(int(part) for part in parts)
 
 
+def share_in(text: str) -> tuple[int, int]:
+    """Return the pair (k, n) of a share k/n.
+
+    Raises:
+        ArgumentValueError: The text is no such share.
+
+    Example:
+        >>> share_in("3/64")
+        (3, 64)
+    """
+    found = re.fullmatch(r"([1-9][0-9]{0,8})/([1-9][0-9]{0,8})", text.strip())
+    if not found or int(found[1]) > int(found[2]):
+        raise invalid("--share", "k/n, the k-th of n parts, such as 3/64", text)
+    return int(found[1]), int(found[2])
+
+
 def _parts(entries: Sequence[str], is_one: Callable[[str], bool]) -> list[str]:
     """Return the entries, those that are not one as a whole split at their commas."""
     # An empty entry stays as an empty name, to be refused: --objectives "" is not "no option".

@@ -121,11 +121,6 @@ class _RunDisplay:
         self.bar, self.task = bar, task
         self.tested = self.feasible = self.failed = 0
 
-    def psi(self, algorithm: Any) -> None:
-        """Show tested, failed and feasible points of a run of PSI."""
-        self.feasible = self.failed = self.tested = 0  # its table holds the earlier blocks too
-        self.block(algorithm.table, algorithm.limits)
-
     def block(self, table: TestTable, limits: Limits | None) -> None:
         """Show one more block of tested points."""
         self.tested += len(table)

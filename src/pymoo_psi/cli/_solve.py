@@ -14,13 +14,17 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
-from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import PSI, investigate, nsga3
-from pymoo_psi.cli._options import box_text, limits_in, numbers_in
+from pymoo_psi.algorithms import nsga3
+from pymoo_psi.algorithms._blocks import Keep
+from pymoo_psi.algorithms._investigate import by_number, tested
+from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.cli._options import box_text, limits_in, numbers_in, share_in
 from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
+from pymoo_psi.evaluation._failures import untolerant
+from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.problems._design_space import design_space
@@ -29,6 +33,7 @@ from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._design_file import Roles
 from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._table import read_tests
 
 _SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
@@ -47,6 +52,8 @@ class Search:
         study: The file in which every design is kept.
         study_key: What else the study depends on.
         retry: ``failed``, or numbers of failed test points to be tested once more.
+        share: ``k/n``, the k-th of n parts of the points; the study is a folder then.
+        jobs: Processes for a vectorised problem.
 
     Raises:
         ArgumentValueError: An option does not go with the algorithm, or without a study.
@@ -59,15 +66,26 @@ class Search:
     study: Path | None = None
     study_key: str | None = None
     retry: str | None = None
+    share: str | None = None
+    jobs: int = 1
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
-        if self.limits and self.algorithm != "psi":
-            raise invalid("--limits", "used with --algorithm psi", self.algorithm)
+        for option, given in (("--limits", bool(self.limits)), ("--share", bool(self.share))):
+            if given and self.algorithm != "psi":
+                raise invalid(option, "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
-        self.points_to_retry()  # only to refuse here, not when the run begins, what is no number
+        if self.share is not None and self.study is None:
+            raise invalid("--share", "used with --study FOLDER", Received("no --study"))
+        # Only to refuse here, not when the run begins, what is no number.
+        self.points_to_retry()
+        self.part()
+
+    def part(self) -> tuple[int, int] | None:
+        """Return what ``PSI(share=...)`` takes."""
+        return None if self.share is None else share_in(self.share)
 
     def points_to_retry(self) -> str | tuple[int, ...]:
         """Return what ``PSI(retry=...)`` takes."""
@@ -137,11 +155,6 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     limits = {name: (end, None) if name in more else (None, end) for name, end in typed.items()}
     if search.algorithm == "nsga3":
         found = _by_nsga3(problem, search, layout)
-    elif search.study is None and not problem.elementwise:
-        # A million designs in seconds; as pymoo's individuals they would take minutes.
-        found = _of_table(
-            problem, _on_arrays(problem, search.points, limits), limits, search.points
-        )
     else:
         found = _by_psi(problem, search, limits)
 
@@ -225,7 +238,7 @@ def _told_if_stopped(search: Search) -> Iterator[None]:
     except KeyboardInterrupt:
         if search.study is not None:
             # There may be no file yet. What is in it is counted, not what the bar has shown.
-            stored = len(TestTable.read_study(search.study)) if search.study.exists() else 0
+            stored = len(read_tests(search.study)[0]) if search.study.exists() else 0
             # runs with other seeds may be in the same study
             of = f" of {search.points}" if search.algorithm == "psi" else ""
             say(f"{stored}{of} designs are in {search.study}; the same command continues.")
@@ -243,31 +256,32 @@ def _last_tests(population: Any, layout: Layout) -> TestTable:
     return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=without)
 
 
-def _on_arrays(problem: Problem, points: int, limits: Limits) -> TestTable:
-    """Test a vectorised problem without an object for each design, in the blocks of ``PSI``."""
-    points = integer("n_points", points, minimum=1)
-    # PSI's own rule, so that blocks are the same with a study: the bar moves 32 times.
-    size = max(64, -(-points // 32))
-    blocks = []
-    with run_bar(f"psi on {problem.name()}", points) as show:
-        for start in range(0, points, size):
-            count = min(size, points - start)
-            blocks.append(investigate(problem, count, first=1 + start, limits=limits))
-            show.block(blocks[-1], limits)
-    return TestTable.empty(blocks[0].layout).extended(*blocks)
-
-
 def _by_psi(problem: Problem, search: Search, limits: Limits) -> SolveResult:
-    algorithm = PSI(
-        search.points,
+    # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes.
+    plan = Plan.of(
+        untolerant(problem, False)[0],
+        integer("n_points", search.points, minimum=1),
         limits=limits,
-        study=search.study,
+        memory=Memory.of(search.study, search.points_to_retry(), search.part()),
         study_key=search.study_key,
-        retry=search.points_to_retry(),
     )
-    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", search.points) as show:
-        result = minimize(problem, algorithm, callback=show.psi)
-    return _of_table(problem, result.algorithm.table, limits, result.algorithm.evaluator.n_eval)
+    n = len(plan.points)
+    # So small that the bar moves. A problem of one design at a time has a runner with the jobs.
+    size, jobs = min(65_536, max(64, -(-n // 32))), search.jobs
+    if problem.elementwise:
+        size, jobs = 64, 1
+    tables, n_new = [plan.table], 0
+    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", n) as bar:
+
+        def show(table: TestTable, _: int) -> None:
+            bar.block(table, limits)
+
+        for table, evaluated in tested(
+            plan, Keep(), stop=False, block_size=size, n_jobs=jobs, show=show
+        ):
+            tables.append(table)
+            n_new += evaluated
+    return _of_table(problem, by_number(tables), limits, n_new)
 
 
 def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) -> SolveResult:
@@ -320,11 +334,13 @@ def _failures(reasons: Iterable[str]) -> tuple[str, ...]:
 
 
 def run_export(study: Path, out: Path) -> int:
-    """Write every test of a study to a CSV or Parquet file; the study is not changed."""
+    """Write every test of a study, or of a folder of them, to a CSV or Parquet file."""
     require_output(out, (".csv", ".parquet"), study)
-    table = TestTable.read_study(study)
+    table, missing = read_tests(study)
     write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
     write(out)
     counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in ("ok", "infeasible", "failed"))
+    if missing:
+        say(f"{study}: {missing}.")
     say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
     return 0

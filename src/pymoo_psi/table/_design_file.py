@@ -24,7 +24,7 @@ from pymoo_psi.table._exchange import objects, table_of
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
 from pymoo_psi.table._layout import is_writable
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
-from pymoo_psi.table._table import STATUSES, TestTable
+from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -346,7 +346,7 @@ def read_designs(
     Args:
         path: Text with commas, semicolons, tabs, bars or spaces between its cells, comments
             (``#``) above its header or none; a workbook (.xlsx); a test table, CSV or Parquet,
-            or a study, of which the feasible designs are taken; a ranking that
+            a study, or a folder of studies, of which the feasible designs are taken; a ranking that
             ``pymoo-psi rank --out`` wrote as CSV or JSON; what the decision page exported.
         decimal: The decimal mark of its numbers, ``"."`` or ``","``; as they tell unless given.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
@@ -375,6 +375,8 @@ def read_designs(
     skipped = frozenset(integer("a number in skip_rows", line, minimum=1) for line in skip_rows)
     if not isinstance(encoding, (str, type(None))):
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
+    if path.is_dir():
+        return _of_tests(path, *read_tests(path))
     with path.open("rb") as file:  # once: what a pipe has given it does not give again
         content = file.read(16)  # as much as SQLite's mark
         # SQLite opens files by name only, so a study, unlike the other files, cannot be a pipe.
@@ -405,7 +407,7 @@ def read_designs(
         raise unfit(path, str(error)) from None
 
 
-def _of_tests(path: Path, table: TestTable) -> DesignFile:
+def _of_tests(path: Path, table: TestTable, missing: str = "") -> DesignFile:
     """Return the feasible designs of a test table with finite criteria, and its prototype."""
     import pandas as pd
 
@@ -428,12 +430,13 @@ def _of_tests(path: Path, table: TestTable) -> DesignFile:
         for name in frame.columns
     }
     n, others = len(feasible), len(table) - len(feasible)
-    remark = (
-        f"{n} of {len(table)} tests {'is' if n == 1 else 'are'} feasible; the others are left out."
-    )
+    remarks = [f"{missing}."] if missing else []
+    if others:
+        are = "is" if n == 1 else "are"
+        remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
     more = tuple(name for name in layout.objectives if name in layout.maximized)
     roles = Roles(layout.objectives, layout.variables, "test_point", more, layout.outputs)
-    return DesignFile(path, columns, feasible + 1, (), roles, rows, (remark,) if others else ())
+    return DesignFile(path, columns, feasible + 1, (), roles, rows, tuple(remarks))
 
 
 def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
