@@ -5,6 +5,7 @@ import os
 import pickle
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, PsiError, Recorded, TestTable
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.evaluation import _recorded
 
 
 class Model(ElementwiseProblem):
@@ -121,6 +123,27 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     assert numbers.dtype == np.int64
     F = problem.table.F[[rows[number] for number in numbers]]
     np.testing.assert_array_equal(F, result.pop.get("F"))
+
+
+def test_what_has_arrived_of_a_batch_is_stored_when_a_run_is_stopped(tmp_path, monkeypatch):
+    """And within a second if it is killed; here at once."""
+    monkeypatch.setattr(_recorded, "_SECONDS", 0.0)
+    X, stored = batch(9), []
+
+    class Watched(Model):
+        def _evaluate(self, x, out, *args, **kwargs):
+            stored.append(len(TestTable.read_study(tmp_path / "s.db")))
+            time.sleep(0.002)  # dear enough not to be evaluated together with others
+            super()._evaluate(x, out, *args, **kwargs)
+
+    with pytest.raises(KeyboardInterrupt):
+        recorded(Watched(stop=5), tmp_path / "s.db").evaluate(X)
+    assert stored == [0, 1, 2, 3, 4, 5]
+    model = Model()
+    problem = recorded(model, tmp_path / "s.db")
+    problem.evaluate(X)
+    assert model.seen == [x.tobytes() for x in X[5:]]
+    np.testing.assert_array_equal(problem.table.X, X)
 
 
 def test_more_generations_and_other_seeds_add_to_the_study(tmp_path):

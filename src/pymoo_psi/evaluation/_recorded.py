@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Collection, Hashable, Mapping
 from itertools import count
 from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._evaluator import (
+    columns_of_values,
+    evaluate_designs,
+    stream_designs,
+    streams,
+)
 from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.evaluation._memory import Memory, retried
 from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
+from pymoo_psi.parallel._outcome import Result
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
@@ -29,6 +36,7 @@ from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._exchange import objects
 
 _ALL = 2**62  # test points: more than any study has
+_SECONDS = 1.0  # of results in one commit: beside them its milliseconds do not count
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
 _SIZES = {"F": "n_obj", "G": "n_ieq_constr", "H": "n_eq_constr"}  # of what is kept
 
@@ -202,7 +210,7 @@ class Recorded(WrappedProblem):
         self._answers.add(stored, self._memory.to_retry(stored))
 
     def _evaluate(self, X: Any, matrix: NDArray[Any], rows: list[int]) -> None:
-        """Evaluate designs that no test has, and store each one.
+        """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. Those that are missing then get
         the numbers that they would have had, since these are the ones between that are free.
@@ -212,14 +220,39 @@ class Recorded(WrappedProblem):
             matrix: The same as a matrix.
             rows: Which of it, in their order.
         """
-        numbers = self._answers.numbers_for(_keys(matrix[rows]))
-        began = time.monotonic()
+        matrix = matrix[rows]
+        numbers = np.array(self._answers.numbers_for(_keys(matrix)))
         chosen = X[rows] if isinstance(X, np.ndarray) else [X[i] for i in rows]
-        out = evaluate_designs(self._model, chosen)
-        block = table_of_values(self._layout, np.array(numbers), matrix[rows], out)
-        self._memory.keep(block, (time.monotonic() - began) / len(rows))
-        self._answers.add(block)
-        self.n_evaluated += len(block)
+        began = time.monotonic()
+        if not streams(self._model):
+            out = evaluate_designs(self._model, chosen)
+            self._keep(numbers, matrix, out, (time.monotonic() - began) / len(rows))
+            return
+        group: list[Result] = []
+
+        def store() -> None:
+            if group:
+                indices, values, seconds = (list(column) for column in zip(*group, strict=True))
+                group.clear()
+                out = columns_of_values(self._model, values)
+                self._keep(numbers[indices], matrix[indices], out, np.array(seconds))
+
+        try:
+            for result in stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False):
+                group.append(result)
+                if time.monotonic() - began >= _SECONDS:
+                    store()
+                    began = time.monotonic()
+        finally:  # also what has arrived when the user stops
+            store()
+
+    def _keep(
+        self, numbers: NDArray[np.int64], matrix: NDArray[Any], out: Any, seconds: ArrayLike
+    ) -> None:
+        tests = table_of_values(self._layout, numbers, matrix, out)
+        self._memory.keep(tests, seconds)
+        self._answers.add(tests)
+        self.n_evaluated += len(tests)
 
 
 class _Test(NamedTuple):
