@@ -9,6 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import cloudpickle
 import dill
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from pymoo_psi import PSI, FailureTolerant, JoblibRunner, PsiError, Recorded, Te
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 from pymoo_psi.evaluation import _recorded
+from pymoo_psi.evaluation._evaluator import stream_designs
 
 
 class Model(ElementwiseProblem):
@@ -127,10 +129,13 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
 
 def test_what_has_arrived_of_a_batch_is_stored_when_a_run_is_stopped(tmp_path, monkeypatch):
     """And within a second if it is killed; here at once."""
-    monkeypatch.setattr(_recorded, "_SECONDS", 0.0)
+    monkeypatch.setattr(_recorded, "SECONDS", 0.0)
     X, stored = batch(9), []
 
     class Watched(Model):
+        def name(self):
+            return "Model"
+
         def _evaluate(self, x, out, *args, **kwargs):
             stored.append(len(TestTable.read_study(tmp_path / "s.db")))
             time.sleep(0.002)  # dear enough not to be evaluated together with others
@@ -449,11 +454,30 @@ def test_ask_and_tell_and_checkpoints(tmp_path):
     assert population(algorithm.result()) == population(solved(FailureTolerant(Model()), nsga3()))
 
 
-def test_workers_are_sent_the_problem_within(tmp_path):
+def test_a_runner_is_sent_the_problem_within(tmp_path):
+    def copying(f, X):  # as processes get them
+        sent = cloudpickle.dumps(f)
+        assert str(tmp_path).encode() not in sent  # neither the study nor what is known of it
+        return [cloudpickle.loads(sent)(x) for x in X]
+
     here = recorded(Model(fails=True), tmp_path / "here.db")
     solved(here, nsga3(), 3)
-    model = Model(fails=True, elementwise_runner=JoblibRunner(2, in_process=False))
+    model = Model(fails=True, elementwise_runner=copying)
     there = recorded(model, tmp_path / "there.db")
     solved(there, nsga3(), 3)
     assert model.seen == []
+    assert there.table.equals(here.table)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1.0])
+def test_results_may_come_in_any_order(tmp_path, monkeypatch, seconds):
+    def backwards(*arguments, **options):
+        yield from reversed(list(stream_designs(*arguments, **options)))
+
+    here = recorded(Model(fails=True), tmp_path / "here.db")
+    solved(here, nsga3(), 3)
+    monkeypatch.setattr(_recorded, "stream_designs", backwards)
+    monkeypatch.setattr(_recorded, "SECONDS", seconds)
+    there = recorded(Model(fails=True, elementwise_runner=JoblibRunner(1)), tmp_path / "there.db")
+    solved(there, nsga3(), 3)
     assert there.table.equals(here.table)

@@ -34,6 +34,8 @@ from pymoo_psi.evaluation._evaluator import (
     streams,
 )
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
+from pymoo_psi.evaluation._memory import COMPUTED as _COMPUTED
+from pymoo_psi.evaluation._memory import SECONDS as _SECONDS
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel import JoblibRunner
@@ -47,12 +49,6 @@ _KEPT = ("all", "feasible", "pareto")
 # Rows from which on a Pareto set is sifted on the way. Each time there are twice as many rows as
 # were left, so that all sifting together takes as long as the last one, or twice that.
 _WORTH_SIFTING = 2**17
-# Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
-# and not much more is lost when the process is killed.
-_SECONDS = 1.0
-# Seconds of computing, by all workers together, after which there is a commit in any case: results
-# of slow designs that arrive together must not wait for the next one, perhaps for hours.
-_COMPUTED = 20.0
 # Points that may be evaluated beyond the block that is asked for, while that has not all results:
 # as many as can be held easily where all are going to be tested, and a few for each worker where a
 # termination may end the run. At 8 a worker, the slowest of a block takes as long as 8 others.

@@ -20,6 +20,13 @@ from pymoo_psi.storage._share import ALL, Share
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
 
+# Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
+# and not much more is lost when the process is killed.
+SECONDS = 1.0
+# Seconds of computing, by all workers together, after which there is a commit in any case: results
+# of slow designs that arrive together must not wait for the next one, perhaps for hours.
+COMPUTED = 20.0
+
 
 @dataclass
 class Memory:

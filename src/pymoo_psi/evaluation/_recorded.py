@@ -23,7 +23,7 @@ from pymoo_psi.evaluation._evaluator import (
     streams,
 )
 from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
-from pymoo_psi.evaluation._memory import Memory, retried
+from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, retried
 from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
 from pymoo_psi.parallel._outcome import Result
 from pymoo_psi.problems._design_space import design_space
@@ -36,7 +36,6 @@ from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._exchange import objects
 
 _ALL = 2**62  # test points: more than any study has
-_SECONDS = 1.0  # of results in one commit: beside them its milliseconds do not count
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
 _SIZES = {"F": "n_obj", "G": "n_ieq_constr", "H": "n_eq_constr"}  # of what is kept
 
@@ -229,6 +228,7 @@ class Recorded(WrappedProblem):
             self._keep(numbers, matrix, out, (time.monotonic() - began) / len(rows))
             return
         group: list[Result] = []
+        computed = 0.0
 
         def store() -> None:
             if group:
@@ -240,9 +240,10 @@ class Recorded(WrappedProblem):
         try:
             for result in stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False):
                 group.append(result)
-                if time.monotonic() - began >= _SECONDS:
+                computed += result[2]
+                if computed >= COMPUTED or time.monotonic() - began >= SECONDS:
                     store()
-                    began = time.monotonic()
+                    began, computed = time.monotonic(), 0.0
         finally:  # also what has arrived when the user stops
             store()
 
