@@ -32,6 +32,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.algorithms import refine
 from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.table import feasibility_rules
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
 
@@ -196,6 +197,21 @@ def test_a_study_of_another_part_is_refused(tmp_path, box):
     investigate(Beam(), 4, study=study)  # the whole, however it is said
     with pytest.raises(StudyMismatchError):
         investigate(Restricted(Beam(), box), 4, study=study)
+
+
+def test_variables_go_by_the_names_that_the_problem_gives_them():
+    named = VectorizedSphereChute(0.4)
+    named.names = {"x1": "slope", "f1": "time", "x2": "speed"}
+    table = investigate(Restricted(named, {"slope": 0.5}), 64)
+    plain = investigate(Restricted(VectorizedSphereChute(0.4), {"x1": 0.5}), 64)
+    assert table.layout.variables == ("slope", "speed")
+    np.testing.assert_array_equal(table.F, plain.F)
+    rule = feasibility_rules(table, {"time": float(np.median(table.F[:, 0]))}).rules[0]
+    narrower = Restricted(Restricted(named, {"slope": 0.5}), rule.box)
+    assert narrower.box == {"slope": 0.5, **narrower.box}
+    assert set(narrower.box) == {"slope", "speed"}
+    with pytest.raises(PsiError, match="one of 'slope', 'speed', got 'x1'"):
+        Restricted(named, {"x1": 0.5})
 
 
 def test_gradients_are_those_by_the_free_variables():
