@@ -44,11 +44,19 @@ def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
     assert drawn == [(out, "full"), (out / "rolling", "rolling")]
     assert "published tables follow from the rolling model" in printed
     assert "Not compared: the paper tests 4096 points" in printed
+    assert "rolling model: 64 points are not enough. Twice as many would bring" in printed
+    rows = pd.read_csv(out / "convergence.csv")
+    assert len(rows) == 6 * 4  # three coefficients by two models; 8, 16, 32 and 64 points
+    table_6_1 = pd.read_csv(out / "table_6_1.csv")
+    last = rows[rows["tests"] == 64].merge(table_6_1, on=["model", "mu"])
+    assert (last["optimum"] == last["test_point"]).all()
+    assert (out / "convergence.png").exists()
     table = pd.read_csv(out / "table_6_1.csv")
     assert table.loc[table["model"] == "rolling", "paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
     assert list(pd.read_csv(out / "table_6_2.csv").columns) == list(table.columns)
     assert sorted(path.name for path in out.glob("*.csv")) == [
         "continuous_optima.csv",
+        "convergence.csv",
         "table_6_1.csv",
         "table_6_2.csv",
     ]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -22,6 +23,7 @@ from pymoo_psi.paper._published import published_table
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
+from pymoo_psi.table import Convergence, TestTable, convergence
 
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
@@ -44,6 +46,7 @@ class Case:
         F: ``(n, 4)`` their criteria.
         ranking: Their ranks of efficiency.
         refined: The continuous Salukvadze optimum, against the same U and N.
+        table: All tests, by number.
 
     Example:
         >>> case = solve_case(0.4, "rolling", 4096)
@@ -58,6 +61,7 @@ class Case:
     F: NDArray[np.float64]
     ranking: EfficiencyRanking
     refined: Refinement
+    table: TestTable
 
     def cheaper(self, rank: int) -> NDArray[np.intp]:
         """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
@@ -162,6 +166,20 @@ class Reproduction:
             ]
         )
 
+    @cached_property
+    def convergences(self) -> tuple[Convergence, ...]:
+        """For each case, what a half, a quarter, … of its points would have decided.
+
+        Raises:
+            ArgumentValueError: There are fewer than eight points.
+
+        Example:
+            >>> one = Reproduction(1024, (solve_case(0.4, "rolling", 1024),))
+            >>> one.convergences[0].optimum[-4:]
+            array([  35,  205,  205, 1021])
+        """
+        return tuple(convergence(case.table, normalize=False) for case in self.cases)
+
     def agreement(self, model: str = "rolling") -> dict[str, bool]:
         """Compare what was computed under one model with what the paper prints.
 
@@ -210,7 +228,16 @@ def solve_case(mu: float, model: str, n_points: int) -> Case:
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = rank_of_efficiency(result.F, normalize=False)
     refined = refine(problem, result.X[ranking.salukvadze[0]], ranking)
-    return Case(model, mu, result.opt.get("test_point"), result.X, result.F, ranking, refined)
+    return Case(
+        model,
+        mu,
+        result.opt.get("test_point"),
+        result.X,
+        result.F,
+        ranking,
+        refined,
+        result.algorithm.table,
+    )
 
 
 def reproduce(

@@ -26,6 +26,7 @@ Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
 Of the paper:
     :func:`paper_figures`: figures 2 to 8, one by one.
     :func:`save_figures`: all of them as files.
+    :func:`points_page`: whether the number of points is enough.
 """
 
 from pymoo_psi.plots._comparison import (
@@ -38,7 +39,7 @@ from pymoo_psi.plots._comparison import (
 )
 from pymoo_psi.plots._convergence import convergence_page
 from pymoo_psi.plots._histogram import draw_histogram
-from pymoo_psi.plots._paper import paper_figures, save_figures
+from pymoo_psi.plots._paper import paper_figures, points_page, save_figures
 from pymoo_psi.plots._robustness import robustness_page
 from pymoo_psi.plots._section import section_page
 from pymoo_psi.plots._sensitivity import draw_feasibility, sensitivity_page
@@ -54,6 +55,7 @@ __all__ = [
     "fronts_page",
     "indicators_page",
     "paper_figures",
+    "points_page",
     "robustness_page",
     "save_comparison",
     "save_figures",

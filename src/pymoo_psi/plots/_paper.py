@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import MARKERS
@@ -143,6 +143,56 @@ def paper_figures(
         if number not in make:
             raise invalid("numbers", "of figures, 2 to 8", number)
         yield number, make[number]()
+
+
+def points_page(reproduction: Reproduction) -> Figure:
+    """Return how near the best of the first n points is to the continuous optimum, over n.
+
+    Below, by how much of itself the hypervolume grows when the points are doubled to n. One curve
+    for each friction coefficient, one column for each model.
+
+    Args:
+        reproduction: The cases, of eight test points or more.
+
+    Raises:
+        ArgumentTypeError: ``reproduction`` is none.
+        ArgumentValueError: There are fewer than eight points.
+
+    Example:
+        >>> from pymoo_psi.paper import Reproduction, solve_case
+        >>> page = points_page(Reproduction(64, (solve_case(0.4, "full", 64),)))
+        >>> [ax.get_ylabel() for ax in page.axes]
+        ['excess of distance over the least, %', 'gain of hypervolume, %']
+    """
+    instance("reproduction", reproduction, Reproduction)
+    pairs = list(zip(reproduction.cases, reproduction.convergences, strict=True))
+    models = list(dict.fromkeys(case.model for case in reproduction.cases))
+    with new_page(128) as figure:
+        grid = figure.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
+        for (above, below), model in zip(grid.T, models, strict=True):
+            found = [(case, rows) for case, rows in pairs if case.model == model]
+            for (case, rows), look in zip(found, CURVES, strict=False):
+                style = {**look, "label": rf"$\mu$ = {case.mu:g}", "markersize": 3.5}
+                least = case.refined.distance
+                above.plot(rows.tests, 100 * (rows.mu1 / least - 1), **style)
+                gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
+                below.plot(rows.tests[1:], gain, **style)
+            for ax in (above, below):
+                ax.set_xscale("log", base=2)
+                ax.set_yscale("log")
+                ax.axvline(reproduction.n_points, **_TRANSITION)
+            shown = found[0][1].tests[::-2][::-1].tolist()
+            below.set_xticks(shown, [str(n) for n in shown])
+            below.xaxis.set_minor_locator(NullLocator())
+            below.set_xlabel("test points")
+            above.set_title(_MODEL_NAMES[model])
+            above.legend()
+        grid[0, 0].set_ylabel("excess of distance over the least, %")
+        grid[1, 0].set_ylabel("gain of hypervolume, %")
+        figure.suptitle(
+            "The best design against the continuous optimum, and what doubling the points brought"
+        )
+    return figure
 
 
 def save_figures(
