@@ -297,6 +297,28 @@ def merge(
 
 
 @app.command()
+def analyze(
+    tests: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TESTS",
+            help="A study of 'solve', or all its tests as 'export' writes them.",
+            callback=_expanded,
+        ),
+    ],
+    limits: Limits = None,
+    out: Annotated[
+        Path | None,
+        _path("DIR", "Folder for tables (CSV) and pictures (PNG)."),
+    ] = None,
+) -> int:
+    """Tell what drives the criteria, where designs are feasible, and whether tests suffice."""
+    from pymoo_psi.cli._analyze import run_analyze
+
+    return run_analyze(tests, limits or (), out)
+
+
+@app.command()
 def rank(
     file: Designs,
     objectives: Objectives = None,

@@ -1,0 +1,67 @@
+"""``pymoo-psi analyze``: what drives tests, where they are feasible, and whether they suffice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from pymoo_psi.cli._options import limits_in
+from pymoo_psi.cli._output import print_frame, require_folder, say, write_csv
+from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
+from pymoo_psi.plots._style import new_page, save_pages
+from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
+
+_SHOWN = 12  # variables printed, those with the largest indices; all are in the file
+
+
+def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
+    """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
+    table = _tests(path)
+    layout = table.layout
+    kept = limits_in(limits, layout.objectives, layout.maximized)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        require_folder(out, str(out))
+    found = sensitivities(table)
+    rules = feasibility_rules(table, kept)
+    steps = convergence(table, kept)
+    if out is not None:
+        write_csv(found.reset_index(), out / "sensitivities.csv")
+        write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
+        pages = [
+            ("sensitivities.png", sensitivity_page(found, title=path.name)),
+            ("convergence.png", convergence_page(steps, title=path.name)),
+        ]
+        if len(layout.variables) > 1:
+            with new_page(90.0, width=120.0) as figure:
+                draw_feasibility(table, kept, ax=figure.add_subplot(), title=path.name)
+            pages.append(("feasibility.png", figure))
+        save_pages(pages, out, dpi=200)
+
+    largest = found["first_order"].groupby(level="variable", sort=False).max()
+    shown = largest.sort_values(ascending=False).index[:_SHOWN]
+    cells = [
+        f"{index:.2f} ± {(upper - index):.2f}"
+        for index, upper in zip(found["first_order"], found["upper"], strict=True)
+    ]
+    wide = pd.Series(cells, index=found.index).unstack("column")[found.index.unique("column")]
+    title = "First-order sensitivities: the share of the variance that a variable explains alone"
+    print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
+    if left_out := len(largest) - len(shown):
+        say(f"({left_out} variables with smaller ones not shown)")
+    say("Where designs are feasible:")
+    for rule in rules.rules:
+        say(f"  {rule}")
+    print_frame(steps.to_frame().reset_index(), "What the first tests would have decided")
+    say(steps.verdict())
+    if out is not None:
+        say(f"Tables and pictures written to {out}")
+    return 0
+
+
+def _tests(path: Path) -> TestTable:
+    """Return all tests of a study, of a folder of shares or of a table that was exported."""
+    readers = {".csv": TestTable.read_csv, ".parquet": TestTable.read_parquet}
+    return readers.get(path.suffix.lower(), TestTable.read_study)(path)

@@ -1,0 +1,52 @@
+"""``pymoo-psi analyze`` prints and writes what the functions give."""
+
+import pandas as pd
+import pytest
+from pymoo.problems import get_problem
+
+from pymoo_psi import TestTable, investigate
+from pymoo_psi.cli import main
+from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+
+
+@pytest.mark.parametrize("suffix", [".db", ".parquet"])
+def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
+    study, file = tmp_path / "bnh.db", tmp_path / f"bnh{suffix}"
+    table = investigate(get_problem("bnh"), 256, study=study)
+    if suffix != ".db":
+        assert main(["export", str(study), "--out", str(file)]) == 0
+        capsys.readouterr()
+    words = ["analyze", str(file), "--limits", "f2=25"]
+    out = tmp_path / "new" / "folder"
+    assert main(words if suffix == ".parquet" else [*words, "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    for rule in feasibility_rules(table, {"f2": 25}).rules:
+        assert f"  {rule}\n" in printed
+    assert convergence(table, {"f2": 25}).verdict() in printed
+    found = sensitivities(table)
+    row = next(line for line in printed.splitlines() if line.startswith("│ x1 "))
+    index = found.loc[("f1", "x1"), "first_order"]
+    assert row.split("│")[2].strip().startswith(f"{index:.2f} ± ")
+    if suffix == ".parquet":
+        return
+    names = [
+        "convergence.csv",
+        "convergence.png",
+        "feasibility.png",
+        "sensitivities.csv",
+        "sensitivities.png",
+    ]
+    assert sorted(path.name for path in out.iterdir()) == names
+    written = pd.read_csv(out / "sensitivities.csv", index_col=["column", "variable"])
+    pd.testing.assert_frame_equal(written, found, rtol=1e-12)
+
+
+def test_mistakes_are_told_in_a_line(tmp_path, capsys):
+    TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]]).to_csv(tmp_path / "few.csv")
+    for words, message in (
+        (["few.csv"], "f1 must be known of 44 tests or more, got 2 finite values"),
+        (["few.csv", "--limits", "f9=1"], "--limits must be one of 'f1', got 'f9'"),
+        (["absent.db"], "does not exist"),
+    ):
+        assert main(["analyze", str(tmp_path / words[0]), *words[1:]]) == 2
+        assert message in capsys.readouterr().err
