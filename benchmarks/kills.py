@@ -1,10 +1,12 @@
 """Processes killed again and again in the middle of their work, and what is left of it.
 
-    python -m benchmarks.kills [recorded] [KILLS]
+    python -m benchmarks.kills [recorded] [surrogate] [KILLS]
 
 ``recorded``: NSGA-III over a ``Recorded`` problem. After every kill each test that was stored must
 still be there, with the same values, and must never be evaluated again; in the end table and front
 must be, bit for bit, those of a run that nobody disturbed. Anything else ends with an error.
+
+``surrogate``: SurrogatePSI with a study, likewise; its predictions must be the same, too.
 """
 
 from __future__ import annotations
@@ -22,9 +24,10 @@ from typing import Any
 
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import FailureTolerant, Recorded, TestTable, nsga3
+from pymoo_psi import FailureTolerant, Recorded, SurrogatePSI, TestTable, nsga3
 from pymoo_psi.evaluation import _recorded
 
 EVALUATIONS = 20  # for each kill
@@ -108,16 +111,7 @@ def recorded(folder: Path, kills: int) -> None:
         problem = Recorded(FailureTolerant(Logged(log)), study=study)
         return nsga3(problem, n_evaluations=EVALUATIONS * kills, seed=1)
 
-    stored, checked = TestTable.empty(), 0
-    for _ in killed(lambda: search(log, path), log, kills, 2 * EVALUATIONS):
-        designs = {row.tobytes().hex() for row in stored.X}
-        again = [line for line in lines(log)[checked:] if line in designs]
-        assert not again, f"{len(again)} stored designs were evaluated again"
-        checked = len(lines(log))
-        table = TestTable.read_study(path) if path.exists() else TestTable.empty()
-        left = table.rows(np.isin(table.numbers, stored.numbers))
-        assert len(stored) == 0 or left.equals(stored), "stored tests were lost or changed"
-        stored = table
+    stored, checked = _checked(lambda: search(log, path), log, path, kills)
     expected, result = search(folder / "log 2", folder / "undisturbed.db"), search(log, path)
     assert stored.equals(expected.problem.table), "the table is another one"
     for name in ("X", "F", "G", "test_point"):
@@ -130,7 +124,43 @@ def recorded(folder: Path, kills: int) -> None:
     )
 
 
-CASES = {"recorded": recorded}
+def surrogate(folder: Path, kills: int) -> None:
+    """Kill a run that learns from its tests."""
+    log, path = folder / "log", folder / "run.db"
+
+    def search(log: Path, study: Path) -> SurrogatePSI:
+        algorithm = SurrogatePSI(EVALUATIONS * kills, study=study)
+        return minimize(Logged(log), algorithm, seed=1).algorithm
+
+    stored, checked = _checked(lambda: search(log, path), log, path, kills)
+    expected, found = search(folder / "log 2", folder / "undisturbed.db"), search(log, path)
+    assert stored.equals(expected.table), "the table is another one"
+    assert found.table.equals(expected.table), "the run that goes on has another table"
+    assert found.predictions().equals(expected.predictions()), "the predictions are others"
+    assert checked == len(lines(log)), "the finished run was evaluated again"
+    lost = checked - len(stored)
+    print(
+        f"surrogate: {kills} kills, {len(stored)} tests, table and predictions bit for bit those "
+        f"of an undisturbed run; {lost} evaluations under way were repeated"
+    )
+
+
+def _checked(job: Callable[[], object], log: Path, path: Path, kills: int) -> tuple[TestTable, int]:
+    """Kill a job; return what is stored in the end, and how many designs were evaluated."""
+    stored, checked = TestTable.empty(), 0
+    for _ in killed(job, log, kills, 2 * EVALUATIONS):
+        designs = {row.tobytes().hex() for row in stored.X}
+        again = [line for line in lines(log)[checked:] if line in designs]
+        assert not again, f"{len(again)} stored designs were evaluated again"
+        checked = len(lines(log))
+        table = TestTable.read_study(path) if path.exists() else TestTable.empty()
+        left = table.rows(np.isin(table.numbers, stored.numbers))
+        assert len(stored) == 0 or left.equals(stored), "stored tests were lost or changed"
+        stored = table
+    return stored, checked
+
+
+CASES = {"recorded": recorded, "surrogate": surrogate}
 
 
 def main(cases: list[str], kills: int) -> None:

@@ -4,6 +4,7 @@ from . import chute as chute
 from .algorithms import PSI as PSI
 from .algorithms import LPTauSampling as LPTauSampling
 from .algorithms import QMCSampling as QMCSampling
+from .algorithms import SurrogatePSI as SurrogatePSI
 from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare

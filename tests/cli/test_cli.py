@@ -15,6 +15,7 @@ from pymoo_psi import (
     PSI,
     FailureTolerant,
     Recorded,
+    SurrogatePSI,
     TestTable,
     VectorizedSphereChute,
     rank_of_efficiency,
@@ -141,6 +142,22 @@ def test_solve_continues_a_study(capsys, tmp_path):
     code, _, err = run(capsys, "solve", "chute", "--mu", 0.4, "--points", 160, "--study", study)
     assert code == 2
     assert "belongs to another problem" in err
+
+
+def test_solve_by_surrogate_is_the_librarys_and_continues_a_study(capsys, tmp_path):
+    study, file = tmp_path / "bnh.db", tmp_path / "front.csv"
+    words = ["solve", "bnh", "--algorithm", "surrogate", "--seed", 3, "--limits", "f1=60"]
+    words += ["--study", study, "--out", file, "--points"]
+    assert run(capsys, *words, 28)[0] == 0
+    code, printed, _ = run(capsys, *words, 36)
+    assert code == 0
+    assert "BNH by surrogate" in printed
+    assert "36 tested, 28 of them from the study" in printed
+    result = minimize(get_problem("bnh"), SurrogatePSI(36, limits={"f1": 60}), seed=3)
+    written = pd.read_csv(file, **EXACT).set_index("test_point").loc[result.opt.get("test_point")]
+    np.testing.assert_array_equal(written[["f1", "f2"]], result.F)
+    code, _, err = run(capsys, "solve", "bnh", "--points", 36, "--study", study)
+    assert (code, "then proposals in batches of 8, seed 3" in err) == (2, True)
 
 
 def test_solve_by_nsga3_continues_a_study(capsys, tmp_path):

@@ -7,10 +7,11 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.repair import Repair
 from pymoo.core.variable import Choice, Integer, Real
+from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 
-from pymoo_psi import PsiError, VectorizedSphereChute, compare, investigate, nsga3
+from pymoo_psi import PsiError, SurrogatePSI, VectorizedSphereChute, compare, investigate, nsga3
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions, report
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
@@ -159,13 +160,21 @@ def test_what_is_returned_can_be_measured_instead():
     assert (returned["n_nondominated"][1:] < seen["n_nondominated"][1:]).all()
 
 
+def test_surrogates_are_compared_as_they_run_alone():
+    result = compare(get_problem("bnh"), n_evaluations=36, seeds=2, algorithms=["surrogate"])
+    assert len(result.runs) == 2
+    for run in result.runs:
+        alone = minimize(get_problem("bnh"), SurrogatePSI(36), seed=run.task.seed)
+        np.testing.assert_array_equal(np.sort(run.F, axis=0), np.sort(alone.F, axis=0))
+
+
 def test_designs_that_a_model_changes_are_kept_as_they_were():
     class Spoiling(Counted):
         def _evaluate(self, X, out, *args, **kwargs):
             super()._evaluate(X, out)
             X[:] = 7.0
 
-    algorithms = ["psi", "nsga2", "psi+nsga3"]
+    algorithms = ["psi", "nsga2", "psi+nsga3", "surrogate"]
     result = compare(Spoiling(), n_evaluations=64, seeds=1, algorithms=algorithms, polish=False)
     for run in result.runs:
         np.testing.assert_array_equal((run.X**2).sum(axis=1), run.F[:, 0])
@@ -185,7 +194,9 @@ def test_mixed_variables_are_compared_without_polishing():
             weight = {"steel": 1.0, "brass": 1.3}[x["metal"]] * (x["length"] + 0.1 * x["ribs"])
             out["F"] = [weight, 1 / (x["length"] * (1 + x["ribs"]))]
 
-    result = compare(Beam(), n_evaluations=[32], seeds=2, algorithms=["psi", "psi-scrambled"])
+    result = compare(
+        Beam(), n_evaluations=[32], seeds=2, algorithms=["psi", "psi-scrambled", "surrogate"]
+    )
     assert result.reference.optimum_evaluations == 0
     assert (result.to_frame()["hypervolume"] > 0).all()
 

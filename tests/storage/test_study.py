@@ -35,6 +35,29 @@ def changed(**problem):
     return HEAD | {"problem": HEAD["problem"] | problem}
 
 
+# Proposals
+
+
+def test_proposals_come_back_and_the_first_ones_under_a_number_stay(study):
+    nothing = read_study(study.path)
+    assert study.proposals(1, 100) == []
+    made = [(n, 2, "métal", {"point": [0.1, None, 1e-300], "n": n}) for n in (7, 8, 9)]
+    assert study.propose(made) == made
+    assert study.propose([(n, 3, "other", {}) for n in (7, 8)]) == made[:2]
+    assert study.proposals(8, 5) == made[1:]
+    assert Study(study.path).proposals(1, 100) == made
+    assert read_study(study.path)[0] == nothing[0]  # they are no tests
+
+
+def test_a_proposal_that_has_changed_is_told(study):
+    study.propose([(1, 1, "a", {"x": 1}), (2, 1, "a", {"x": 2})])
+    with closing(sqlite3.connect(study.path)) as db, db:
+        db.execute("UPDATE proposals SET round = 2 WHERE number = 2")
+    assert study.proposals(1, 1)
+    with pytest.raises(PsiError, match="the proposal of test point 2 has changed"):
+        study.proposals(1, 2)
+
+
 # Tests come back
 
 texts = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=5)

@@ -234,6 +234,10 @@ def by_number(tables: list[TestTable]) -> TestTable:
     return table
 
 
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+
+
 class Investigation:
     """The testing of a problem: its points are evaluated, or taken from a study.
 
@@ -252,6 +256,8 @@ class Investigation:
         layout: The columns of the test table that the problem promises: names, senses, bounds.
         numbers: ``(n,)`` the numbers of the points, rising.
         points: ``(n, n_var)`` the points of the unit cube.
+        rounds: ``(n,)`` in which round each was proposed, 0 if it is of a sequence; it becomes a
+            column of the table. ``None`` where nothing is proposed.
     """
 
     def __init__(
@@ -272,6 +278,7 @@ class Investigation:
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
             self._ahead = _FAR if whole else _NEAR * active_workers(runner.n_jobs).count
+        self.rounds: NDArray[np.float64] | None = None
         self._show = show
         self._called = np.zeros(
             len(self.numbers), dtype=bool
@@ -282,6 +289,14 @@ class Investigation:
             self._repeats.learn(self.memory.everything(self.layout))
         self._stream: Generator[bool] | None = None
         self._look_from(0)
+
+    def aim(self, numbers: NDArray[np.int64], points: NDArray[np.float64]) -> None:
+        """Take other points, the first of which are those tested so far; nothing is under way."""
+        self.numbers, self.points = numbers, points
+        called = np.zeros(len(numbers), dtype=bool)
+        called[: len(self._called)] = self._called[: len(numbers)]
+        self._called = called
+        self._look_from(self._end)
 
     def _look_from(self, start: int) -> None:
         """Begin anew at a point; nothing is being evaluated then."""
@@ -459,11 +474,20 @@ class Investigation:
             out = columns_of_values(self.problem, list(values))
             self._put(rows, self.space.matrix(self.points[rows]), out, np.array(seconds))
 
+    def table(self, rows: NDArray[np.intp], X: NDArray[Any], out: Mapping[str, Any]) -> TestTable:
+        """Return the tests of evaluated points, given by their indices."""
+        if self.rounds is not None:
+            out = {
+                PROPOSAL_ROUND: self.rounds[rows],
+                **out,
+            }  # an output of that name is the model's
+        return table_of_values(self.layout, self.numbers[rows], X, out)
+
     def _put(
         self, rows: NDArray[np.intp], X: NDArray[Any], out: Mapping[str, Any], seconds: ArrayLike
     ) -> None:
         """Make tests of evaluated points, store them and have them in hand."""
-        tests = table_of_values(self.layout, self.numbers[rows], X, out)
+        tests = self.table(rows, X, out)
         self.memory.keep(tests, seconds)
         self._give(tests)
         if self.stop:

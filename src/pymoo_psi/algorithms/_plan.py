@@ -53,6 +53,8 @@ class Plan:
         names: Mapping[str, str] | None = None,
         maximize: Collection[str] | None = None,
         units: Mapping[str, str] | None = None,
+        further: int = 0,
+        method: str = "",
     ) -> Plan:
         """Return the plan of a run; its study is begun last, when nothing else can be wrong.
 
@@ -68,13 +70,15 @@ class Plan:
             names: The user's names of columns; the problem's unless given.
             maximize: The criteria to be maximised, likewise.
             units: Units of columns, likewise.
+            further: How many designs are proposed later and numbered after the points.
+            method: By what, for the study.
         """
         space = design_space(problem)
         layout = problem_layout(problem, space, names, maximize, units)
         n_dim = len(space.free.variables)
         sampling = sampling or default_sampling(n_dim)
         points = Points(first, n_points, memory.share, sampling, n_dim, seed)
-        last = first + n_points - 1
+        last = first + n_points + further - 1
         for number in sorted(memory.retry or ()):
             if not first <= number <= last:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
@@ -85,7 +89,7 @@ class Plan:
         bounds_of(limits, layout)
 
         def identity() -> dict[str, Any]:
-            name = sampling_name(sampling, n_points, seed)
+            name = sampling_name(sampling, n_points, seed) + method
             return problem_identity(problem, space) | {"sampling": name, "key": study_key}
 
         table = TestTable.empty(layout)

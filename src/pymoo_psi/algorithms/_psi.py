@@ -28,7 +28,7 @@ from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.evaluation._evaluator import evaluate_designs, value_column
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
-from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
+from pymoo_psi.evaluation._outputs import NO_OUTPUTS
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
@@ -198,11 +198,11 @@ class PSI(Algorithm):
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
-        return self.n_tested < len(self._investigation.numbers) and bool(super().has_next())
+        return self.n_tested < self._n_tests() and bool(super().has_next())
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        numbers = self._investigation.numbers[self.n_tested :][: self.block_size]
+        numbers = self._investigation.numbers[self.n_tested :][: self._block()]
         if len(numbers) == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
@@ -229,14 +229,22 @@ class PSI(Algorithm):
         self._investigation.close()
         super().finalize()
 
+    def _n_tests(self) -> int:
+        """Return how many tests the table has in the end."""
+        return len(self._investigation.numbers)
+
+    def _block(self) -> int:
+        """Return how many points are tested next, at most; they are known from here on."""
+        return self.block_size
+
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when all are told."""
-        start = self.n_tested
         self._investigation.close()  # from here on the user evaluates
-        points = self._investigation.points[start : start + self.block_size]
+        start, size = self.n_tested, self._block()
+        points = self._investigation.points[start : start + size]
         if len(points) == 0:
             return None
-        numbers = self._investigation.numbers[start : start + self.block_size]
+        numbers = self._investigation.numbers[start : start + size]
         space = self._investigation.space
         block = Population.new("X", space.designs(space.matrix(points)))
         block.set("test_point", numbers)
@@ -263,7 +271,7 @@ class PSI(Algorithm):
     def _add(self, tests: TestTable) -> None:
         self.table = self.table.extended(tests)
         self._blocks.append(len(tests))
-        if self.n_tested == len(self._investigation.numbers):
+        if self.n_tested == self._n_tests():
             self.termination.terminate()
 
     def _told(self, infills: Population) -> TestTable:
@@ -293,7 +301,8 @@ class PSI(Algorithm):
         out = {name: value_column([i.data.get(name) for i in infills]) for name in names}
         out |= {name: infills.get(name) for name in ("F", "G", "H", "failure")}
         X = self._investigation.space.to_matrix(infills.get("X"))
-        return table_of_values(self._investigation.layout, numbers, X, out)
+        rows = np.arange(self.n_tested, self.n_tested + len(infills))
+        return self._investigation.table(rows, X, out)
 
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -399,7 +408,7 @@ class _PointsTested(Termination):
     """Terminate when every test point is tested; the progress is the share of them."""
 
     def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / len(algorithm._investigation.numbers)
+        progress: float = algorithm.n_tested / algorithm._n_tests()
         return progress
 
 

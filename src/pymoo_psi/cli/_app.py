@@ -52,6 +52,7 @@ class AlgorithmName(str, Enum):
     """The algorithms of ``solve``."""
 
     psi = "psi"
+    surrogate = "surrogate"
     nsga3 = "nsga3"
 
 
@@ -172,8 +173,11 @@ def reproduce(
 def solve(
     problem: ProblemName,
     algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
-    points: Annotated[int, typer.Option(metavar="N", help="Designs to evaluate.")] = 4096,
-    seed: Annotated[int, typer.Option(metavar="S", help="Seed of nsga3; psi needs none.")] = 1,
+    points: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Designs to evaluate: 4096, of surrogate 256."),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi needs none.")] = 1,
     jobs: Jobs = 1,
     limits: Limits = None,
     box: Annotated[
@@ -213,6 +217,8 @@ def solve(
     from pymoo_psi.cli._solve import Search, run_solve
 
     # A wrong option is told before a model is imported, which may take its time.
+    if points is None:
+        points = 256 if algorithm is AlgorithmName.surrogate else 4096
     search = Search(
         algorithm.value, points, seed, limits or (), study, study_key, retry, share, jobs
     )
@@ -231,7 +237,7 @@ def compare(
         str,
         typer.Option(
             metavar="A,B,…",
-            help="Of psi, psi-scrambled, nsga3, psi+nsga3, nsga2, moead, ….",
+            help="Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, ….",
         ),
     ] = "psi,psi-scrambled,nsga3,psi+nsga3",
     assess: Annotated[

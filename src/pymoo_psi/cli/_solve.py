@@ -14,9 +14,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
+from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import nsga3
+from pymoo_psi.algorithms import SurrogatePSI, nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
@@ -45,9 +46,9 @@ class Search:
     """How ``solve`` searches, as it is typed.
 
     Attributes:
-        algorithm: ``"psi"`` or ``"nsga3"``.
+        algorithm: ``"psi"``, ``"surrogate"`` or ``"nsga3"``.
         points: How many designs are evaluated, or tested.
-        seed: Of NSGA-III.
+        seed: Of surrogates and NSGA-III.
         limits: On criteria, such as ``f1=2.5,f4<=1``.
         study: The file in which every design is kept.
         study_key: What else the study depends on.
@@ -71,9 +72,10 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
-        for option, given in (("--limits", bool(self.limits)), ("--share", bool(self.share))):
-            if given and self.algorithm != "psi":
-                raise invalid(option, "used with --algorithm psi", self.algorithm)
+        if self.limits and self.algorithm == "nsga3":
+            raise invalid("--limits", "used with --algorithm psi or surrogate", self.algorithm)
+        if self.share and self.algorithm != "psi":
+            raise invalid("--share", "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
             if text is not None and self.study is None:
                 raise invalid(option, "used with --study FILE.db", Received("no --study"))
@@ -155,6 +157,8 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     limits = {name: (end, None) if name in more else (None, end) for name, end in typed.items()}
     if search.algorithm == "nsga3":
         found = _by_nsga3(problem, search, layout)
+    elif search.algorithm == "surrogate":
+        found = _by_surrogate(problem, search, limits)
     else:
         found = _by_psi(problem, search, limits)
 
@@ -240,7 +244,7 @@ def _told_if_stopped(search: Search) -> Iterator[None]:
             # There may be no file yet. What is in it is counted, not what the bar has shown.
             stored = len(read_tests(search.study)[0]) if search.study.exists() else 0
             # runs with other seeds may be in the same study
-            of = f" of {search.points}" if search.algorithm == "psi" else ""
+            of = "" if search.algorithm == "nsga3" else f" of {search.points}"
             say(f"{stored}{of} designs are in {search.study}; the same command continues.")
         raise
 
@@ -282,6 +286,24 @@ def _by_psi(problem: Problem, search: Search, limits: Limits) -> SolveResult:
             tables.append(table)
             n_new += evaluated
     return _of_table(problem, by_number(tables), limits, n_new)
+
+
+def _by_surrogate(problem: Problem, search: Search, limits: Limits) -> SolveResult:
+    algorithm = SurrogatePSI(
+        integer("n_points", search.points, minimum=1),
+        limits=limits,
+        study=search.study,
+        study_key=search.study_key,
+        retry=search.points_to_retry(),
+    )
+    name = f"surrogate on {problem.name()}"
+    with _told_if_stopped(search), run_bar(name, search.points) as bar:
+
+        def show(run: SurrogatePSI) -> None:
+            bar.block(run.table.rows(np.arange(bar.tested, run.n_tested)), limits)
+
+        run = minimize(problem, algorithm, seed=search.seed, callback=show).algorithm
+    return _of_table(problem, run.table, limits, run.evaluator.n_eval)
 
 
 def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) -> SolveResult:

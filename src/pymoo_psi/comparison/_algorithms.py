@@ -11,6 +11,11 @@
     Half the budget for PSI, the rest for NSGA-III, which starts from the best test points.
 ``psi-scrambled+nsga3``
     The same with scrambled points.
+``surrogate``
+    LPτ points, then designs that surrogates propose (:class:`pymoo_psi.SurrogatePSI`); for some
+    hundred evaluations.
+``surrogate-scrambled``
+    The same with scrambled points.
 
 The first LPτ points are the corner of the lower bounds and the middle of the box. Many test
 problems have Pareto-optimal designs just there, which is luck and says nothing of a method; the
@@ -36,7 +41,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 
 from pymoo_psi._validation import invalid, known_name
-from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
+from pymoo_psi.algorithms import PSI, QMCSampling, SurrogatePSI, investigate, nsga3
 from pymoo_psi.algorithms._nsga3 import population_size, reference_directions, run_within_budget
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
@@ -148,11 +153,19 @@ def _investigate_then_nsga3(
     return _returned(result, problem.n_obj)
 
 
+def _learn(sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int) -> Array:
+    """Learn from tests that begin with the points of a sampling."""
+    algorithm = SurrogatePSI(n_evaluations, sampling=sampling)
+    return _returned(minimize(problem, algorithm, seed=seed), problem.n_obj)
+
+
 _SCRAMBLED = QMCSampling("sobol")
 _OURS: dict[str, Callable[[Any, int, int], Array]] = {
     "psi": partial(_investigate, None),
     "psi-scrambled": partial(_investigate, _SCRAMBLED),
     "nsga3": _nsga3,
+    "surrogate": partial(_learn, None),
+    "surrogate-scrambled": partial(_learn, _SCRAMBLED),
     "psi+nsga3": partial(_investigate_then_nsga3, None),
     "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
 }

@@ -42,6 +42,15 @@ def nondominated(F: Array) -> Mask:
     return np.asarray(moocore.is_nondominated(F, keep_weakly=True), dtype=bool)
 
 
+def front_numbers(F: Array) -> NDArray[np.intp]:
+    """Return in which front each row is: 0 if no row dominates it, 1 if only such rows do, ….
+
+    Args:
+        F: ``(n, m)`` objective values without NaN, n >= 1, m >= 2.
+    """
+    return np.asarray(moocore.pareto_rank(F), dtype=np.intp)
+
+
 def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[np.intp]) -> Mask:
     """Mark the points (a_i, b_i) that no other point dominates, in O(n).
 

@@ -41,16 +41,41 @@ class Variable:
     fixed: bool = False
 
     def values(self, points: Array) -> NDArray[Any]:
-        """Return the values at ``(n,)`` numbers in [0, 1), every discrete value equally often."""
+        """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind is Kind.REAL:
-            return self.lower + (self.upper - self.lower) * points
-        # n values share [0, 1) in n equal parts; as a point is below 1, the last one is upper
+            return np.minimum(self.lower + (self.upper - self.lower) * points, self.upper)
+        # n values share [0, 1) in n equal parts; the last one is upper, of a point 1 too
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
+        steps = np.minimum(steps, self.upper)
         if self.kind is Kind.CHOICE:
             chosen = np.empty(len(points), dtype=object)  # options may be sequences themselves
             chosen[:] = [self.options[int(step)] for step in steps]
             return chosen
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
+
+    def points(self, values: NDArray[Any]) -> Array:
+        """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
+        if self.kind is Kind.CHOICE:
+            texts = [str(option) for option in self.options]  # as a study has them
+            steps = np.array([texts.index(str(value)) for value in values.tolist()], dtype=float)
+        else:
+            steps = values.astype(np.float64) - self.lower
+        if self.kind is Kind.REAL:
+            span = self.upper - self.lower
+            return np.clip(steps / span, 0, 1) if span > 0 else np.zeros(len(values))
+        return np.asarray((steps + 0.5) / (self.upper - self.lower + 1))
+
+    def between(self, least: float, greatest: float) -> tuple[float, float]:
+        """Return the numbers in [0, 1] between which values of real or whole numbers lie."""
+        if self.kind is Kind.REAL:
+            low, high = self.points(np.clip([least, greatest], self.lower, self.upper))
+        else:
+            first, last = np.clip([np.ceil(least), np.floor(greatest)], self.lower, self.upper)
+            count = self.upper - self.lower + 1
+            # just below the point from which on the next value begins
+            low = (first - self.lower) / count
+            high = np.nextafter((last - self.lower + 1) / count, 0)
+        return float(low), float(max(low, high))
 
 
 @dataclass(frozen=True)
@@ -100,7 +125,7 @@ class DesignSpace:
         return all(v.fixed or v.kind is not Kind.REAL or v.lower == v.upper for v in self.variables)
 
     def matrix(self, points: Array) -> NDArray[Any]:
-        """Return the designs at ``(n, n_free)`` points of [0, 1) as an ``(n, n_var)`` matrix.
+        """Return the designs at ``(n, n_free)`` points of [0, 1] as an ``(n, n_var)`` matrix.
 
         Its dtype is that of the variables if they have one in common, else object.
         """
@@ -111,7 +136,8 @@ class DesignSpace:
             every[:, free] = points
             points = every
         if self.continuous:
-            return self.lower + (self.upper - self.lower) * points
+            # of a point 1, which no sequence has, rounding may lie above the bound
+            return np.minimum(self.lower + (self.upper - self.lower) * points, self.upper)
         columns = [v.values(column) for v, column in zip(self.variables, points.T, strict=True)]
         kinds = {column.dtype for column in columns}
         result = np.empty(points.shape, dtype=kinds.pop() if len(kinds) == 1 else object)
@@ -119,6 +145,15 @@ class DesignSpace:
             # a list holds Python's own int, float and bool, as one would write such a design
             result[:, j] = column.tolist() if result.dtype == object else column
         return result
+
+    def points(self, matrix: NDArray[Any]) -> Array:
+        """Return ``(n, n_free)`` points of [0, 1] whose designs are the rows of such a matrix.
+
+        A discrete value is in the middle of its part of [0, 1), a bound of a real one at an end.
+        """
+        columns = zip(self.variables, matrix.T, strict=True)
+        points = [variable.points(column) for variable, column in columns if not variable.fixed]
+        return np.column_stack(points) if points else np.zeros((len(matrix), 0))
 
     def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
         """Return the rows of such a matrix as the problem takes them: vectors, or dictionaries."""

@@ -1,4 +1,4 @@
-"""The study file: an SQLite database of two tables that any program can read.
+"""The study file: an SQLite database of tables that any program can read.
 
 ``tests`` has one row a test: ``number``, ``status``, ``reason`` (why it failed), ``origin`` (where
 its design comes from), ``seconds`` (what its evaluation took, the mean of designs evaluated
@@ -11,6 +11,10 @@ Values come back bit for bit. SQLite keeps every float64 but NaN, which is NULL 
 of -0.0: ``negative_zeros`` lists the columns where it stood. No value of a test is ever missing,
 so that NULL means NaN and nothing else; further bits of a NaN are lost. Binary variables are 0
 and 1, choices are texts.
+
+What an algorithm has proposed is in a third table, ``proposals``, from before it is tested:
+``number``; ``round``; ``origin``, by which surrogate; ``content``, JSON with the point of the unit
+cube and the predictions; ``checksum``.
 
 The checksum of a row is of all its cells. The facts hold the number of tests, the exclusive or of
 their checksums, and a seal of the facts; they change in the transaction that changes the tests.
@@ -51,6 +55,8 @@ from pymoo_psi.errors import (
 T = TypeVar("T")
 Head: TypeAlias = Mapping[str, Any]
 Columns: TypeAlias = dict[str, NDArray[Any]]
+# The number of a test, the round in which and by what it was proposed, and what else is known.
+Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
 
 APPLICATION = 0x50534931  # "PSI1", in the header of the file
 # Of the tables, also in the header. Format 2 is the same but for outputs and criteria that are
@@ -458,6 +464,44 @@ def put_facts(db: sqlite3.Connection, **changed: Any) -> None:
     texts |= {name: json.dumps(value, ensure_ascii=False) for name, value in changed.items()}
     rows = [*texts.items(), ("seal", _seal(texts))]
     db.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", rows)
+
+
+# Proposals: designs that an algorithm is going to test. A study without any has no table of them.
+
+
+def put_proposals(db: sqlite3.Connection, proposals: Sequence[Proposal]) -> None:
+    """Write proposals of numbers that have none yet."""
+    db.execute(
+        "CREATE TABLE IF NOT EXISTS proposals (number INTEGER PRIMARY KEY, round INTEGER, "
+        "origin TEXT, content TEXT, checksum TEXT)"
+    )
+    rows = [(*head, json.dumps(content, ensure_ascii=False)) for *head, content in proposals]
+    marked = [(*row, _proposal_checksum(row)) for row in rows]
+    db.executemany("INSERT INTO proposals VALUES (?, ?, ?, ?, ?)", marked)
+
+
+def stored_proposals(db: sqlite3.Connection, path: str, first: int, last: int) -> list[Proposal]:
+    """Return the proposals with numbers from ``first`` to ``last``, by number, each one checked.
+
+    Raises:
+        StudyCorruptError: One is damaged.
+    """
+    if not db.execute("SELECT 1 FROM sqlite_master WHERE name = 'proposals'").fetchall():
+        return []
+    query = (
+        "SELECT number, round, origin, content, checksum FROM proposals "
+        "WHERE number BETWEEN ? AND ? ORDER BY number"
+    )
+    found = []
+    for *row, checksum in db.execute(query, (first, last)):
+        if _proposal_checksum(tuple(row)) != checksum:
+            raise corrupt(path, f"the proposal of test point {row[0]!r:.20} has changed")
+        found.append((*row[:3], json.loads(row[3])))
+    return found
+
+
+def _proposal_checksum(row: tuple[Any, ...]) -> str:
+    return blake2b(json.dumps(row).encode(), digest_size=8).hexdigest()
 
 
 def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> sqlite3.Cursor:

@@ -26,7 +26,7 @@ from pymoo_psi.errors import (
     StudyMismatchError,
 )
 from pymoo_psi.storage import _database as database
-from pymoo_psi.storage._database import Columns, Head
+from pymoo_psi.storage._database import Columns, Head, Proposal
 from pymoo_psi.storage._format_1 import head_of_format_1, read_format_1
 from pymoo_psi.storage._lock import locked
 from pymoo_psi.storage._share import Share, studies_in
@@ -211,6 +211,39 @@ class Study:
             columns = read_format_1(db, self.path, self._kinds)[1]
             wanted = (first <= columns["test_point"]) & (columns["test_point"] <= last)
             return {name: column[wanted] for name, column in columns.items()}
+
+        return database.read(self.path, query)
+
+    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+        """Commit designs that are going to be tested, unless others are stored under their numbers.
+
+        Args:
+            proposals: Number, round, origin, and what else is known of each, as JSON can hold it;
+                by number.
+
+        Returns:
+            The proposals that are stored under these numbers now.
+
+        Raises:
+            StudyError: As :meth:`append`.
+        """
+        first, last = proposals[0][0], proposals[-1][0]
+        with self.writing(), database.transaction(self.path) as db:
+            self._facts(db)
+            if not (stored := database.stored_proposals(db, self.path, first, last)):
+                database.put_proposals(db, proposals)
+        return stored or list(proposals)
+
+    def proposals(self, first: int, count: int) -> list[Proposal]:
+        """Return what is proposed of the ``count`` test points from number ``first``, checked.
+
+        Raises:
+            StudyError: As :meth:`columns`.
+        """
+
+        def query(db: sqlite3.Connection) -> list[Proposal]:
+            self._facts(db)
+            return database.stored_proposals(db, self.path, first, first + count - 1)
 
         return database.read(self.path, query)
 

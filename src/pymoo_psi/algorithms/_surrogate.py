@@ -1,0 +1,415 @@
+"""Learning from tests: after the points of a sequence, designs that surrogates propose.
+
+The tests of complete rounds, the seed and the number of a round determine its proposals, and a
+study has them before they are tested. So a run that is killed goes on as if nothing had happened.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
+from pymoo_psi.algorithms._psi import PSI
+from pymoo_psi.algorithms._sampling import UniformSampling
+from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated
+from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.storage._database import Proposal
+from pymoo_psi.table import TestTable
+from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import bounds_of
+
+Array = NDArray[np.float64]
+
+# Lengths are fitted again when there are so many times as many tests, which takes as long as all
+# else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
+# does not depend on where it was interrupted.
+_GROWTH = 1.1
+_LEAST = 4  # tests that are known, below which no surrogate is made
+
+
+class SurrogatePSI(PSI):
+    """Few evaluations spent well: test points first, then designs that surrogates propose.
+
+    It begins as :class:`PSI`. Then surrogates of all criteria and constraints are made from all
+    tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
+    Gaussian processes and radial functions by turns, searched everywhere and near the best tests by
+    turns. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
+    can be set afterwards. The tests of the sequence come first; :meth:`predictions` has the others,
+    each with its round, by what it was proposed, and what was expected of it.
+
+    The run is determined by its arguments and the seed, which is 0 unless given: with a study, one
+    that was interrupted or killed makes the same tests when it is called again, and a larger
+    ``n_evaluations`` adds to them. Proposals are stored before they are tested.
+
+    It pays where a test takes seconds or more, and where many variables leave most of the space
+    empty; from some hundred tests on, proposals take longer than cheap models. It tests designs
+    between and beyond the known ones, so the tests are no uniform sample any more: histograms and
+    correlations of the table describe where it has searched.
+
+    Args:
+        n_evaluations: How many designs to test, the points of the sequence among them.
+        n_points: How many points of the sequence come first: by default twice as many as there are
+            variables and 2 more, at least 20 and at most 64.
+        batch: How many designs are proposed at a time, and can be tested in parallel. A smaller one
+            learns more from each test.
+        first: As for :class:`PSI`.
+        start: Tests of the same problem to go on from, such as the table of an earlier
+            :class:`PSI`; then no points of the sequence are tested, and ``n_evaluations`` counts
+            the proposals only, which are numbered on.
+        sampling: As for :class:`PSI`.
+        limits: As for :class:`PSI`; proposals keep them, as far as surrogates know.
+        study: As for :class:`PSI`.
+        study_key: As for :class:`PSI`.
+        retry: As for :class:`PSI`; it does not change what was proposed before.
+        on_failure: As for :class:`PSI`. Designs near failed ones are avoided in three rounds of
+            four.
+        names: As for :class:`PSI`.
+        maximize: As for :class:`PSI`.
+        units: As for :class:`PSI`.
+        **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
+
+    Raises:
+        ArgumentValueError: As for :class:`PSI`; ``start`` has no tests or belongs to another
+            problem.
+        ArgumentTypeError: As for :class:`PSI`.
+        StudyError: As for :class:`PSI`.
+        EvaluationError: As for :class:`PSI`.
+
+    Example:
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo_psi import SphereChute
+        >>> res = minimize(SphereChute(0.4, model="rolling"), SurrogatePSI(28))
+        >>> res.algorithm.table.numbers[-1], res.algorithm.predictions()["round"].tolist()
+        (np.int64(28), [1, 1, 1, 1, 1, 1, 1, 1])
+    """
+
+    def __init__(
+        self,
+        n_evaluations: int,
+        *,
+        n_points: int | None = None,
+        batch: int = 8,
+        first: int = 1,
+        start: TestTable | None = None,
+        sampling: UniformSampling | None = None,
+        limits: Limits | None = None,
+        study: str | PathLike[str] | None = None,
+        study_key: str | None = None,
+        retry: str | Collection[int] = (),
+        on_failure: str = "record",
+        names: Mapping[str, str] | None = None,
+        maximize: Collection[str] | None = None,
+        units: Mapping[str, str] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        n_evaluations = integer("n_evaluations", n_evaluations, minimum=1)
+        super().__init__(
+            n_evaluations,
+            first=first,
+            block_size=integer("batch", batch, minimum=1),
+            sampling=sampling,
+            limits=limits,
+            study=study,
+            study_key=study_key,
+            retry=retry,
+            on_failure=on_failure,
+            names=names,
+            maximize=maximize,
+            units=units,
+            **kwargs,
+        )
+        if start is not None and not isinstance(start, TestTable):
+            raise ArgumentTypeError(f"start must be a TestTable, got {start!r:.80}")
+        if start is not None and len(start) == 0:
+            raise invalid("start", "a table with tests", Received("none"))
+        if start is not None and n_points is not None:
+            raise invalid("n_points", "left out where there is a start", n_points)
+        self._given = start
+        self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
+        self._n_uniform = 0  # tests before the first round
+        self._rounds: list[Proposals] = []
+        self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
+
+    def setup(self, problem: Any, **kwargs: Any) -> SurrogatePSI:
+        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
+        super().setup(problem, **kwargs)
+        return self
+
+    def _setup(self, problem: Any, **kwargs: Any) -> None:
+        seed = 0 if self.seed is None else self.seed
+        given = self._given
+        if given is not None:
+            given = given.rows(np.argsort(given.numbers))
+            self.first = int(given.numbers[-1]) + 1
+            size, what = 1, f", not tested, but {len(given)} tests given"
+        else:
+            n_var = len(design_space(problem).free.variables)
+            # Twice as many as variables let lengths be told apart; 20 are a sample from which a
+            # heavy tail is told; beyond 64 proposals tell more than points.
+            size = self._asked or min(max(2 * n_var + 2, 20), 64)
+            size = min(size, self.n_points)
+            what = f", {size} points"
+        plan = Plan.of(
+            problem,
+            size,
+            first=self.first,
+            sampling=self.sampling,
+            seed=seed,
+            limits=self.limits,
+            memory=self.memory,
+            study_key=self.study_key,
+            names=self.names,
+            maximize=self.maximize,
+            units=self.units,
+            further=self.n_points - size,
+            method=f"{what}, then proposals in batches of {self.block_size}, seed {seed}",
+        )
+        self.table = plan.table
+        self._investigation = Investigation(plan, self.stop, whole=False, show=self._show)
+        if given is not None:
+            given = _of_this_run(given, self.table)
+            self.table = self.table.extended(given)  # which refuses other columns
+            self.memory.keep(given)
+            self._blocks.append(len(given))
+            self._investigation.aim(given.numbers, plan.space.points(given.X))
+            size = len(given)
+        self._n_uniform = size
+        self._investigation.rounds = np.zeros(size)
+
+    def _n_tests(self) -> int:
+        """Return how many tests the table has in the end."""
+        return self.n_points + (0 if self._given is None else len(self._given))
+
+    def _block(self) -> int:
+        """Return how many points are tested next; those of a round are proposed before."""
+        tests, done = self._investigation, self.n_tested
+        left = self._n_tests() - done
+        if done == len(tests.numbers) and left:
+            ready = (done - self._n_uniform) // self.block_size
+            first = self._number(done)
+            numbers = np.arange(first, first + min(self.block_size, left))
+            self._rounds.append(self._round(ready, first))
+            points = self._rounds[-1].points[: len(numbers)]
+            earlier = np.zeros(0) if tests.rounds is None else tests.rounds
+            tests.rounds = np.append(earlier, np.full(len(numbers), ready + 1))
+            tests.aim(np.append(tests.numbers, numbers), np.vstack([tests.points, points]))
+        return len(tests.numbers) - done
+
+    def _number(self, row: int) -> int:
+        """Return the number of the test in a row of the table."""
+        numbers = self._investigation.numbers
+        within = row < len(numbers)
+        return int(numbers[row]) if within else int(numbers[-1]) + 1 + row - len(numbers)
+
+    def _round(self, ready: int, first: int) -> Proposals:
+        """Return the proposals of a round, those of the study if it has them."""
+        study = self.memory.study
+        stored = [] if study is None else study.proposals(first, self.block_size)
+        if stored:
+            return _restored(stored)
+        made = self._proposed(ready)
+        if study is None:
+            return made
+        # What another process has proposed meanwhile is the same; but one file, one truth.
+        return _restored(study.propose(_rows(made, ready + 1, first)))
+
+    def _proposed(self, ready: int) -> Proposals:
+        goal, further = self._goal()
+        tests = self._tests(further)
+        # up to how many tests lengths are fitted: of rising numbers the last one that is reached
+        fitted = self._n_uniform
+        while (later := self._round_end(math.ceil(fitted * _GROWTH))) <= self.n_tested:
+            fitted = later
+        if (~tests.failed[:fitted]).sum() < _LEAST:
+            fitted = self.n_tested
+        if self._fitted[0] != fitted:
+            self._fitted = fitted, self._fit(tests, fitted)
+        seed = 0 if self.seed is None else self.seed
+        random = np.random.default_rng([seed, ready])
+        encode = partial(encoded, self._investigation.space)
+        made = propose(tests, self._fitted[1], goal, encode, self.block_size, ready, random)
+        # of outputs with limits, which may be others tomorrow, no predictions are kept
+        kept = slice(len(_outputs(self.table)))
+        return replace(made, predicted=made.predicted[:, kept], deviation=made.deviation[:, kept])
+
+    def _goal(self) -> tuple[Goal, list[str]]:
+        """Return what is sought, and the further outputs that have limits."""
+        layout, space = self.table.layout, self._investigation.space
+        names, known = [v.name for v in space.free.variables], len(_outputs(self.table))
+        low, high = np.zeros(len(names)), np.ones(len(names))
+        bounds: list[tuple[int, float, float]] = []
+        further: list[str] = []
+        for name, (least, greatest) in bounds_of(self.limits, layout).items():
+            if name in layout.objectives:
+                pair = (-greatest, -least) if name in layout.maximized else (least, greatest)
+                bounds.append((layout.objectives.index(name), *pair))
+            elif name in layout.outputs:
+                bounds.append((known + len(further), least, greatest))
+                further.append(name)
+            elif name in names:
+                j = names.index(name)
+                low[j], high[j] = space.free.variables[j].between(least, greatest)
+        sizes = len(layout.objectives), len(layout.inequalities), len(layout.equalities)
+        return Goal(*sizes, bounds, low, high), further
+
+    def _round_end(self, n_tests: int) -> int:
+        """Return how many tests there are when the round is complete that has the n-th."""
+        rounds = math.ceil((n_tests - self._n_uniform) / self.block_size)
+        return self._n_uniform + rounds * self.block_size
+
+    def _tests(self, further: Sequence[str] = ()) -> KnownTests:
+        table, space = self.table, self._investigation.space
+        return KnownTests(
+            space.points(table.X),
+            np.column_stack([table.F, table.G, table.H, *map(table.column, further)]),
+            table.eligible(self.limits),
+            table.status == "failed",
+        )
+
+    def _fit(self, tests: KnownTests, count: int) -> Fit | None:
+        """Fit to the first tests, if enough of them are known."""
+        known = ~tests.failed
+        if known[:count].sum() < _LEAST:
+            return None
+        rows = np.flatnonzero(known[:count])
+        uniform = max(int(known[: self._n_uniform].sum()), _LEAST)
+        Z = encoded(self._investigation.space, tests.points[rows])
+        return Fit.of(Z, bounded(tests.Y[rows]), uniform, len(self.table.layout.objectives))
+
+    def predictions(self) -> pd.DataFrame:
+        """Return what was expected of each proposal that is tested, and what was found.
+
+        Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each criterion
+        and constraint, in its own sense, what was found under its name, and with ``_predicted`` and
+        ``_deviation`` behind it what was expected, and how surely: NaN where it is not known, as
+        for radial functions. The surrogate is empty where too few tests were known to make one.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import SphereChute
+            >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
+            >>> frame = algorithm.predictions()
+            >>> bool((frame["f1"] - frame["f1_predicted"]).abs().median() < frame["f1"].std())
+            True
+        """
+        table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
+        n, names, sign = len(table), _outputs(table), _signs(table)
+        parts = [(made, k + 1) for k, made in enumerate(self._rounds)]
+        columns: dict[str, Any] = {"test_point": table.numbers}
+        columns["round"] = np.repeat([k for _, k in parts], [len(m.points) for m, _ in parts])[:n]
+        kinds = np.repeat([m.kind for m, _ in parts], [len(m.points) for m, _ in parts])[:n]
+        columns["surrogate"], columns["status"] = kinds, table.status
+        found = np.hstack([table.F, table.G, table.H])
+        found[table.status == "failed"] = np.nan
+        none = np.zeros((0, len(names)))
+        predicted = np.vstack([none, *(m.predicted for m, _ in parts)])[:n]
+        deviation = np.vstack([none, *(m.deviation for m, _ in parts)])[:n]
+        for j, name in enumerate(names):
+            columns[name] = found[:, j] * sign[j]
+            columns[f"{name}_predicted"] = predicted[:, j] * sign[j]
+            columns[f"{name}_deviation"] = deviation[:, j]
+        return pd.DataFrame(columns)
+
+    def errors(self) -> pd.DataFrame:
+        """Return how far surrogates of the present tests can be trusted.
+
+        One row for each criterion and constraint and kind of surrogate. Errors are root mean
+        squares, in units of the standard deviation of the tests' values, on the scale on which the
+        surrogate works: 1 is as bad as always expecting the mean, 0.1 is good.
+
+        Columns: ``output``, ``surrogate``, ``scale`` (``"linear"``, or ``"logarithmic"`` where a
+        tail is heavy), ``cross_validated``, of tests each left out with a tenth of all, and
+        ``proposals``, of the proposals of this kind when they were tested; NaN if there are none.
+
+        Raises:
+            ArgumentValueError: Too few tests have values to make surrogates.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import SphereChute
+            >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
+            >>> bool((algorithm.errors()["cross_validated"] < 1).any())
+            True
+        """
+        tests = self._tests()
+        fit = self._fit(tests, self.n_tested)
+        if fit is None:
+            known = Received(int((~tests.failed).sum()))
+            raise invalid("tests with values", f"{_LEAST} or more", known, "test more designs")
+        rows = np.flatnonzero(~tests.failed)
+        Z = encoded(self._investigation.space, tests.points[rows])
+        T = fit.to(bounded(tests.Y[rows]))
+        made = self.predictions()
+        result = []
+        for kind in KINDS:
+            error = np.sqrt(((cross_validated(kind, Z, T, fit) - T) ** 2).mean(axis=0))
+            of_kind = made[(made["surrogate"] == kind) & (made["status"] != "failed")]
+            for j, (name, scale) in enumerate(zip(_outputs(self.table), fit.scales, strict=True)):
+                sign = _signs(self.table)[j]
+                pair = [scale.to(of_kind[c].to_numpy() * sign) for c in (name, f"{name}_predicted")]
+                missed = np.sqrt(((pair[0] - pair[1]) ** 2).mean()) if len(of_kind) else np.nan
+                how = "linear" if np.isinf(scale.unit) else "logarithmic"
+                result.append((name, kind, how, error[j], missed))
+        columns = ["output", "surrogate", "scale", "cross_validated", "proposals"]
+        return pd.DataFrame(result, columns=columns).sort_values("output", kind="stable")
+
+
+def _of_this_run(given: TestTable, table: TestTable) -> TestTable:
+    """Return tests as those of a run, whatever points they are of; they must be of its problem."""
+    theirs, ours = given.problem, table.problem
+    if theirs is not None and ours is not None:  # both are known
+        for name in sorted({*theirs, *ours} - {"sampling", "key"}):
+            if theirs.get(name) != ours.get(name):
+                what = Received(f"{name} {theirs.get(name)!r:.60}, here {ours.get(name)!r:.60}")
+                raise invalid("start", "tests of the same problem", what)
+    return replace(given, problem=ours)
+
+
+def _outputs(table: TestTable) -> tuple[str, ...]:
+    return table.layout.objectives + table.layout.constraints
+
+
+def _signs(table: TestTable) -> Array:
+    """``(q,)`` -1 for criteria that are maximised, 1 for all others."""
+    return np.append(table.layout.sign, np.ones(len(table.layout.constraints)))
+
+
+def _rows(made: Proposals, number: int, first: int) -> list[Proposal]:
+    """Return the proposals of a round as a study has them."""
+    columns = (made.points, made.predicted, made.deviation)
+    return [
+        (first + i, number, made.kind or "far from all tests", _plain(*values))
+        for i, values in enumerate(zip(*columns, strict=True))
+    ]
+
+
+def _plain(point: Array, predicted: Array, deviation: Array) -> dict[str, Any]:
+    """Return arrays as JSON can hold them: NaN, which it does not know, as None."""
+    named = {"point": point, "predicted": predicted, "deviation": deviation}
+    return {
+        name: [None if np.isnan(x) else x for x in values.tolist()]
+        for name, values in named.items()
+    }
+
+
+def _restored(stored: list[Proposal]) -> Proposals:
+    """Return the proposals of a round from a study."""
+    kind = stored[0][2]
+    points, predicted, deviation = (
+        np.array([content[name] for *_, content in stored], dtype=np.float64)
+        for name in ("point", "predicted", "deviation")
+    )
+    return Proposals(points, kind if kind in KINDS else "", predicted, deviation)

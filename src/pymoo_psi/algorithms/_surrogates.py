@@ -1,0 +1,354 @@
+"""Surrogates: cheap functions through the tests of a dear model.
+
+Two kinds, which err in different ways. Cubic radial functions take all variables alike and have
+nothing to be fitted; a Gaussian process learns a length for every variable, and knows how sure it
+is. Both see designs as points of a unit cube, and outputs on scales without heavy tails.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
+from scipy.linalg import cho_factor, cho_solve, lapack
+from scipy.optimize import minimize
+
+Array = NDArray[np.float64]
+
+_ROOT5 = np.sqrt(5.0)
+# Of the logarithm of the noise's share of the variance. The floor keeps the covariance matrix
+# regular in float64; above a tenth, an output is not described by the variables.
+_LOG_NOISE = (np.log(1e-6), np.log(1e-1))
+# Of the logarithm of a length: below, tests tell nothing of each other; above, a line is straight.
+_LOG_LENGTH = (np.log(0.03), np.log(100.0))
+# Tukey (1977) calls a value far out that is three quartile distances beyond a quartile. A sample
+# with such values has a heavy tail. The middle half, however, may be all of a kind: then the unit
+# of a logarithmic scale is at least a hundredth of it.
+_FAR_OUT, _LEAST_UNIT = 3.0, 0.01
+# Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
+_BEYOND = 1e6
+_FOLDS = 10  # of a cross-validation
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A monotone scale of an output: standardised, and logarithmic where its tail is heavy.
+
+    Attributes:
+        origin: Where the scale is finest: the best value of a criterion, 0 of a constraint.
+        unit: The scale is about linear within so much of the origin and logarithmic beyond,
+            ``arcsinh((y - origin) / unit)``; infinite: ``y`` itself.
+        mean: Of the values on the scale.
+        deviation: Their standard deviation.
+    """
+
+    origin: float
+    unit: float
+    mean: float = 0.0
+    deviation: float = 1.0
+
+    @classmethod
+    def of(cls, y: Array, origin: float, unit: float) -> Scale:
+        """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
+        t = cls(origin, unit).to(y)
+        deviation = float(t.std())
+        return cls(origin, unit, float(t.mean()), deviation if deviation > 0 else 1.0)
+
+    def to(self, y: Array | float) -> Array:
+        """Return values of the output on the scale."""
+        t = y if np.isinf(self.unit) else np.arcsinh((y - self.origin) / self.unit)
+        return np.asarray((t - self.mean) / self.deviation)
+
+    def back(self, t: Array) -> Array:
+        """Return values on the scale as values of the output."""
+        t = t * self.deviation + self.mean
+        if np.isinf(self.unit):
+            return t
+        # 700: sinh overflows above 710; a prediction as far off is of no use, but must be finite
+        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -700, 700)))
+
+    def log_slope(self, y: Array) -> float:
+        """Return the sum of log dt/dy over values: what densities on two scales differ by."""
+        slope = -len(y) * np.log(self.deviation)
+        if not np.isinf(self.unit):
+            z = (y - self.origin) / self.unit
+            slope -= float((0.5 * np.log1p(z**2)).sum()) + len(y) * np.log(self.unit)
+        return float(slope)
+
+
+def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
+    """Return the scales that an output may have: linear; and logarithmic, if it has a heavy tail.
+
+    Args:
+        y: ``(n,)`` all its values, finite.
+        uniform: Those at uniform points, which alone tell its distribution: proposals crowd.
+        constraint: Whether its sign counts.
+    """
+    found = [Scale.of(y, 0.0, np.inf)]
+    q1, q3 = np.quantile(uniform, [0.25, 0.75])
+    far = _FAR_OUT * (q3 - q1)
+    if uniform.min() < q1 - far or uniform.max() > q3 + far:
+        origin = 0.0 if constraint else float(uniform.min())
+        low, high = np.quantile(np.abs(uniform - origin), [0.25, 0.75])
+        unit = float(max(low, _LEAST_UNIT * (high - low)))
+        if unit > 0:
+            found.append(Scale.of(y, origin, unit))
+    return found
+
+
+def bounded(Y: Array) -> Array:
+    """Return ``(n, q)`` outputs without NaN and infinities, and without values far beyond all."""
+    Y = Y.copy()
+    for y in Y.T:
+        finite = np.isfinite(y)
+        if not finite.any():
+            y[:] = 0.0
+            continue
+        q1, middle, q3 = np.quantile(y[finite], [0.25, 0.5, 0.75])
+        y[np.isnan(y)] = y[finite].max()
+        if q3 > q1:
+            np.clip(y, middle - _BEYOND * (q3 - q1), middle + _BEYOND * (q3 - q1), out=y)
+        else:
+            np.clip(y, y[finite].min(), y[finite].max(), out=y)
+    return Y
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """What is fitted of a Gaussian process.
+
+    Attributes:
+        log: ``(d,)`` logarithms of the lengths of the variables.
+        log_noise: Logarithm of the noise's share of the variance.
+    """
+
+    log: Array
+    log_noise: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What is fitted to tests now and then: a scale and lengths for each output.
+
+    Attributes:
+        scales: Of the q outputs.
+        lengths: Of the variables, for each output.
+    """
+
+    scales: tuple[Scale, ...]
+    lengths: tuple[Lengths, ...]
+
+    @classmethod
+    def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Fit:
+        """Fit to tests.
+
+        Of two scales the one is taken on which values are the likelier given all others.
+
+        Args:
+            Z: ``(n, d)`` designs in the unit cube.
+            Y: ``(n, q)`` their outputs, :func:`bounded`, the criteria first.
+            n_uniform: How many of the first tests are at uniform points.
+            n_obj: How many outputs are criteria.
+        """
+        best = []
+        for j, y in enumerate(Y.T):
+            fits = []
+            for scale in scales(y, y[:n_uniform], constraint=j >= n_obj):
+                t = scale.to(y)
+                lengths = fit_lengths(Z, t)
+                density = GaussianProcess(Z, t, lengths).log_density(t) + scale.log_slope(y)
+                fits.append((density, scale, lengths))
+            best.append(max(fits, key=lambda fit: fit[0])[1:])
+        return cls(tuple(s for s, _ in best), tuple(lengths for _, lengths in best))
+
+    def to(self, Y: Array) -> Array:
+        """Return ``(n, q)`` outputs on their scales."""
+        columns = [scale.to(y) for scale, y in zip(self.scales, Y.T, strict=True)]
+        return np.column_stack(columns)
+
+    def back(self, T: Array) -> Array:
+        """Return values on the scales as outputs."""
+        return np.column_stack([s.back(t) for s, t in zip(self.scales, T.T, strict=True)])
+
+
+class GaussianProcesses:
+    """A Gaussian process for each output.
+
+    Args:
+        Z: ``(n, d)`` designs in the unit cube.
+        T: ``(n, q)`` their outputs on the scales of the fit.
+        fit: Scales and lengths.
+    """
+
+    def __init__(self, Z: Array, T: Array, fit: Fit) -> None:
+        pairs = zip(T.T, fit.lengths, strict=True)
+        self._each = [GaussianProcess(Z, t, lengths) for t, lengths in pairs]
+
+    def __call__(self, Z: Array) -> Array:
+        """Return the ``(k, q)`` means at designs, on the scales."""
+        return np.column_stack([each(Z) for each in self._each])
+
+    def deviation(self, Z: Array) -> Array:
+        """Return the ``(k, q)`` standard deviations at designs, on the scales."""
+        return np.column_stack([each.deviation(Z) for each in self._each])
+
+
+class RadialFunctions:
+    """Cubic radial functions with a linear trend, SciPy's, for all outputs; as the one before."""
+
+    def __init__(self, Z: Array, T: Array, fit: Fit) -> None:
+        # A design that occurs again would make the equations singular; so do designs in a plane,
+        # as those of a two-valued variable of one value are, but for a little smoothing.
+        _, once = np.unique(Z, axis=0, return_index=True)
+        trend = np.linalg.matrix_rank(Z[once] - Z[once].mean(axis=0)) == Z.shape[1]
+        self._function = RBFInterpolator(
+            Z[once],
+            T[once],
+            kernel="cubic" if trend else "linear",  # which needs a constant only
+            degree=1 if trend else 0,
+            smoothing=1e-9,
+        )
+
+    def __call__(self, Z: Array) -> Array:
+        """Return the ``(k, q)`` values at designs, on the scales."""
+        return np.asarray(self._function(Z))
+
+    def deviation(self, Z: Array) -> Array:
+        """Return 0: these functions do not know how sure they are."""
+        return np.zeros((1, 1))
+
+
+KINDS: dict[str, type[GaussianProcesses] | type[RadialFunctions]] = {
+    "gaussian process": GaussianProcesses,
+    "radial functions": RadialFunctions,
+}
+
+
+def cross_validated(kind: str, Z: Array, T: Array, fit: Fit) -> Array:
+    """Return ``(n, q)`` predictions of tests, each by a surrogate that does not know the test."""
+    folds = np.arange(len(Z)) % min(_FOLDS, len(Z))  # tests one after the other are not alike
+    predicted = np.empty_like(T)
+    for fold in np.unique(folds):
+        left = folds == fold
+        predicted[left] = KINDS[kind](Z[~left], T[~left], fit)(Z[left])
+    return predicted
+
+
+class GaussianProcess:
+    """A Gaussian process with Matérn's kernel, ν = 5/2, and constant mean.
+
+    Mean and variance are those that make the data likeliest for given lengths (Rasmussen and
+    Williams, Gaussian Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
+
+    Args:
+        Z: ``(n, d)`` designs in the unit cube.
+        t: ``(n,)`` values of an output, of mean 0 and deviation 1.
+        lengths: As fitted by :func:`fit_lengths`.
+    """
+
+    def __init__(self, Z: Array, t: Array, lengths: Lengths) -> None:
+        self._scale = np.exp(-lengths.log)
+        self._Z = Z * self._scale
+        K, _ = _matern(self._Z, self._Z)
+        K[np.diag_indices(len(K))] += np.exp(lengths.log_noise)
+        self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
+        inverse = cho_solve(self._factor, np.eye(len(K)), check_finite=False)
+        ones = inverse.sum(axis=1)
+        self.mean = float(ones @ t / ones.sum())
+        self._weights = inverse @ (t - self.mean)
+        self.variance = max(float((t - self.mean) @ self._weights) / len(t), 1e-12)
+        # Leaving one out: Rasmussen and Williams, equation 5.12.
+        diagonal = np.diag(inverse)
+        self.left_out = t - self._weights / diagonal
+        self.left_out_variance = self.variance / diagonal
+
+    def __call__(self, Z: Array) -> Array:
+        """Return the ``(k,)`` means at designs."""
+        K, _ = _matern(Z * self._scale, self._Z)
+        return np.asarray(self.mean + K @ self._weights)
+
+    def deviation(self, Z: Array) -> Array:
+        """Return the ``(k,)`` standard deviations at designs."""
+        K, _ = _matern(Z * self._scale, self._Z)
+        known = (K * cho_solve(self._factor, K.T, check_finite=False).T).sum(axis=1)
+        return np.asarray(np.sqrt(self.variance * np.maximum(1 - known, 0)))
+
+    def log_density(self, t: Array) -> float:
+        """Return the log density of each value given all others, summed (equation 5.10)."""
+        v = self.left_out_variance
+        return float(-0.5 * (np.log(2 * np.pi * v) + (t - self.left_out) ** 2 / v).sum())
+
+
+def fit_lengths(Z: Array, t: Array, *, steps: int = 40) -> Lengths:
+    """Return the likeliest lengths for the tests, a priori as long as a cube is wide.
+
+    Args:
+        Z: ``(n, d)`` designs in the unit cube.
+        t: ``(n,)`` values of an output, of mean 0 and deviation 1.
+        steps: Iterations of L-BFGS-B, at most.
+    """
+    d = Z.shape[1]
+    # Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube, or
+    # nothing can be learned in many dimensions; log-normal, of this median and deviation.
+    prior, spread = np.sqrt(2) + 0.5 * np.log(d), np.sqrt(3)
+
+    def loss(x: Array) -> tuple[float, Array]:
+        value, slope = _negative_log_likelihood(Z, t, x)
+        z = (x[:d] - prior) / spread
+        slope[:d] += z / spread
+        # of the noise a half-normal prior, lest a model that has none is smoothed
+        w = (x[d] - _LOG_NOISE[0]) / 5.0
+        slope[d] += w / 5.0
+        return value + 0.5 * float(z @ z) + 0.5 * w**2, slope
+
+    start = np.append(np.full(d, np.log(0.5) + 0.5 * np.log(d)), np.log(1e-4))
+    bounds = [_LOG_LENGTH] * d + [_LOG_NOISE]
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds,
+                     options={"maxiter": steps})  # fmt: skip
+    return Lengths(found.x[:d], float(found.x[d]))
+
+
+def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array]:
+    """Return -log likelihood at the best mean and variance, and its gradient.
+
+    Args:
+        Z: ``(n, d)`` designs.
+        t: ``(n,)`` values.
+        x: ``(d + 1,)`` logarithms of lengths and noise.
+    """
+    n, d = Z.shape
+    S = Z * np.exp(-x[:d])
+    K, slope = _matern(S, S)
+    noise = np.exp(x[d])
+    K[np.diag_indices(n)] += noise
+    L, failed = lapack.dpotrf(K, lower=1, overwrite_a=1, clean=0)
+    if failed:  # not positive definite to rounding: no lengths to be looked for here
+        return 1e10, np.zeros(d + 1)
+    log_det = 2 * float(np.log(np.diag(L)).sum())
+    inverse, _ = lapack.dpotri(L, lower=1)
+    inverse = np.tril(inverse) + np.tril(inverse, -1).T
+    ones = inverse.sum(axis=1)
+    r = t - float(ones @ t / ones.sum())
+    a = inverse @ r
+    variance = max(float(r @ a) / n, 1e-12)
+    value = 0.5 * (n * np.log(variance) + log_det)
+    # dL/dK = (K^-1 - a a' / variance) / 2; equation 5.9, with the variance at its best
+    W = inverse - np.outer(a, a / variance)
+    trace = float(np.trace(W))
+    W *= slope
+    # dK/dlog l_j = slope * (difference of column j)^2; sums of it over all pairs by products
+    gradient = (S**2 * W.sum(axis=1)[:, None]).sum(axis=0) - (S * (W @ S)).sum(axis=0)
+    return value, np.append(gradient, 0.5 * noise * trace)
+
+
+def _matern(A: Array, B: Array) -> tuple[Array, Array]:
+    """Return Matérn's kernel of scaled designs, and what its derivative by log lengths has."""
+    r = (A**2).sum(axis=1)[:, None] + (B**2).sum(axis=1) - 2 * (A @ B.T)
+    np.maximum(r, 0, out=r)
+    np.sqrt(r, out=r)
+    r *= _ROOT5
+    e = np.exp(-r)
+    slope = (5.0 / 3.0) * (1 + r) * e
+    return (1 + r + r**2 / 3) * e, slope

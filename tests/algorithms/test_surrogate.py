@@ -1,0 +1,312 @@
+"""SurrogatePSI: a run is determined, kept, continued and judged, on any problem that PSI takes."""
+
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, JoblibRunner, PsiError, SurrogatePSI, TestTable, investigate
+from pymoo_psi.errors import StudyCorruptError, StudyMismatchError
+from pymoo_psi.storage import Study
+from tests.processes import posix
+
+
+class Mixed(ElementwiseProblem):
+    """All kinds of variables, a constraint, failures and a further output."""
+
+    def __init__(self, **kwargs):
+        variables = {
+            "a": Real(bounds=(-1, 2)),
+            "n": Integer(bounds=(1, 9)),
+            "b": Binary(),
+            "c": Choice(options=["steel", "wood", 3]),
+        }
+        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1, **kwargs)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x["n"] == 3 and x["a"] > 0.5:
+            raise ArithmeticError("no mesh")
+        m = {"steel": 3.0, "wood": 1.0, 3: 2.0}[x["c"]]
+        out["F"] = [x["a"] ** 2 + m + x["n"], (x["a"] - 1) ** 2 + 10 / x["n"] / m + 1 - x["b"]]
+        out["G"] = [x["n"] - 7.5]
+        out["weight"] = 2 * m
+
+
+def run(problem, n, **options):
+    return minimize(problem, SurrogatePSI(n, **options), seed=1).algorithm
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return run(Mixed(), 44)
+
+
+# What it finds
+
+
+def test_it_finds_in_few_tests_what_points_do_not_in_many():
+    osy = get_problem("osy")
+    table, points = run(osy, 52).table, investigate(osy, 4096)
+    mine, theirs = (t.F[t.pareto()] for t in (table, points))
+    dominated = (mine[:, None] <= theirs[None]).all(axis=2).any(axis=0)
+    assert dominated.mean() > 0.9
+
+
+def test_one_criterion_and_an_optimum_on_no_test_point():
+    sphere = get_problem("sphere", n_var=4)
+    sphere.xl = sphere.xl - 0.17  # the optimum is not in the middle
+    result = minimize(sphere, SurrogatePSI(52), seed=1)
+    assert result.F[0] < 1e-3 < investigate(sphere, 1024).F.min()
+
+
+def test_limits_lead_the_proposals_and_change_no_test():
+    table = run(get_problem("bnh"), 44, limits={"f1": 20}).table
+    assert (table.F[20:, 0] <= 21).mean() > 0.8
+    assert table.feasible().sum() > table.feasible({"f1": 20}).sum()
+
+
+def test_limits_may_be_on_variables_and_outputs():
+    limits = {"n": (4, 6), "a": (None, 0.5), "weight": (3, 5)}
+    made = run(Mixed(), 44, limits=limits).table.rows(np.arange(20, 44)).to_frame()
+    assert made["n"].between(4, 6).all()
+    assert made["a"].between(-1, 0.5).all()
+    assert made["weight"].between(3, 5).mean() > 0.8
+
+
+def test_where_everything_fails_designs_are_spread_and_tests_go_on():
+    class Fragile(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] < 0.97:
+                raise ArithmeticError("no convergence")
+            out["F"] = x
+
+    algorithm = run(Fragile(), 52)
+    made = algorithm.predictions()
+    assert made["surrogate"].iloc[0] == ""
+    assert (algorithm.table.status[20:] == "ok").sum() >= 8
+
+
+def test_designs_that_occur_again_are_not_computed_again():
+    calls = []
+
+    class Few(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=3, n_obj=1, vtype=bool)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            calls.append(tuple(x))
+            out["F"] = x.sum()
+
+    assert len(run(Few(), 36).table) == 36
+    assert len(calls) == len(set(calls)) == 8
+
+
+# What it keeps
+
+
+def test_the_first_tests_are_the_points_of_psi_and_the_table_says_so(undisturbed):
+    points = minimize(Mixed(), PSI(20)).algorithm.table
+    table = undisturbed.table
+    assert table.numbers.tolist() == list(range(1, 45))
+    np.testing.assert_array_equal(table.X[:20], points.X)
+    np.testing.assert_array_equal(table.F[:20], points.F)
+    rounds = table.to_frame()["proposal_round"]
+    known = table.status != "failed"
+    expected = np.repeat([0, 1, 2, 3], [20, 8, 8, 8])
+    np.testing.assert_array_equal(rounds[known], expected[known])
+
+
+@pytest.mark.parametrize(
+    ("n", "options"), [(50, {}), (25, {}), (44, {"limits": {"f1": 100}})], ids=str
+)
+def test_a_run_is_the_beginning_of_a_longer_one(undisturbed, n, options):
+    other = run(Mixed(), n, **options).table
+    shared = min(n, 44)
+    np.testing.assert_array_equal(other.X[:shared], undisturbed.table.X[:shared])
+
+
+def test_seed_batch_and_points_make_a_difference(undisturbed):
+    others = (
+        minimize(Mixed(), SurrogatePSI(28), seed=2).algorithm,
+        run(Mixed(), 28, batch=4),
+        run(Mixed(), 28, n_points=10),
+    )
+    for other in others:
+        assert (other.table.X[10:28] != undisturbed.table.X[10:28]).any()
+
+
+def test_workers_and_asking_and_telling_make_no_difference(undisturbed):
+    parallel = run(Mixed(elementwise_runner=JoblibRunner(2)), 44)
+    assert parallel.table.equals(undisturbed.table)
+    problem, told = Mixed(), SurrogatePSI(44)
+    told.setup(problem, seed=1)
+    while told.has_next():
+        block = told.ask()
+        assert told.ask().get("test_point").tolist() == block.get("test_point").tolist()
+        told.evaluator.eval(problem, block)
+        told.tell(infills=block)
+    assert told.table.equals(undisturbed.table)
+    assert told.predictions().equals(undisturbed.predictions())
+
+
+def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
+    path = tmp_path / "run.db"
+
+    class Interrupted(Mixed):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if path.exists() and len(self.seen) == 22:
+                raise KeyboardInterrupt
+            self.seen.append(x)
+            super()._evaluate(x, out, *args, **kwargs)
+
+        def name(self):
+            return "Mixed"
+
+    problem = Interrupted()
+    problem.seen = []
+    with pytest.raises(KeyboardInterrupt):
+        run(problem, 44, study=path)
+    stored = Study(path).proposals(1, 100)
+    assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
+        (n, 1) for n in range(21, 29)
+    ]
+    assert len(TestTable.read_study(path)) == 22
+    longer = run(Mixed(), 44, study=path)
+    assert longer.evaluator.n_eval == 22
+    assert longer.table.equals(undisturbed.table)
+    assert longer.predictions().equals(undisturbed.predictions())
+    assert TestTable.read_study(path).equals(undisturbed.table)
+
+
+def test_proposals_that_are_stored_are_taken_whatever_would_be_proposed_now(
+    tmp_path, monkeypatch, undisturbed
+):
+    path = tmp_path / "run.db"
+    run(Mixed(), 44, study=path)
+    monkeypatch.setattr("pymoo_psi.algorithms._surrogate.propose", None)
+    again = run(Mixed(), 44, study=path)
+    assert again.evaluator.n_eval == 0
+    assert again.predictions().equals(undisturbed.predictions())
+
+
+@posix
+@pytest.mark.parametrize("kills", [2])
+def test_a_run_killed_again_and_again_is_one_run(tmp_path, kills):
+    """The benchmark, with fewer kills; it ends with an error where anything differs."""
+    command = [sys.executable, "-m", "benchmarks.kills", "surrogate", str(kills)]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=_environment(), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert f"{kills} kills" in done.stdout
+
+
+def _environment():
+    import os
+
+    root = Path(__file__).parents[2]
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
+
+
+def test_a_study_of_other_proposals_or_with_changed_ones_is_refused(tmp_path):
+    path = tmp_path / "run.db"
+    run(get_problem("bnh"), 28, study=path)
+    with pytest.raises(StudyMismatchError, match="batches of 4"):
+        run(get_problem("bnh"), 28, study=path, batch=4)
+    with closing(sqlite3.connect(path)) as db, db:
+        db.execute("UPDATE proposals SET content = replace(content, '0.', '1.')")
+    with pytest.raises(StudyCorruptError, match="proposal of test point 21 has changed"):
+        run(get_problem("bnh"), 28, study=path)
+
+
+# Tests of before
+
+
+def test_it_goes_on_from_the_tests_of_psi(tmp_path):
+    earlier = minimize(Mixed(), PSI(30, first=3)).algorithm.table
+    went_on = run(Mixed(), 12, start=earlier, study=tmp_path / "run.db")
+    assert went_on.evaluator.n_eval == 12
+    assert went_on.table.numbers.tolist() == list(range(3, 45))
+    np.testing.assert_array_equal(went_on.table.X[:30], earlier.X)
+    assert len(went_on.predictions()) == 12
+    again = run(Mixed(), 16, start=earlier, study=tmp_path / "run.db")
+    assert again.evaluator.n_eval == 4
+    np.testing.assert_array_equal(again.table.X[:42], went_on.table.X)
+    # and from a file, which does not know everything of a problem
+    earlier.to_csv(tmp_path / "earlier.csv")
+    read = run(Mixed(), 12, start=TestTable.read_study(tmp_path / "run.db").rows(np.arange(30)))
+    np.testing.assert_array_equal(read.table.X, went_on.table.X)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
+        ({"batch": 0}, "batch must be an integer >= 1"),
+        ({"n_points": 0}, "n_points must be an integer >= 1"),
+        ({"start": [1]}, "start must be a TestTable"),
+        ({"start": TestTable.empty()}, "start must be a table with tests, got none"),
+        (
+            {"start": TestTable.of([1], [[0.1]], [[1.0]]), "n_points": 4},
+            "n_points must be left out where there is a start",
+        ),
+        ({"bacth": 2}, "bacth"),
+    ],
+)
+def test_what_cannot_be_is_told(options, message):
+    with pytest.raises(PsiError, match=message):
+        SurrogatePSI(**{"n_evaluations": 8, **options})
+
+
+def test_tests_of_another_problem_are_refused():
+    other = minimize(get_problem("bnh"), PSI(8)).algorithm.table
+    with pytest.raises(PsiError, match=r"start must be .*same problem"):
+        run(get_problem("tnk"), 8, start=other)
+    with pytest.raises(PsiError, match="layout"):
+        run(Mixed(), 8, start=TestTable.of([1], [[0.1]], [[1.0]]))
+
+
+# What it says of itself
+
+
+def test_predictions_and_errors_are_in_the_users_sense():
+    class Gain(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [-10 + x[0] ** 2, x[1] + 5 * (x[0] - 1) ** 2]
+
+    algorithm = run(Gain(), 52, names={"f1": "gain"}, maximize=["gain"])
+    made = algorithm.predictions()
+    table = algorithm.table.to_frame()[20:].reset_index(drop=True)
+    np.testing.assert_array_equal(made["gain"], table["gain"])
+    assert (made["gain"] > 0).all()
+    np.testing.assert_allclose(made["gain_predicted"], made["gain"], atol=0.1)
+    by = made["surrogate"] == "gaussian process"
+    assert (made["gain_deviation"][by] >= 0).all()
+    assert made["gain_deviation"][~by].isna().all()
+    assert made["round"].tolist() == np.repeat([1, 2, 3, 4], 8).tolist()
+    errors = algorithm.errors()
+    assert (errors["cross_validated"] < 0.2).all()
+    assert (errors["proposals"] < 0.5).all()
+    assert sorted(set(errors["output"])) == ["f2", "gain"]
+
+
+def test_nothing_can_be_judged_before_there_are_tests():
+    algorithm = SurrogatePSI(3, n_points=3)
+    minimize(get_problem("bnh"), algorithm, copy_algorithm=False)
+    assert algorithm.predictions().empty
+    with pytest.raises(PsiError, match="tests with values must be 4 or more, got 3"):
+        algorithm.errors()
