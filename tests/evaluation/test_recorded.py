@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
 
 import cloudpickle
@@ -177,6 +178,7 @@ def test_a_run_killed_again_and_again_is_one_run(tmp_path, kills):
     assert f"{kills} kills" in done.stdout
 
 
+@pytest.mark.skipif(version("pymoo") == "0.6.1.5", reason="all threads draw from one generator")
 def test_two_runs_at_once_share_the_work(tmp_path):
     models = [Model(), Model()]
 
