@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import sys
 
 import pandas as pd
@@ -149,3 +150,17 @@ def test_json_has_the_units(run, tmp_path):
     content = json.loads((tmp_path / "ranked.json").read_text("utf-8"))
     assert content["units"]["stiffness"] == "N/mm"
     assert content["maximized"] == ["stiffness"]
+
+
+def test_what_is_not_kept_is_told_in_one_line(tmp_path):
+    source = MODELS.replace('out["heat"] = 20 + b', 'out["heat"] = [[1, 2]] * len(b)')
+    (tmp_path / "named_models.py").write_text(source, encoding="utf-8")
+    # In a process of its own: here the tests make errors of warnings.
+    words = ("solve", "named_models:Beam", "--points", "512", "--out", "front.csv")
+    done = subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", *words],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("pymoo-psi: warning: out['heat'] is not kept in the table: ")
+    assert "heat" not in pd.read_csv(tmp_path / "front.csv").columns

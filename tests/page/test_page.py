@@ -220,3 +220,13 @@ def test_without_bokeh_the_remedy_is_told(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "bokeh", None)
     with pytest.raises(PsiError, match=r"needs bokeh: pip install 'pymoo-psi\[page\]'"):
         page.html()
+
+
+def test_further_outputs_have_their_place():
+    frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0], "heat": [1.0, np.nan, 3.0]})
+    page = decision_page(frame, ["cost", "mass"], outputs=["heat"], units={"heat": "K"})
+    (heat,) = (column for column in page.columns if column.role == "output")
+    assert heat.label == "heat [K]"
+    assert "Further outputs" in page.html()
+    with pytest.raises(ValueError, match="outputs must be columns that are named once, got 'cost'"):
+        decision_page(frame, ["cost", "mass"], outputs=["cost"])

@@ -12,6 +12,7 @@ from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE
 from pymoo_psi.page._page import MOST_ROWS
+from pymoo_psi.table import read_designs
 from tests.beams import CRITERIA, SETTINGS, beams
 from tests.formulas import CELLS, INERT
 from tests.table.exact_csv import EXACT
@@ -247,7 +248,7 @@ def test_ranks_are_switched(reader, data):
     assert "dominated" in reader.cells(1)
 
 
-def test_export_gives_exactly_the_rows_shown(reader, data):
+def test_export_gives_exactly_the_rows_shown(reader, data, tmp_path):
     reader.page.locator("#ranks input[value='0']").set_checked(False)
     reader.settle()
     rows = reader.left
@@ -256,6 +257,7 @@ def test_export_gives_exactly_the_rows_shown(reader, data):
     assert reader.file_name == "Beams_such-shown.csv"
     exported = pd.read_csv(
         io.StringIO(text),
+        comment="#",
         dtype={"number": str},
         keep_default_na=False,
         **EXACT,
@@ -268,6 +270,13 @@ def test_export_gives_exactly_the_rows_shown(reader, data):
     assert exported["material"].tolist() == data.columns[4].values[rows].tolist()
     assert exported["mark"].tolist() == data.marks[rows].tolist()
     assert exported["rank"][0] == ""  # a prototype has none
+    # It is ranked, and shown again, in the senses and units of the page.
+    (tmp_path / "export.csv").write_text(text, "utf-8")
+    file = read_designs(tmp_path / "export.csv")
+    roles = file.roles()
+    assert (roles.objectives, roles.maximize) == (tuple(CRITERIA), ("strength",))
+    assert (roles.variables, roles.label) == (("width", "material"), "number")
+    assert {name: file.columns[name].unit for name in ("mass", "width")} == SETTINGS["units"]
 
 
 def test_export_gives_the_selection_if_there_is_one(reader, data):
@@ -275,7 +284,7 @@ def test_export_gives_the_selection_if_there_is_one(reader, data):
     selected = reader.selected
     assert 2 < len(selected) < 300
     assert f"Export {len(selected)} selected" in reader.page.inner_text("#export")
-    exported = pd.read_csv(io.StringIO(reader.export()), **EXACT)
+    exported = pd.read_csv(io.StringIO(reader.export()), comment="#", **EXACT)
     assert sorted(exported["number"].astype(str)) == sorted(str(data.labels[i]) for i in selected)
     assert reader.file_name == "Beams_such-selected.csv"
     reader.page.click("#keep")
@@ -293,7 +302,7 @@ def test_the_table_sorts(fresh, data):
         assert cells == sorted(cells, reverse=descending)
         mass = data.columns[0].values[fresh.left]
         assert (np.diff(mass) * (-1 if descending else 1) >= 0).all()
-        exported = pd.read_csv(io.StringIO(fresh.export()), **EXACT)
+        exported = pd.read_csv(io.StringIO(fresh.export()), comment="#", **EXACT)
         np.testing.assert_array_equal(exported["mass"], mass)
 
 

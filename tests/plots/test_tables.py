@@ -422,3 +422,52 @@ def test_what_is_no_table_is_refused(call):
     with pytest.raises(PsiError, match=message) as info:
         call("table.csv")
     assert isinstance(info.value, TypeError)
+
+
+# Names, senses, units
+
+
+@pytest.fixture
+def beam():
+    """Three designs of a criterion to be maximised, with units and an output."""
+    layout = Layout.of(
+        ["width"], ["mass", "stiffness"], maximize=["stiffness"], lower=[0], upper=[10],
+        units={"width": "mm", "stiffness": "N/mm", "heat": "K"},
+    )  # fmt: skip
+    F = [[1.0, -10.0], [2.0, -30.0], [3.0, -20.0]]
+    X, outputs = [[1.0], [5.0], [9.0]], {"heat": [300.0, 310.0, np.nan]}
+    table = TestTable.of([1, 2, 3], X, F, outputs=outputs, layout=layout)
+    return table.with_prototype([4.0], [2.5, 15.0])
+
+
+def test_a_maximised_criterion_is_drawn_in_its_own_sense(beam):
+    limits = {"stiffness": (15.0, None), "width": (2.0, 8.0)}
+    plane = variable_plane(beam, 0, "stiffness", limits, design_groups(beam, limits))
+    assert plane.values.tolist() == [[1, 10], [5, 30], [9, 20]]
+    assert plane.prototype.tolist() == [[4, 15]]
+    assert plane.limits == ((2.0, 8.0), (15.0, np.inf))
+    assert plane.group.tolist() == [BEYOND, PARETO, BEYOND]
+    ax = drawn(plane)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("width [mm]", "stiffness\n[N/mm] (max)")
+    assert set(labelled(ax, "limit stiffness ≥ 15").get_ydata()) == {15.0}
+    shaded = [patch.get_extents().transformed(ax.transData.inverted()) for patch in ax.patches]
+    # What is beyond a lower limit lies below it.
+    assert [(round(box.y0), round(box.y1)) for box in shaded][-1][1] == 15
+    assert {line.get_label() for line in ax.lines} >= {"limit width ≥ 2", "limit width ≤ 8"}
+
+
+def test_outputs_are_drawn_where_they_are_named(beam):
+    figure = table_page(beam, criteria=["stiffness", "heat"])
+    assert [ax.get_ylabel() for ax in figure.axes][1:] == ["stiffness\n[N/mm] (max)", "heat [K]"]
+    # A design without the value, and the prototype, of which none is known, are left out.
+    plane = criteria_plane(beam, "mass", "heat", None, design_groups(beam, None))
+    assert plane.values.tolist() == [[1, 300], [2, 310]]
+    assert len(plane.prototype) == 0
+    assert_whole(figure)
+
+
+def test_a_section_is_in_the_criterias_own_senses(beam):
+    X, F = [[1.0], [5.0], [9.0]], [[1, -10], [2, -30], [3, -20]]
+    curves = section_of(beam, 2, "width", X, F, None, None, {"stiffness": (15, None)})
+    assert curves.F.tolist() == [[1, 10], [2, 30], [3, 20]]
+    assert curves.feasible.tolist() == [False, True, True]

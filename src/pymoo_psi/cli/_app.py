@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from enum import Enum
 from io import StringIO, TextIOWrapper
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TextIO, TypeAlias
 
 import typer
 
@@ -409,7 +410,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise PsiError("--out must be the name of a file or folder, got ''")
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
-        code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
+        with warnings.catch_warnings():
+            warnings.showwarning = _tell_warning
+            code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
     except PsiError as error:  # before OSError, which StudyAccessError is too
         message = str(error)
     except _ClickException as error:
@@ -436,6 +439,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _interrupted() -> int:
     _tell("pymoo-psi: interrupted")
     return _INTERRUPTED
+
+
+def _tell_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning of this package in one line; those of a user's model as Python does."""
+    if category is UserWarning:
+        _tell(f"pymoo-psi: warning: {message}")
+    else:
+        _tell(warnings.formatwarning(message, category, filename, lineno).rstrip())
 
 
 def _tell(line: str) -> None:

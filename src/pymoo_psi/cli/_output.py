@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -31,7 +32,7 @@ from rich.text import Text
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import invalid
 from pymoo_psi.table import TestTable
-from pymoo_psi.table._design_file import Roles, roles_text
+from pymoo_psi.table._design_file import Roles, roles_head
 from pymoo_psi.table._layout import Limits
 
 
@@ -232,7 +233,8 @@ def _head(
     )
     texts = {str(_inert(name)): unit for name, unit in units.items()}
     inert = written(numbers)
-    return roles_text(written(frame.columns), lambda name: name in inert, told, texts)
+    head = roles_head(written(frame.columns), lambda name: name in inert, told, texts)
+    return f"# {json.dumps(head, ensure_ascii=False)}" if head else ""
 
 
 def _inert(cell: object) -> object:

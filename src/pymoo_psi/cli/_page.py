@@ -46,12 +46,13 @@ def run_page(
         existing = _named_designs(
             replace(written, skip_rows=None).read(prototype), roles.objectives
         )
-    names = [*roles.objectives, *roles.variables]
+    names = [*roles.objectives, *roles.variables, *roles.outputs]
     units = {name: file.columns[name].unit for name in names}
     page = decision_page(
         frame,
         roles.objectives,
         variables=roles.variables,
+        outputs=roles.outputs,
         maximize=roles.maximize,
         units=units | units_in(columns.units, names),
         label=roles.label,

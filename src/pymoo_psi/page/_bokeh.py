@@ -220,7 +220,7 @@ def _axis_names(axes: list[Column]) -> list[str]:
 
 def parallel_axes(data: PageData) -> list[Column]:
     """Return the columns with an axis in the parallel coordinates, the criteria first."""
-    return columns_with(data, "criterion", "variable")[:_MOST_AXES]
+    return columns_with(data, "criterion", "variable", "output")[:_MOST_AXES]
 
 
 def limit_slider(

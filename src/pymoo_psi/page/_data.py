@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Role = Literal["criterion", "variable", "geometric"]
+Role = Literal["criterion", "variable", "output", "geometric"]
 
 DOMINATED, OPTIMUM, PROTOTYPE = -1, 6, 7
 """Groups beside the ranks 0 to 5; a higher group is drawn on top."""
@@ -90,7 +90,7 @@ class PageData:
 
     Attributes:
         title: Heading of the page.
-        columns: Criteria, then variables, then μ1, μ2, μ3; each with ``(n,)`` values.
+        columns: Criteria, variables, outputs, then μ1, μ2, μ3; each with ``(n,)`` values.
         label_name: What the designs' labels are called, such as "test_point".
         labels: ``(n,)`` labels of the designs, integers or texts.
         rank: ``(n,)`` ranks of efficiency; -1 for prototypes.

@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError, PsiError
-from pymoo_psi.page._data import DOMINATED, OPTIMUM, PROTOTYPE, Column, PageData, text_column
+from pymoo_psi.page._data import (
+    DOMINATED,
+    OPTIMUM,
+    PROTOTYPE,
+    Column,
+    PageData,
+    Role,
+    text_column,
+)
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 
 if TYPE_CHECKING:
@@ -33,8 +41,8 @@ class DecisionPage(PageData):
 
     Attributes:
         title: Heading of the page.
-        columns: Criteria, then variables, then μ1, μ2, μ3, each with ``name``, ``unit``, ``role``,
-            ``maximize`` and ``(n,)`` ``values``.
+        columns: Criteria, variables, outputs, then μ1, μ2, μ3, each with ``name``, ``unit``,
+            ``role``, ``maximize`` and ``(n,)`` ``values``.
         label_name: What the designs' labels are called, such as "test_point".
         labels: ``(n,)`` labels of the designs, integers or texts, the best design last.
         rank: ``(n,)`` ranks of efficiency; -1 for prototypes.
@@ -110,6 +118,7 @@ def decision_page(
     objectives: Sequence[str],
     *,
     variables: Sequence[str] = (),
+    outputs: Sequence[str] = (),
     maximize: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
     label: str | None = None,
@@ -131,6 +140,7 @@ def decision_page(
         objectives: Names of the columns with the criteria; finite numbers.
         variables: Names of the columns with the design variables. Numbers, which may be missing,
             are plotted; texts are in the table only.
+        outputs: Names of the columns with what else a model gave, likewise.
         maximize: Names of the objectives of which more is better.
         units: Units of columns by name.
         label: Name of the column with the designs' numbers or names; the frame's index unless
@@ -161,11 +171,14 @@ def decision_page(
 
     if not isinstance(frame, pd.DataFrame):
         raise ArgumentTypeError(f"frame must be a pandas.DataFrame, got {type(frame).__name__}")
-    _check_columns(frame, objectives, variables, label)
+    _check_columns(
+        frame, {"objectives": objectives, "variables": variables, "outputs": outputs}, label
+    )
+    others = [*variables, *outputs]
     for name in maximize:
         known_name("maximize", name, list(objectives))
     for name in units or {}:
-        known_name("units", name, [*objectives, *variables])
+        known_name("units", name, [*objectives, *others])
     if len(frame) < 2:
         rule = "of at least two designs to decide between"
         raise invalid("frame", rule, Received(f"{len(frame)} rows"))
@@ -178,14 +191,14 @@ def decision_page(
 
     # Prototypes are measured by the U and N of the designs, which they must not move.
     extra = _prototype_frame(prototype, objectives, label)
-    used = [*objectives, *variables, *([] if label is None else [label])]
+    used = [*objectives, *others, *([] if label is None else [label])]
     mu = ranking.criteria[order]
     whole = frame.iloc[order]
     if len(extra):  # last, as they are drawn on top
         P = np.column_stack([_numbers(extra, name, complete=True) for name in objectives])
         mu = np.vstack([mu, ranking.frame.distances(P * sign)])
         whole = pd.concat([whole, extra.reindex(columns=used)])
-    columns = _columns(whole, objectives, variables, maximize, units or {}, mu)
+    columns = _columns(whole, objectives, variables, outputs, maximize, units or {}, mu)
     return DecisionPage(
         title=str(title),
         columns=columns,
@@ -203,20 +216,16 @@ def decision_page(
 
 
 def _check_columns(
-    frame: pd.DataFrame, objectives: Sequence[str], variables: Sequence[str], label: str | None
+    frame: pd.DataFrame, groups: Mapping[str, Sequence[str]], label: str | None
 ) -> None:
-    for argument, names in (("objectives", objectives), ("variables", variables)):
+    for argument, names in groups.items():
         if isinstance(names, str):
             raise ArgumentTypeError(f"{argument} must be a list of names, got {names!r}")
-    if not objectives:
-        raise invalid("objectives", "names of one column or more", list(objectives))
+    if not groups["objectives"]:
+        raise invalid("objectives", "names of one column or more", [])
     have = [str(name) for name in frame.columns]
     seen: set[str] = set()
-    for argument, names in (
-        ("objectives", objectives),
-        ("variables", variables),
-        ("label", [] if label is None else [label]),
-    ):
+    for argument, names in [*groups.items(), ("label", [] if label is None else [label])]:
         for name in names:
             known_name(argument, name, have)
             if name in seen or have.count(name) > 1:
@@ -300,6 +309,7 @@ def _columns(
     whole: pd.DataFrame,
     objectives: Sequence[str],
     variables: Sequence[str],
+    outputs: Sequence[str],
     maximize: Sequence[str],
     units: Mapping[str, str],
     mu: NDArray[np.float64],
@@ -314,12 +324,20 @@ def _columns(
                _numbers(whole, name, complete=True))
         for j, name in enumerate(objectives)
     ]  # fmt: skip
-    for j, name in enumerate(variables):
-        number = is_numeric_dtype(whole[name])
-        values: NDArray[Any] = (
-            _numbers(whole, name, complete=False) if number else text_column(whole[name].tolist())
-        )
-        columns.append(Column(f"v{j}", name, units.get(name, ""), "variable", False, values))
+    others: list[tuple[str, Role, Sequence[str]]] = [
+        ("v", "variable", variables),
+        ("o", "output", outputs),
+    ]
+    for letter, role, names in others:
+        for j, name in enumerate(names):
+            number = is_numeric_dtype(whole[name])
+            values: NDArray[Any] = (
+                _numbers(whole, name, complete=False)
+                if number
+                else text_column(whole[name].tolist())
+            )
+            field, unit = f"{letter}{j}", units.get(name, "")
+            columns.append(Column(field, name, unit, role, False, values))
     columns += [
         Column(f"mu{j + 1}", name, "", "geometric", False, mu[:, j])
         for j, name in enumerate(_GEOMETRIC)

@@ -6,7 +6,7 @@
 //   lines     one row per line of the parallel coordinates; ends: the values at its axes' ends;
 //   columns   [{field, name, maximize, notation}]; parallel: fields with an axis;
 //   texts     the label of each field as a text that is never TeX;
-//   table, names {label, file}.
+//   table, names {label, file}; head: what stands above the CSV, {} for nothing.
 const PROTOTYPE = 7
 const data = source.data
 const n = data.group.length
@@ -182,15 +182,21 @@ function rows_to_export() {
 const inert = (text) =>
   /^[=+\-@\t\r]/.test(text) && !/^[+-]?[\d.,]*(e[+-]?\d+)?%?$/i.test(text) ? `'${text}` : text
 
+// The head of the CSV, its names written as in the header.
+const named = (value) => Array.isArray(value) ? value.map(inert)
+  : typeof value !== "object" ? value
+  : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
+
 function csv(rows) {
   const quoted = (cell) => (/[",\r\n]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
   const fields = [["label", names.label], ...columns.map(({field, name}) => [field, name]),
     ["rank", "rank"], ["mark", "mark"]]
   const cell = (field, i) => (field === "rank" && data.rank[i] < 0 ? "" : text(data[field][i]))
-  const head = fields.map(([, name]) => quoted(inert(name)))
+  const header = fields.map(([, name]) => quoted(inert(name)))
+  const comment = Object.keys(head).length === 0 ? "" : `# ${JSON.stringify(named(head))}\n`
   const body = rows.map((i) => fields.map(([field]) => cell(field, i)))
-  return [head, ...body].map((row) => row.join(",") + "\n").join("")
+  return comment + [header, ...body].map((row) => row.join(",") + "\n").join("")
 }
 
 function save() {

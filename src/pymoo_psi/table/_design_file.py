@@ -29,7 +29,7 @@ from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 if TYPE_CHECKING:
     import pandas as pd
 
-# Begins the comment above a CSV that says what its columns are, see `roles_text`.
+# Begins the comment above a CSV that says what its columns are, see `roles_head`.
 _ROLES_MARK = "pymoo_psi_designs"
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
 # 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
@@ -78,13 +78,13 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
 
 
-def roles_text(
+def roles_head(
     names: Sequence[str],
     holds_numbers: Callable[[str], bool],
     roles: Roles,
     units: Mapping[str, str],
-) -> str:
-    """Return the comment, one line of JSON, to put above a CSV of designs; empty if needless.
+) -> dict[str, Any]:
+    """Return what to write as JSON, a comment of one line, above a CSV; empty if needless.
 
     It is needed where the names of the columns do not tell the objectives, where one is to be
     maximised, or a column has a unit: so that the file ranks as what it was written from.
@@ -97,8 +97,8 @@ def roles_text(
     """
     guessed = guessed_roles(names, holds_numbers).objectives
     if guessed == roles.objectives and not roles.maximize and not any(units.values()):
-        return ""
-    head = {
+        return {}
+    return {
         _ROLES_MARK: 1,
         "objectives": roles.objectives,
         "maximized": roles.maximize,
@@ -106,7 +106,6 @@ def roles_text(
         "outputs": roles.outputs,
         "units": {name: unit for name, unit in units.items() if unit},
     }
-    return f"# {json.dumps(head, ensure_ascii=False)}"
 
 
 def _labels(names: Collection[str]) -> list[str]:
