@@ -16,6 +16,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
+from benchmarks.many_variables import Cantilever, in_turn
 from pymoo_psi import (
     PSI,
     FailureTolerant,
@@ -212,6 +213,16 @@ def test_variables_go_by_the_names_that_the_problem_gives_them():
     assert set(narrower.box) == {"slope", "speed"}
     with pytest.raises(PsiError, match="one of 'slope', 'speed', got 'x1'"):
         Restricted(named, {"x1": 0.5})
+
+
+def test_sixty_variables_eight_at_a_time():
+    """The documented way spends its budget, keeps all columns and comes nearer to U."""
+    table, at_once = in_turn(Cantilever(), 512), investigate(Cantilever(), 512)
+    assert 480 < len(table) <= 512
+    assert table.layout.variables == at_once.layout.variables
+    both = TestTable.combined({"turns": table, "at once": at_once}).ranking().frame
+    ends = [both.distances(t.F[t.pareto()])[:, 0].min() for t in (table, at_once)]
+    assert ends[0] < ends[1]
 
 
 def test_gradients_are_those_by_the_free_variables():

@@ -74,6 +74,20 @@ class Restricted(WrappedProblem):
         (1, array([[0.5  , 0.1  ],
                [0.5  , 3.05 ],
                [0.5  , 1.575]]))
+
+        Of many variables the eight that explain most, the others fixed at the best design so far;
+        the next eight would follow, and so on:
+
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi.table import sensitivities
+        >>> many = get_problem("zdt2", n_var=60)
+        >>> table = investigate(many, 256)
+        >>> shares = sensitivities(table, n_resamples=2)["first_order"]
+        >>> free = shares.groupby(level="variable").max().nlargest(8).index
+        >>> best = table.X[table.pareto()][table.ranking().salukvadze[0]].tolist()
+        >>> values = zip(table.layout.variables, best, strict=True)
+        >>> Restricted(many, {name: x for name, x in values if name not in free}).n_var
+        8
     """
 
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
