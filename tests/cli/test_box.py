@@ -9,6 +9,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi import PsiError, Restricted, VectorizedSphereChute, investigate
 from pymoo_psi.cli import main
 from pymoo_psi.cli._options import box_in, box_text
+from tests.table.exact_csv import EXACT
 
 
 class Beam(ElementwiseProblem):
@@ -93,7 +94,7 @@ def test_solve_in_a_part(tmp_path, capsys, algorithm):
     out = tmp_path / "front.csv"
     words = ["solve", "chute", "--mu", "0.4", "--points", "64", "--box", "x1=0.5,x2=1:3"]
     assert main([*words, "--algorithm", algorithm, "--out", str(out)]) == 0
-    front = pd.read_csv(out, comment="#")
+    front = pd.read_csv(out, **EXACT)
     assert (front["x1"] == 0.5).all()
     assert front["x2"].between(1, 3).all()
     F, _ = VectorizedSphereChute(0.4).evaluate(front[["x1", "x2"]].to_numpy())
