@@ -1,14 +1,23 @@
 """What a study costs: 10^6 tests of a vectorised model stored, read and found again.
 
     python -m benchmarks.storage [TESTS]
+    python -m benchmarks.storage --kills 30
 
 Beside it what SQLite itself takes for the same cells: ``executemany`` into the same table, in one
 transaction, without checksums, blocks or locks.
+
+With ``--kills`` nothing is timed: eight processes test the shares of a run into one folder and are
+killed and started again, at random moments, until the kills are used up; then they come to an end.
+The model writes down every call. No stored test may be lost or evaluated again, and the folder must
+be, bit for bit, the table of one run that nobody disturbed.
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import random
+import signal
 import sqlite3
 import sys
 import tempfile
@@ -16,8 +25,10 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
@@ -51,6 +62,76 @@ def plain_copy(study: str, path: str) -> None:
         timed("plain executemany of the same rows", len(rows), insert)
 
 
+SHARES = 8
+POINTS = 8000
+
+
+class Noted(ElementwiseProblem):
+    """A model of some milliseconds that writes every design to a file before it evaluates it."""
+
+    def __init__(self, log: str = "") -> None:
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+        self.log = log
+
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        if self.log:
+            file = os.open(self.log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+            os.write(file, x.tobytes())  # at once: a kill leaves all of it, or nothing
+            os.close(file)
+            time.sleep(0.003)
+        out["F"] = [x[0] ** 2 + x[1], (1 - x[0]) ** 2 + x[1]]
+        out["G"] = [x[0] - 0.9]
+
+
+def test_share(folder: str, k: int, log: str) -> None:
+    """Test what is left of a share."""
+    minimize(Noted(log), PSI(POINTS, study=folder, share=(k, SHARES), block_size=20))
+
+
+def kill(kills: int) -> None:
+    """Kill and start again the processes of a run, and look what is stored in the end."""
+    chance, fork = random.Random(1), multiprocessing.get_context("fork")
+    with tempfile.TemporaryDirectory(dir=os.getcwd()) as parent:
+        folder = os.path.join(parent, "runs")
+        runs: list[tuple[str, set[bytes]]] = []  # the log of each, and what was stored before
+
+        def started(k: int) -> Any:
+            path = os.path.join(folder, f"share-{k}-of-{SHARES}.db")
+            stored = TestTable.read_study(path).X if os.path.exists(path) else ()
+            runs.append((os.path.join(parent, f"{len(runs)}.log"), {x.tobytes() for x in stored}))
+            process = fork.Process(target=test_share, args=(folder, k, runs[-1][0]))
+            process.start()
+            return process
+
+        processes = {k: started(k) for k in range(1, SHARES + 1)}
+        killed = 0
+        while killed < kills:
+            time.sleep(chance.uniform(0, 0.4))
+            k = chance.choice(list(processes))
+            os.kill(processes[k].pid, signal.SIGKILL)
+            processes[k].join()
+            assert processes[k].exitcode == -signal.SIGKILL, "a share was finished before its kill"
+            killed += 1
+            processes[k] = started(k)
+        for process in processes.values():
+            process.join()
+            assert process.exitcode == 0
+        calls = 0
+        for log, stored in runs:
+            content = Path(log).read_bytes() if os.path.exists(log) else b""
+            designs = [content[i : i + 16] for i in range(0, len(content), 16)]
+            assert not stored.intersection(designs), "a stored test was evaluated again"
+            calls += len(designs)
+        table = TestTable.read_study(folder)
+    whole = minimize(Noted(), PSI(POINTS)).algorithm.table
+    assert table.equals(whole), "the folder is not the run that nobody disturbed"
+    print(
+        f"{killed} kills over {SHARES} shares of {POINTS} points: {calls} calls of the model, "
+        f"{calls - POINTS} of them for tests that were under way or not yet stored; no stored test "
+        "evaluated again or lost; the table is that of one run, bit for bit"
+    )
+
+
 def main(tests: int) -> None:
     """Print every figure."""
     print(describe_machine())
@@ -72,4 +153,7 @@ def main(tests: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10**6)
+    if sys.argv[1:2] == ["--kills"]:
+        kill(int(sys.argv[2]))
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 10**6)

@@ -378,10 +378,13 @@ class Logged(ElementwiseProblem):
 
 for line in sys.stdin:
     pids = []
-    for log in line.split():
+    for word in line.split():
         pids.append(os.fork())
         if not pids[-1]:
-            minimize(Logged(log), PSI(400, study=sys.argv[1], block_size=5))
+            log, _, part = word.partition("@")
+            share = tuple(map(int, part.split("/"))) if part else None
+            study = os.path.join(os.path.dirname(sys.argv[1]), "shares") if part else sys.argv[1]
+            minimize(Logged(log), PSI(400, study=study, share=share, block_size=5))
             os._exit(0)
     print(*pids, flush=True)
     print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
@@ -420,7 +423,8 @@ def test_processes_share_a_study_and_test_nothing_twice(server, whole):
     lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
     assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
     assert TestTable.read_study(path).equals(whole)
-    path.unlink()
+    for file in path.parent.glob("s.db*"):  # a log too, if the last reader left one
+        file.unlink()
 
 
 KILLS = 6
@@ -451,6 +455,30 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
         assert ended in (0, signal.SIGKILL)
         assert not _evaluated(log, by_design) & committed
     assert TestTable.read_study(path).equals(whole)
+
+
+@forks
+def test_shares_killed_many_times_are_the_study_of_one_run(server, whole):
+    process, path = server
+    folder, rng, kills = path.with_name("shares"), random.Random(2), 0
+    by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
+    ended, rounds = [None], 0
+    while set(ended) != {0}:
+        files = folder.glob("*.db") if folder.exists() else ()
+        committed = {n for file in files for n in TestTable.read_study(file).numbers.tolist()}
+        logs = [path.with_name(f"share{rounds}-{k}") for k in range(1, 5)]
+        print(*(f"{log}@{k}/4" for k, log in enumerate(logs, 1)), file=process.stdin, flush=True)
+        for pid in map(int, process.stdout.readline().split()):
+            if rounds < 2:
+                time.sleep(rng.uniform(0, 0.06))
+                os.kill(pid, signal.SIGKILL)
+        ended = list(map(int, process.stdout.readline().split()))
+        kills += ended.count(signal.SIGKILL)
+        rounds += 1
+        for log in logs:
+            assert not _evaluated(log, by_design) & committed
+    assert kills > 2
+    assert TestTable.read_study(folder).equals(whole)
 
 
 def _evaluated(log, by_design):

@@ -1,0 +1,78 @@
+"""A vectorised model at many points on one core and on two.
+
+    python -m benchmarks.cores [LOG2 OF POINTS]
+
+First both give the same table of 2^16 points; then points of ``VectorizedSphereChute`` are tested
+on one core and on two, in turn, and what is kept of them is
+
+- the designs feasible under limits that one in fourteen keeps, which all came back from workers,
+- their Pareto set, which was sifted where it was tested,
+- all tests, of a quarter of the points, as these fill the memory,
+- the Pareto set without limits, of a quarter of the points: most of them are Pareto optimal, and
+  what is left to this process, sifting the blocks' sets together, takes longer than the tests.
+
+Memory is the largest of this process, measured in one of its own for each case.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+from benchmarks.investigation import peak_megabytes
+from benchmarks.machine import describe_machine
+from pymoo_psi import VectorizedSphereChute, investigate
+
+LIMITS = {"f1": 2.5, "f4": 0.6}
+CASES: dict[str, tuple[int, dict[str, Any]]] = {
+    "feasible under limits": (1, {"keep": "feasible", "limits": LIMITS}),
+    "Pareto set under limits": (1, {"keep": "pareto", "limits": LIMITS}),
+    "all tests": (4, {}),
+    "Pareto set without limits": (4, {"keep": "pareto"}),
+}
+
+
+def measure(case: str, exponent: int, n_jobs: int) -> None:
+    """Print seconds, tests kept and megabytes of a run, after one that starts the workers."""
+    problem = VectorizedSphereChute(0.4)
+    part, options = CASES[case]
+    investigate(problem, 2**12, n_jobs=n_jobs)
+    began = time.perf_counter()
+    kept = len(investigate(problem, 2**exponent // part, n_jobs=n_jobs, **options))
+    print(json.dumps([time.perf_counter() - began, kept, peak_megabytes()]))
+
+
+def apart(case: str, exponent: int, n_jobs: int) -> list[float]:
+    """Return what :func:`measure` prints in a process that has done nothing else."""
+    words = [sys.executable, "-m", "benchmarks.cores", case, str(exponent), str(n_jobs)]
+    done = subprocess.run(words, check=True, capture_output=True, text=True)
+    figures: list[float] = json.loads(done.stdout)
+    return figures
+
+
+def main(exponent: int) -> None:
+    """Print every figure."""
+    print(describe_machine())
+    problem = VectorizedSphereChute(0.4)
+    for _, options in CASES.values():
+        one, two = (investigate(problem, 2**16, n_jobs=jobs, **options) for jobs in (1, 2))
+        assert one.equals(two), "two cores do not give the table of one"
+    for name, (part, _) in CASES.items():
+        n = 2**exponent // part
+        one, two = (apart(name, exponent, jobs) for jobs in (1, 2))
+        print(
+            f"{name}, {one[1]} of {n} points: one core {one[0]:.1f} s ({n / one[0]:.0f} points a "
+            f"second, {one[2]:.0f} MB), two {two[0]:.1f} s ({n / two[0]:.0f}, {two[2]:.0f} MB), "
+            f"ratio {one[0] / two[0]:.2f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        measure(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 22)
