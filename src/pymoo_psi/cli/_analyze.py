@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi.cli._options import limits_in
+from pymoo_psi.cli._options import limits_in, tests_in
 from pymoo_psi.cli._output import print_frame, require_folder, say, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._style import new_page, save_pages
-from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
+from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
 
 
 def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
-    table = _tests(path)
+    table, missing = tests_in(path)
     layout = table.layout
     kept = limits_in(limits, layout.objectives, layout.maximized)
     if out is not None:
@@ -40,6 +40,8 @@ def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
             pages.append(("feasibility.png", figure))
         save_pages(pages, out, dpi=200)
 
+    if missing:
+        say(f"{path}: {missing}.")
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]
     cells = [
@@ -59,9 +61,3 @@ def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
     if out is not None:
         say(f"Tables and pictures written to {out}")
     return 0
-
-
-def _tests(path: Path) -> TestTable:
-    """Return all tests of a study, of a folder of shares or of a table that was exported."""
-    readers = {".csv": TestTable.read_csv, ".parquet": TestTable.read_parquet}
-    return readers.get(path.suffix.lower(), TestTable.read_study)(path)

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pymoo_psi._validation import counted, invalid
+from pymoo_psi.cli._options import tests_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
-from pymoo_psi.table._table import STATUSES, read_tests
+from pymoo_psi.table._table import STATUSES
 
 
 def run_merge(inputs: Sequence[Path], out: Path) -> int:
@@ -21,7 +22,7 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     table = TestTable.empty()
     remarks = []
     for path in inputs:
-        tests, missing = _tests(path)
+        tests, missing = tests_in(path)
         remarks += [f"{path}: {missing}."] if missing else []
         try:
             table = table.merge(tests)
@@ -35,10 +36,3 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in STATUSES)
     say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
     return 0
-
-
-def _tests(path: Path) -> tuple[TestTable, str]:
-    """Return the tests of a file or folder, and which are missing."""
-    readers = {".csv": TestTable.read_csv, ".parquet": TestTable.read_parquet}
-    reader = readers.get(path.suffix.lower())
-    return read_tests(path) if reader is None or path.is_dir() else (reader(path), "")

@@ -24,10 +24,18 @@ from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, TestTable, read_designs
 from pymoo_psi.table._design_file import Roles
 from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._table import read_tests
 
 # Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
 # counts and a name may hold others: a=b<=1 limits the column a=b.
 _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
+
+
+def tests_in(path: Path) -> tuple[TestTable, str]:
+    """Return all tests of a study, a folder of studies or an exported table; which are missing."""
+    readers = {".csv": TestTable.read_csv, ".parquet": TestTable.read_parquet}
+    reader = readers.get(path.suffix.lower())
+    return read_tests(path) if reader is None or path.is_dir() else (reader(path), "")
 
 
 @dataclass(frozen=True)
