@@ -19,7 +19,14 @@ from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
-from pymoo_psi.errors import PsiError, RunError, StudyCorruptError, StudyMismatchError
+from pymoo_psi.errors import (
+    EvaluationError,
+    PsiError,
+    RunError,
+    StudyCorruptError,
+    StudyMismatchError,
+)
+from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.problems._design_space import design_space
@@ -99,10 +106,15 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
         returned = algorithm.search(observed, task.n_evaluations, task.seed or 0)
     except BudgetSpentError:
         pass  # what it evaluated within the budget is assessed
+    except EvaluationError as error:
+        observed.failure = error
     except PsiError:
         raise
     except Exception as error:
         raise RunError(str(task), f"{type(error).__name__}: {error}") from error
+    if observed.failure is not None:  # also where PSI has recorded it and gone on: one rule for all
+        reason = f"a design that failed: {observed.failure.reason}"
+        raise RunError(str(task), reason) from observed.failure
     seconds = time.perf_counter() - began - observed.counting_seconds
     X, F = observed.front()
     return Run(
@@ -138,13 +150,16 @@ class ObservedProblem(WrappedProblem):
     Attributes:
         wrapped: The problem.
         n_evaluated: Designs evaluated so far.
+        failure: The design that failed last, if one did.
         evaluation_seconds: Wall time spent in the problem.
         counting_seconds: Wall time spent here, which is no part of the algorithm's.
     """
 
     def __init__(self, problem: Any, budget: int) -> None:
-        super().__init__(problem, elementwise=False)
+        # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
+        super().__init__(problem, elementwise=False, replace_nan_values_by=None)
         self.budget = budget
+        self.failure: EvaluationError | None = None
         self.n_evaluated = 0
         self.evaluation_seconds = self.counting_seconds = 0.0
         self._kept: list[tuple[Any, Array]] = []
@@ -157,20 +172,25 @@ class ObservedProblem(WrappedProblem):
                 f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
                 f"for {self.n_evaluated + len(X)}"
             )
-        # Constraints too, whatever is asked for: which designs count depends on them.
-        wanted = list(dict.fromkeys([*return_values_of, "F", "G", "H"]))
         designs = copy.deepcopy(X)  # before a model may change those that it is given
         asked = time.perf_counter()
-        out: dict[str, Any] = self.wrapped.do(X, wanted, *args, **kwargs)
+        try:
+            # Not by pymoo's `do`, which turns a transposed F round and fills in a missing G.
+            out = evaluate_designs(self.wrapped, X, *args, stop=True, **kwargs)
+        except EvaluationError as error:
+            self.failure = error
+            raise
         answered = time.perf_counter()
         self.n_evaluated += len(X)
-        F, G, H = (np.asarray(out[name], dtype=np.float64) for name in "FGH")
+        F, G, H = out["F"], out["G"], out["H"]
         # Only those that can be in a front are kept, so that memory follows the feasible designs.
         rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
         self._kept.append((designs[rows], F[rows]))
         self.evaluation_seconds += answered - asked
+        out |= dict.fromkeys({*return_values_of} - {*out})
+        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
         self.counting_seconds += asked - began + time.perf_counter() - answered
-        return out
+        return formatted
 
     def front(self) -> tuple[Any, Array]:
         """Return the feasible designs that no evaluated one dominates, and their objectives."""
