@@ -5,26 +5,43 @@ are compared, then their times. The rounds alternate between the runners, so tha
 the machine meets all of them, and the printed ratio is the median of the ratios of the rounds. The
 first evaluation, in which workers start, is reported apart.
 
+Then efficiency, the sum of run times divided by workers and wall time: 16 workers, 320 designs
+whose run times are exponential with mean 0.2 s, asleep, so that two cores will do. PSI and
+``investigate`` with a study, by all kinds of workers, beside a plain loop that gives a free worker
+of ``concurrent.futures`` the next design and stores nothing. All workers have started and loaded
+the model before; what that takes is told apart. The last designs end one after the other, so that
+no way of running reaches 1: ``bound`` is what these run times allow without any overhead.
+
+    python -m benchmarks.running efficiency     this part alone
+
 Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes as many steps as took 10 ms
 at the start; ``waiting`` sleeps for 10 ms, like a model that waits for another machine.
 """
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import os
 import platform
 import statistics
 import sys
 import time
+import warnings
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import joblib
 import numpy as np
 import pymoo
+from distributed import Client, LocalCluster
 from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
+from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
 
-from pymoo_psi import JoblibRunner
+from pymoo_psi import PSI, JoblibRunner, investigate, lp_tau
 
 N_JOBS = 2
 ROUNDS = 9
@@ -103,15 +120,124 @@ def compare(kind: str, designs: int, generations: int) -> None:
         )
 
 
+WORKERS, DESIGNS, MEAN = 16, 320, 0.2
+
+
+class Uneven(ElementwiseProblem):
+    """Two objectives after a sleep, exponential with mean ``MEAN``, the same for a design."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
+
+    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        time.sleep(seconds_of(x))
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+
+def seconds_of(x: Any) -> float:
+    seed = [int(value * 2**52) for value in x]
+    return float(np.random.default_rng(seed).exponential(MEAN))
+
+
+def values_of(x: Any) -> list[float]:
+    out: dict[str, Any] = {}
+    Uneven()._evaluate(x, out)
+    return list(out["F"])
+
+
+def as_completed_loop(executor: Executor, X: Any) -> Any:
+    """Give a worker that is free the next design; nothing is stored."""
+    F, rows = np.zeros((len(X), 2)), iter(range(len(X)))
+    under_way = {executor.submit(values_of, X[i]): i for i in itertools.islice(rows, WORKERS)}
+    while under_way:
+        done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+        for future in done:
+            F[under_way.pop(future)] = future.result()
+        for i in itertools.islice(rows, len(done)):
+            under_way[executor.submit(values_of, X[i])] = i
+    return F
+
+
+def bound(times: list[float]) -> float:
+    """Return the efficiency of workers that take the next design at once."""
+    free = [0.0] * WORKERS
+    for one in times:
+        heapq.heappush(free, heapq.heappop(free) + one)
+    return sum(times) / WORKERS / max(free)
+
+
+def efficiency() -> None:
+    X = lp_tau(DESIGNS, 2)
+    expected = np.column_stack([X[:, 0] + X[:, 1] ** 2, 1 - X[:, 0] * X[:, 1]])
+    times = [seconds_of(x) for x in X]
+    print(f"\n{WORKERS} workers, {DESIGNS} designs of {sum(times) / DESIGNS:.3f} s in the mean,")
+    print(f"the longest {max(times):.2f} s; all give the values of the plain loop")
+    print(f"  bound of these run times: {bound(times):.3f}")
+
+    def measure(name: str, start: Callable[[], Any], run: Callable[[], Any]) -> None:
+        began = time.perf_counter()
+        start()
+        started = time.perf_counter() - began
+        walls = []
+        for _ in range(2):
+            began = time.perf_counter()
+            F = run()
+            walls.append(time.perf_counter() - began)
+            if not np.array_equal(F, expected):
+                sys.exit(f"{name} gives other values than the plain loop")
+        shares = ", ".join(f"{sum(times) / WORKERS / wall:.3f}" for wall in walls)
+        print(f"  {name:38} {shares}   (first use {started:.1f} s)", flush=True)
+
+    def ours(name: str, **options: Any) -> None:
+        problem = Uneven(elementwise_runner=JoblibRunner(WORKERS, **options))
+        with TemporaryDirectory() as folder:
+            studies = (f"{folder}/{k}.db" for k in itertools.count())
+            measure(
+                f"{name}, investigate with a study",
+                lambda: investigate(problem, 3 * WORKERS, first=1000),
+                lambda: investigate(problem, DESIGNS, study=next(studies)).F,
+            )
+            measure(
+                f"{name}, minimize(PSI) with a study",
+                lambda: None,
+                lambda: minimize(problem, PSI(DESIGNS, study=next(studies))).algorithm.table.F,
+            )
+
+    with ProcessPoolExecutor(WORKERS) as executor:
+        measure(
+            "plain as-completed loop, no study",
+            lambda: as_completed_loop(executor, X[:WORKERS]),
+            lambda: as_completed_loop(executor, X),
+        )
+    ours("our workers", in_process=False)
+    ours("our workers, timeout", timeout=60.0)
+    with joblib.parallel_config("loky", n_jobs=WORKERS):
+        ours("joblib's loky")
+    with joblib.parallel_config("threading", n_jobs=WORKERS):
+        ours("joblib's threads")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the cluster, on its own behalf
+        with (
+            LocalCluster(  # type: ignore[no-untyped-call]
+                n_workers=2, threads_per_worker=WORKERS // 2, dashboard_address=None
+            ) as cluster,
+            Client(cluster),  # type: ignore[no-untyped-call]
+            joblib.parallel_config("dask"),
+        ):
+            ours("Dask cluster")
+
+
 def main() -> int:
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, ", end="")
     if hasattr(os, "getloadavg"):
         print(f"load {os.getloadavg()[0]:.1f}, ", end="")
     print(f"{platform.system()}, Python {platform.python_version()}, ", end="")
     print(f"pymoo {pymoo.__version__}, joblib {joblib.__version__}; {N_JOBS} workers")
-    compare("cheap", designs=100, generations=100)
-    compare("waiting", designs=100, generations=2)
-    compare("busy", designs=100, generations=2)
+    if sys.argv[1:] != ["efficiency"]:
+        compare("cheap", designs=100, generations=100)
+        compare("waiting", designs=100, generations=2)
+        compare("busy", designs=100, generations=2)
+    efficiency()
     return 0
 
 
