@@ -29,7 +29,6 @@ from pymoo_psi.evaluation._evaluator import evaluate_designs, value_column
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.evaluation._outputs import NO_OUTPUTS
-from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
@@ -371,10 +370,9 @@ class PSI(Algorithm):
     def _optimal_rows(self) -> NDArray[np.intp]:
         """Return the rows of the table that no feasible one dominates."""
         if self._sifted < self.n_tested:
-            new = self.table.rows(np.arange(self._sifted, self.n_tested)).eligible(self.limits)
             # What the last front dominates, no later design makes optimal again.
-            rows = np.concatenate([self._front, self._sifted + np.flatnonzero(new)])
-            self._front = rows[nondominated(self.table.F[rows])]
+            rows = np.concatenate([self._front, np.arange(self._sifted, self.n_tested)])
+            self._front = rows[self.table.rows(rows).pareto(self.limits)]
             self._sifted = self.n_tested
         return self._front
 

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from pymoo_psi.parallel._outcome import Values
 from pymoo_psi.table import TestTable
+from pymoo_psi.table._designs import design_keys
 
-_Key = tuple[str, ...]  # as a study keeps the options of a choice: as texts
+_Key = tuple[str, ...]
 
 
 class Repeats:
@@ -30,7 +31,7 @@ class Repeats:
 
     def learn(self, tests: TestTable) -> None:
         """Take the results of tests from a study."""
-        for i, key in enumerate(_keys(tests.X)):
+        for i, key in enumerate(design_keys(tests.X)):
             values: Values = {name: getattr(tests, name)[i] for name in "FGH"}
             values["failure"] = tests.reasons.get(int(tests.numbers[i]), "")
             values |= zip(tests.layout.outputs, tests.outputs[i].tolist(), strict=True)
@@ -46,7 +47,7 @@ class Repeats:
             X: ``(k, n_var)`` their designs.
         """
         new, known = [], []
-        for i, key in zip(rows, _keys(X), strict=True):
+        for i, key in zip(rows, design_keys(X), strict=True):
             if key in self.learned:
                 known.append((i, self.learned[key]))
             elif key in self._first:
@@ -63,7 +64,3 @@ class Repeats:
         del self._first[key]
         self.learned[key] = values
         return others
-
-
-def _keys(X: NDArray[Any]) -> list[_Key]:
-    return [tuple(map(str, row)) for row in X.tolist()]

@@ -316,8 +316,10 @@ def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) ->
     for name, column in zip(table.layout.variables, front.X.T, strict=True):
         designs[name] = column
     failed = int((table.status == "failed").sum())
-    stored = f", {len(table) - n_new} of them from the study" if n_new < len(table) else ""
-    counts = f"{len(table)} tested{stored}" + (f", {failed} failed" if failed else "")
+    n_designs = len(table) - np.count_nonzero(table.repeats)
+    different = f", {n_designs} different designs" if n_designs < len(table) else ""
+    stored = f", {n_designs - n_new} of them from the study" if n_new < n_designs else ""
+    counts = f"{len(table)} tested{different}{stored}" + (f", {failed} failed" if failed else "")
     remarks = _failures(table.reasons.values())
     if len(rows) == 0:
         remarks = (*_most_violated(table, limits, "{} that were computed"), *remarks)

@@ -255,3 +255,18 @@ def _plain(name: str, cell: object) -> float | int | bool | str:
     rule = f"{name} must hold finite numbers, booleans or Unicode text, got {found}"
     kind = ArgumentValueError if isinstance(cell, (int, float, str)) else ArgumentTypeError
     raise kind(f"{rule}; name the options of a choice by text")
+
+
+def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
+    """Return for each row of ``(n, n_var)`` designs what is the same where the design is.
+
+    Texts, as files and studies keep the options of a choice.
+    """
+    return [tuple(map(str, row)) for row in X.tolist()]
+
+
+def first_rows(X: NDArray[Any], F: NDArray[np.float64]) -> NDArray[np.intp]:
+    """``(n,)`` the index of the first row with the same design and criteria, perhaps its own."""
+    seen: dict[Any, int] = {}
+    keys = zip(design_keys(X), map(bytes, F), strict=True)
+    return np.array([seen.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)

@@ -36,7 +36,13 @@ from pymoo_psi.pareto import EfficiencyRanking, nondominated
 from pymoo_psi.pareto._feasibility import competes, violated_constraints
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import ranking_of
-from pymoo_psi.table._designs import column_kinds, design_matrix, design_row, joined_designs
+from pymoo_psi.table._designs import (
+    column_kinds,
+    design_matrix,
+    design_row,
+    first_rows,
+    joined_designs,
+)
 from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
 from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
 from pymoo_psi.table._formulation import Formulation, formulated
@@ -226,7 +232,10 @@ class TestTable:
             counted(self.F.shape[1], "criterion", "criteria"),
             counted(len(self.layout.constraints), "constraint", "constraints"),
         )
-        return f"TestTable({counted(len(self), 'test', 'tests')}: {counts}; {', '.join(sizes)})"
+        tests = counted(len(self), "test", "tests")
+        if again := int(np.count_nonzero(self.repeats)):
+            tests += f" of {counted(len(self) - again, 'design', 'designs')}"
+        return f"TestTable({tests}: {counts}; {', '.join(sizes)})"
 
     def __len__(self) -> int:
         """Return the number of tested points."""
@@ -242,6 +251,32 @@ class TestTable:
             ['real', 'integer', 'choice']
         """
         return self.layout.kinds or column_kinds(self.X)
+
+    @property
+    def repeats(self) -> NDArray[np.int64]:
+        """``(n,)`` which tests repeat a design: the number of its first test, else 0.
+
+        A repetition has the same criteria, too; only designs without a real variable are looked
+        at. PSI calls the model once for each design, and in a Pareto set the first test of a
+        design stands for all.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.repeats
+            array([0, 0, 1])
+        """
+        result = np.zeros(len(self), dtype=np.int64)
+        if self._recurs():
+            first = first_rows(self.X, self.F)
+            again = first < np.arange(len(self))
+            result[again] = self.numbers[first[again]]
+        return result
+
+    def _recurs(self) -> bool:
+        """Whether designs can occur again: a real variable that is free never has a value twice."""
+        bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
+        finite = [kind is not Kind.REAL or low == high for kind, low, high in bounds]
+        return bool(finite) and all(finite)
 
     def column(self, name: str) -> NDArray[Any]:
         """``(n,)`` values of a variable, criterion, constraint or output; criteria in their sense.
@@ -304,6 +339,8 @@ class TestTable:
     def pareto(self, limits: Limits | None = None) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
+        Of tests with the same design, see :attr:`repeats`, the first stands for all.
+
         Example:
             Without a limit on f1 no design beats another; with one there are fewer to compare.
 
@@ -316,6 +353,9 @@ class TestTable:
         mask = self.eligible(limits)
         if self.F.shape[1] > 0:  # without criteria no design is better than another
             mask[mask] = nondominated(self.F[mask])
+        if self._recurs():
+            first = first_rows(self.X[mask], self.F[mask])
+            mask[mask] = first == np.arange(len(first))
         return mask
 
     def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:

@@ -1,0 +1,272 @@
+"""The designs of a run as one stream: no barriers, no design twice, nothing lost."""
+
+import copy
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import joblib
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, JoblibRunner, TestTable, investigate
+from tests.processes import posix
+
+
+class Sum(ElementwiseProblem):
+    """Two criteria of two variables; the model can be told to wait by the design."""
+
+    def __init__(self, wait=lambda x: None, **kwargs):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
+        self.wait = wait
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.wait(x)
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+
+def shuffled(x):
+    time.sleep((x[0] * 977.0) % 0.01)
+
+
+@pytest.mark.parametrize(
+    ("study", "options"), [(True, {"in_process": False}), (False, {"timeout": 60})]
+)
+def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, options):
+    plain = minimize(Sum(), PSI(100)).algorithm.table
+    problem = Sum(shuffled, elementwise_runner=JoblibRunner(3, **options))
+    path = tmp_path / "s.db" if study else None
+    assert investigate(problem, 60, study=path, block_size=7).equals(plain.rows(np.arange(60)))
+    result = minimize(problem, PSI(100, study=path, block_size=9))
+    assert result.algorithm.table.equals(plain)
+    assert result.algorithm.evaluator.n_eval == (40 if study else 100)
+
+
+class Threads:
+    """The threads of joblib, as workers whose designs a test can hold back."""
+
+    def __init__(self, n):
+        self.n, self.lock, self.seen = n, threading.Lock(), []
+        self.gate = threading.Event()  # closed: the first design does not end
+
+    def wait(self, x):
+        with self.lock:
+            self.seen.append(tuple(x))
+        if tuple(x) == (0.0, 0.0):
+            assert self.gate.wait(60)
+        else:
+            time.sleep(0.002)  # worth sending
+
+    def runner(self):
+        runner = JoblibRunner(self.n)
+        for _ in range(3):
+            runner._cost.add(1, 10.0)  # known to be slow: nothing is measured in this thread
+        return runner
+
+
+def test_workers_go_on_while_a_block_waits_for_its_slowest_design():
+    """All points are tested before the first block is complete: no block is a barrier."""
+    threads = Threads(3)
+    problem = Sum(threads.wait, elementwise_runner=threads.runner())
+    told = []
+
+    def callback(algorithm):
+        told.append((algorithm.n_tested, len(threads.seen)))
+
+    def open_gate():
+        while len(threads.seen) < 100:
+            time.sleep(0.005)
+        threads.gate.set()
+
+    with ThreadPoolExecutor(1) as other, joblib.parallel_config("threading", n_jobs=3):
+        other.submit(open_gate)
+        result = minimize(problem, PSI(100, block_size=10), callback=callback)
+    assert told == [(10 * k, 100) for k in range(1, 11)]
+    assert len(set(threads.seen)) == len(threads.seen) == 100
+    assert result.algorithm.table.equals(minimize(Sum(), PSI(100)).algorithm.table)
+
+
+def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
+    """At most 8 designs a worker beyond the block that it has seen; a study keeps them."""
+    threads = Threads(2)
+    problem = Sum(threads.wait, elementwise_runner=threads.runner())
+
+    def open_gate():
+        while len(threads.seen) < 26:
+            time.sleep(0.005)
+        time.sleep(0.1)  # in which more would begin
+        threads.gate.set()
+
+    path = tmp_path / "s.db"
+    with ThreadPoolExecutor(1) as other, joblib.parallel_config("threading", n_jobs=2):
+        other.submit(open_gate)
+        result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
+    assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
+    assert len(threads.seen) == 26
+    stored = TestTable.read_study(path)
+    plain = minimize(Sum(), PSI(500)).algorithm.table
+    assert stored.equals(plain.rows(stored.numbers - 1))
+    assert 10 <= len(stored) <= 26
+
+
+def test_a_callback_may_evaluate_while_workers_are_ahead():
+    problem = Sum(shuffled, elementwise_runner=JoblibRunner(2, in_process=False))
+    seen = []
+    minimize(
+        problem,
+        PSI(40, block_size=10),
+        callback=lambda algorithm: seen.append(problem.evaluate(np.array([[0.5, 0.5]]))[0].sum()),
+    )
+    assert seen == [1.5] * 4
+
+
+def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
+    """Copies and pickles take what has arrived; what is being evaluated stays with the run."""
+    algorithm = PSI(40, block_size=10)
+    algorithm.setup(Sum(elementwise_runner=JoblibRunner(1, in_process=False)))
+    algorithm.next()
+    copied = copy.deepcopy(algorithm)
+    copied._investigation.problem = Sum()
+    plain = minimize(Sum(), PSI(40, block_size=10)).algorithm.table
+    for run in (copied, algorithm):
+        run.run()
+        assert run.table.equals(plain)
+
+
+ENDED = """
+import os, sys, time
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+from pymoo_psi import PSI, JoblibRunner
+
+class Slow(ElementwiseProblem):
+    def __init__(self, **kwargs):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
+    def _evaluate(self, x, out, *args, **kwargs):
+        if tuple(x) == (0.5, 0.5):  # the second one; the others have ended when it has begun
+            os.write(1, b"under way\\n")
+            time.sleep(600)
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+from pymoo_psi.algorithms import _investigate
+_investigate._SECONDS = 1e9  # no commit but the last
+minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))
+"""
+
+
+@posix
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("runner", ["", "elementwise_runner=JoblibRunner(1, timeout=1e3)"])
+def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner):
+    path = tmp_path / "s.db"
+    code = ENDED.replace("RUNNER", runner)
+    if how == signal.SIGINT:  # a job in the background ignores it
+        code = f"import signal\nsignal.signal(2, signal.default_int_handler)\n{code}"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    with process:
+        process.stdout.readline()
+        os.kill(process.pid, how)
+    assert process.returncode in (-how, 128 + how, 1)
+    assert process.returncode == -how or how == signal.SIGINT
+    assert TestTable.read_study(path).numbers.tolist() == [1]
+
+
+class Few(ElementwiseProblem):
+    """24 designs, one in six of which fails."""
+
+    def __init__(self):
+        variables = {
+            "n": Integer(bounds=(1, 4)),
+            "hollow": Binary(),
+            "metal": Choice(options=["iron", "tin", "zinc"]),
+        }
+        super().__init__(vars=variables, n_obj=2)
+        self.calls = []
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.calls.append(tuple(x.values()))
+        if x["n"] == 2 and x["metal"] == "tin":
+            raise ValueError("no convergence")
+        out["F"] = [x["n"] + (x["metal"] == "iron"), 5 - x["n"] + x["hollow"]]
+        out["mass"] = 2.0 * x["n"]
+
+
+@pytest.mark.parametrize("study", [False, True])
+@pytest.mark.parametrize("by", ["psi", "investigate"])
+def test_no_design_is_computed_twice(tmp_path, by, study):
+    path = tmp_path / "s.db" if study else None
+
+    def go(problem, n, **options):
+        if by == "psi":
+            return minimize(problem, PSI(n, study=path, **options)).algorithm.table
+        return investigate(problem, n, study=path, **options)
+
+    problem = Few()
+    table = go(problem, 200)
+    assert len(problem.calls) == len(set(problem.calls)) == 24
+    # the slow way: every test evaluated by itself
+    expected = [[n + (m == "iron"), 5 - n + h] for n, h, m in table.X]
+    failed = (table.X[:, 0] == 2) & (table.X[:, 2] == "tin")
+    np.testing.assert_array_equal(table.F[~failed], np.array(expected)[~failed])
+    np.testing.assert_array_equal(table.status == "failed", failed)
+    np.testing.assert_array_equal(table.outputs[~failed, 0], 2.0 * table.X[~failed, 0])
+    assert set(table.reasons.values()) == {"ValueError: no convergence"}
+    if study:
+        assert TestTable.read_study(path).equals(table)
+        problem = Few()  # other points of the same designs
+        assert len(go(problem, 100, first=201)) == 100
+        assert problem.calls == []
+        problem = Few()
+        assert go(problem, 200, retry="failed").equals(table)
+        assert len(problem.calls) == 2, "the two that failed, once each"
+
+
+def test_repeats_are_marked_and_sets_count_designs():
+    result = minimize(Few(), PSI(200))
+    table = result.algorithm.table
+    first = {}
+    expected = [
+        0 if first.setdefault(tuple(x), n) == n else first[tuple(x)]
+        for x, n in zip(table.X.tolist(), table.numbers.tolist(), strict=True)
+    ]
+    assert table.repeats.tolist() == expected
+    assert repr(table).startswith("TestTable(200 tests of 24 designs: ")
+    assert len({tuple(x.values()) for x in result.X}) == len(result.X) == table.pareto().sum()
+    assert (table.repeats[table.pareto()] == 0).all()
+    assert result.algorithm.evaluator.n_eval == 24
+
+
+def test_measurements_of_a_design_that_differ_are_no_repeats():
+    table = TestTable.of([1, 2, 3], X=[[1], [1], [1]], F=[[3, 4], [4, 3], [3, 4]])
+    assert table.repeats.tolist() == [0, 0, 1]
+    assert table.pareto().tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("by", ["psi", "investigate"])
+def test_a_vectorised_model_is_given_each_design_once(by):
+    class Whole(Problem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=3, vtype=int)
+            self.rows = []
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            self.rows += x.tolist()
+            out["F"] = np.column_stack([x[:, 0], 9 - x[:, 0] + x[:, 1]])
+
+    problem = Whole()
+    if by == "psi":
+        table = minimize(problem, PSI(300, block_size=50)).algorithm.table
+    else:
+        table = investigate(problem, 300, block_size=50)
+    assert len(problem.rows) == 16
+    np.testing.assert_array_equal(table.F[:, 0], table.X[:, 0])
+    np.testing.assert_array_equal(table.F[:, 1], 9 - table.X[:, 0] + table.X[:, 1])
