@@ -1,6 +1,7 @@
 """The designs of a run as one stream: no barriers, no design twice, nothing lost."""
 
 import copy
+import importlib
 import os
 import signal
 import subprocess
@@ -270,3 +271,20 @@ def test_a_vectorised_model_is_given_each_design_once(by):
     assert len(problem.rows) == 16
     np.testing.assert_array_equal(table.F[:, 0], table.X[:, 0])
     np.testing.assert_array_equal(table.F[:, 1], 9 - table.X[:, 0] + table.X[:, 1])
+
+
+def test_progress_moves_with_every_test_that_arrives_not_by_blocks(monkeypatch):
+    module = importlib.import_module("pymoo_psi.algorithms._investigate")
+    monkeypatch.setattr(module, "_SECONDS", 0.0)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    seen = []
+
+    class Bar:
+        set = seen.append
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(module, "ProgressBar", Bar)
+    investigate(Sum(), 10, block_size=10, progress=True, on_failure="raise")
+    assert seen == [k / 10 for k in range(1, 11)]

@@ -7,7 +7,7 @@ test table is all its state: pymoo's individuals are made from it when they are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from os import PathLike
 from typing import Any
 
@@ -146,7 +146,6 @@ class PSI(Algorithm):
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
-        self._show: Callable[[TestTable], None] | None = None  # for a bar: is told of arrivals
         self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
         self._sifted = 0  # how many rows that were
         super().__init__(**kwargs)
@@ -193,7 +192,7 @@ class PSI(Algorithm):
             units=self.units,
         )
         self.table = plan.table
-        self._investigation = Investigation(plan, self.stop, whole=self._whole, show=self._show)
+        self._investigation = Investigation(plan, self.stop, whole=self._whole)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""

@@ -123,7 +123,7 @@ class _RunDisplay:
         self.tested = self.feasible = self.failed = 0
 
     def block(self, table: TestTable, limits: Limits | None) -> None:
-        """Show one more block of tested points."""
+        """Show more tests that have arrived."""
         self.tested += len(table)
         self.feasible += int(table.feasible(limits).sum())
         self.failed += int((table.status == "failed").sum())

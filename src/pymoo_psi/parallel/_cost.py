@@ -11,9 +11,10 @@ from collections import deque
 LONGEST_CHUNK = 0.1
 SHORTEST_CHUNK = 0.005
 
-# Seconds for a first batch. To start workers takes about a second, but only once in a run: it is
-# spread over ten batches, as an algorithm has at least.
-_FIRST_OVERHEAD = 0.1
+# To start workers takes about a second, but only once in a run: for a first batch it is spread over
+# ten of them, as an algorithm has at least. A stream may be the whole run.
+START_SECONDS = 1.0
+_FIRST_OVERHEAD = START_SECONDS / 10
 _REMEMBERED = 5  # measurements: enough for a median, few enough to follow a model that changes
 _TRUSTED = 3  # measurements whose median survives one slow import
 _TRUSTED_AT_ONCE = 1.0  # a first design that takes so many seconds is not an import alone

@@ -16,7 +16,7 @@ import numpy as np
 from pymoo_psi._validation import boolean, integer, job_count, positive_number
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel._backend import Workers, active_workers
-from pymoo_psi.parallel._cost import Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.parallel._cost import START_SECONDS, Cost, Overhead, chunk_size, worth_sending
 from pymoo_psi.parallel._outcome import (
     Function,
     Result,
@@ -100,7 +100,7 @@ class JoblibRunner:
         """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
         waiting = deque(enumerate(X))
         results: list[Any] = [None] * len(waiting)
-        for index, values, _ in self.stream(f, waiting):
+        for index, values, _ in self._results(f, waiting, starting=0.0):
             results[index] = values
         return results
 
@@ -114,8 +114,8 @@ class JoblibRunner:
             f: What to evaluate.
             waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
 
-        Yields:
-            The index of a design, its values, and the seconds of its evaluation; in any order.
+        Returns:
+            For each design its index, values, and the seconds of its evaluation; in any order.
 
         Raises:
             EvaluationError: A design raised or was lost.
@@ -134,13 +134,18 @@ class JoblibRunner:
             1 {'F': 4.0}
             2 {'F': 6.0}
         """
+        return self._results(f, waiting, starting=0.0 if self._idle else START_SECONDS)
+
+    def _results(self, f: Function, waiting: Waiting, *, starting: float) -> Iterator[Result]:
+        """Give what :meth:`stream` gives; to start workers takes so many seconds at least."""
         if not waiting:
             return
         workers = active_workers(self.n_jobs)
 
         def enough(remaining: int) -> bool:
+            overhead = max(starting, self._overhead.seconds)
             return self._cost.known and worth_sending(
-                remaining, self._cost.seconds, workers.count, self._overhead.seconds
+                remaining, self._cost.seconds, workers.count, overhead
             )
 
         here = self.in_process and self.timeout is None
