@@ -6,7 +6,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Integer, Real
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, TestTable, investigate
+from pymoo_psi import PSI, FailureTolerant, Restricted, TestTable, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
@@ -43,6 +43,7 @@ class One(ElementwiseProblem):
 
 def test_attributes_of_the_problem_and_arguments_say_the_same():
     told = investigate(Model(**TOLD), 16)
+    assert "1 constraint, 1 output)" in repr(told)
     assert told.layout.columns == ("width", "x2", "f1", "gain", "stress", "heat")
     assert told.layout.maximized == ("gain",)
     assert told.layout.label("heat") == "heat [K]"
@@ -80,6 +81,19 @@ def test_names_of_mixed_variables_are_their_own_and_can_be_others():
     assert investigate(Mixed(), 4).layout.variables == ("length", "teeth")
     table = investigate(Mixed(), 4, names={"teeth": "number of teeth"})
     assert table.layout.variables == ("length", "number of teeth")
+
+
+def test_a_part_of_the_box_is_told_in_the_problems_names():
+    part = Restricted(Model(**TOLD), {"width": (0.25, 0.5)})
+    assert part.box == {"width": (0.25, 0.5)}
+    table = investigate(part, 16)
+    assert table.layout.variables == ("width", "x2")
+    assert table.column("width").min() == 0.25
+    assert table.equals(investigate(Restricted(Model(), {"x1": (0.25, 0.5)}), 16, **TOLD))
+    again = Restricted(Model(**TOLD), part.box | {"x2": 0.5})
+    assert Restricted(part, {"x2": 0.5}).box == again.box
+    with pytest.raises(ArgumentValueError, match="one of 'width', 'x2', got 'x1'"):
+        Restricted(Model(**TOLD), {"x1": 0.5})
 
 
 @pytest.mark.parametrize(

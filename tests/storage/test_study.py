@@ -454,3 +454,49 @@ def test_a_study_with_outputs_is_continued_by_a_run_that_does_not_know_them(tmp_
     again.append(block(4, 1))
     assert again.columns(3, 2)["heat"].tolist()[0] == 2.0
     assert np.isnan(again.columns(3, 2)["heat"][1])
+
+
+def test_writers_with_other_outputs_share_a_study(study):
+    """Each brings outputs that the others do not know; none is lost and nobody is refused."""
+    errors = []
+
+    def work(thread):
+        try:
+            own = Study(study.path)
+            for first in range(1 + 4 * thread, 41, 16):
+                values = {f"heat{thread}": first + np.arange(4.0), "noise": np.full(4, thread)}
+                own.append(block(first, 4) | values)
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert errors == []
+    columns = read_study(study.path)[1]
+    assert bits({name: columns[name] for name in block(1, 1)}) == bits(block(1, 40))
+    writer = (columns["test_point"] - 1) // 4 % 4
+    np.testing.assert_array_equal(columns["noise"], writer)
+    for thread in range(4):
+        known = np.where(writer == thread, columns["test_point"], np.nan)
+        np.testing.assert_array_equal(columns[f"heat{thread}"], known)
+
+
+def test_a_study_of_the_format_before_outputs_is_continued_and_gains_them(study):
+    study.append(block(1, 3))
+    with _database.transaction(study.path) as db:
+        db.execute("PRAGMA user_version = 2")
+        _database.put_facts(db, format=2)
+    again = Study(study.path)
+    again.begin(HEAD)
+    again.append(block(4, 2))
+    with closing(sqlite3.connect(study.path)) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (2,)
+    again.append(block(6, 1) | {"heat": np.array([300.0])})
+    with closing(sqlite3.connect(study.path)) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (3,)
+    columns = read_study(study.path)[1]
+    np.testing.assert_array_equal(columns.pop("heat"), [np.nan] * 5 + [300.0])
+    assert bits(columns) == bits(block(1, 6))

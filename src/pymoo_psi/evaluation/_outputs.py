@@ -34,7 +34,7 @@ def table_of_values(
         out: Their values, as :func:`evaluate_designs` returns them.
     """
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
-    failed = np.array([bool(reason) for reason in out["failure"]], dtype=bool)
+    failed = np.isin(numbers, list(reasons)) if reasons else np.zeros(len(numbers), dtype=bool)
     taken = {*layout.columns, *RESERVED}
     outputs = {}
     for name, values in out.items():

@@ -38,7 +38,8 @@ def problem_layout(
     names = _mapping("names", names, getattr(problem, "names", None))
     units = _mapping("units", units, getattr(problem, "units", None))
     if maximize is None:
-        maximize = getattr(problem, "maximize", ())
+        told = getattr(problem, "maximize", None)
+        maximize = () if told is None else told
     if isinstance(maximize, str) or not isinstance(maximize, Collection):
         example = "such as ['efficiency']; one goes into a list too"
         raise ArgumentTypeError(

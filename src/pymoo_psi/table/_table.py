@@ -227,11 +227,13 @@ class TestTable:
     def __repr__(self) -> str:
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
-        sizes = (
+        sizes = [
             counted(self.X.shape[1], "variable", "variables"),
             counted(self.F.shape[1], "criterion", "criteria"),
             counted(len(self.layout.constraints), "constraint", "constraints"),
-        )
+        ]
+        if self.layout.outputs:
+            sizes.append(counted(len(self.layout.outputs), "output"))
         tests = counted(len(self), "test", "tests")
         if again := int(np.count_nonzero(self.repeats)):
             tests += f" of {counted(len(self) - again, 'design', 'designs')}"
