@@ -336,6 +336,16 @@ def rank(
         _path("FILE", "Write all designs, .csv or .json."),
     ] = None,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+    prefer: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="P",
+            help="weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff.",
+        ),
+    ] = None,
+    representatives: Annotated[
+        int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
+    ] = None,
     decimal: DecimalMark = None,
     thousands: ThousandsMark = None,
     encoding: Encoding = None,
@@ -348,7 +358,11 @@ def rank(
 
     columns = ColumnOptions(objectives or (), maximize or ())
     written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
-    return run_rank(file, columns, written, normalize=not no_normalize, out=out, top=top)
+    return run_rank(
+        file, columns, written,
+        normalize=not no_normalize, prefer=prefer or (), representatives=representatives,
+        out=out, top=top,
+    )  # fmt: skip
 
 
 @app.command()

@@ -113,7 +113,7 @@ def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tup
         >>> names_in("--objectives", ["time, s", "mass,cost"], ["time, s", "mass", "cost"])
         ('time, s', 'mass', 'cost')
     """
-    names = _parts(entries, lambda entry: entry in known)
+    names = parts_of(entries, lambda entry: entry in known)
     for name in names:
         known_name(option, name, known)
         if names.count(name) > 1:
@@ -140,7 +140,7 @@ def limits_in(
         {'f1': 2.5, 'yield': 0.8}
     """
     limits: dict[str, float] = {}
-    for part in _parts(entries, lambda entry: _limit(entry)[0] in known):
+    for part in parts_of(entries, lambda entry: _limit(entry)[0] in known):
         name, sign, limit = _limit(part)
         if not name or math.isnan(limit):
             rule = "of the form criterion=number or criterion<=number, joined by commas"
@@ -194,7 +194,7 @@ def box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
         return next((p for p in names if p[0] in variables), names[0] if names else ("", ""))
 
     box: dict[str, Any] = {}
-    for part in _parts(
+    for part in parts_of(
         entries, lambda entry: pair(entry)[0] in variables and "=" not in pair(entry)[1]
     ):
         name, text = pair(part)
@@ -272,7 +272,7 @@ def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
         {'mass': 'kg', 'time, s': 's'}
     """
     units = {}
-    for part in _parts(entries, lambda entry: entry.rpartition("=")[0].strip() in known):
+    for part in parts_of(entries, lambda entry: entry.rpartition("=")[0].strip() in known):
         # At the last sign: a name may hold one, a unit does not.
         name, equals, unit = (text.strip() for text in part.rpartition("="))
         if not (name and equals):
@@ -314,7 +314,7 @@ def share_in(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _parts(entries: Sequence[str], is_one: Callable[[str], bool]) -> list[str]:
+def parts_of(entries: Sequence[str], is_one: Callable[[str], bool]) -> list[str]:
     """Return the entries, those that are not one as a whole split at their commas."""
     # An empty entry stays as an empty name, to be refused: --objectives "" is not "no option".
     return [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,17 @@ import pandas as pd
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted, integer
+from pymoo_psi.cli._choice import (
+    labelled,
+    preferences_in,
+    reasons,
+    say_choice,
+    say_preferences,
+    say_representatives,
+)
 from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table import DesignFile
 from pymoo_psi.table._design_file import Roles, unfit
@@ -26,6 +35,8 @@ def run_rank(
     written: FileOptions,
     *,
     normalize: bool,
+    prefer: Sequence[str],
+    representatives: int | None,
     out: Path | None,
     top: int,
 ) -> int:
@@ -36,20 +47,28 @@ def run_rank(
         columns: Its columns that are objectives, and those of them to be maximised.
         written: How it is written.
         normalize: Measure each objective in units of its range.
+        prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
+        representatives: How many designs to print that stand for the Pareto set, if any.
         out: Where to write all designs, CSV or JSON by its suffix.
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
+    if representatives is not None:
+        integer("--representatives", representatives, minimum=1)
     if out is not None:
         require_output(out, (".csv", ".json"), path)
     file, roles, remarks = designs_of(path, columns, written)
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
+    selectors = preferences_in(prefer, names, normalize=normalize)
     # Numbers rank, and what is written are the cells: float64 would not give all digits back.
     F = pd.DataFrame(file.values(names), columns=names)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
     frame = _ranked(file, file.cells, ranking)
+    # A criterion may be called "row"; then the rows of the file are told.
+    rows = file.rows if "row" in names else frame["row"].sort_index().to_numpy()
+    ranking = labelled(ranking, [f"row {row}" for row in rows])
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
@@ -62,6 +81,10 @@ def run_rank(
     for remark in remarks:
         say(remark)
     _print(file, roles, ranking, frame, top)
+    say_choice(ranking, {})
+    say_preferences(ranking, selectors, {})
+    if representatives is not None:
+        say_representatives(ranking, representatives)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     return 0
@@ -87,9 +110,8 @@ def _print(
     names = list(roles.objectives)
     best = ranked.head(top)
     n, found = len(ranking.rank), len(ranking.salukvadze)
-    # A criterion may be called "row"; then the rows of the file are told.
-    rows = file.rows if "row" in names else ranked["row"].sort_index().to_numpy()
-    optimum = ", ".join(str(rows[i]) for i in ranking.salukvadze[:5])
+    labels = ranking.objectives.labels
+    optimum = ", ".join(labels[i].removeprefix("row ") for i in ranking.salukvadze[:5])
     if roles.label not in (None, "row", "") and found == 1:
         optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
     say(
@@ -127,6 +149,8 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
         "normalized": ranking.frame.normalize,
         "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
         "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),
+        "reasons": reasons(ranking, {}),
+        "cautions": [str(caution) for caution in cautions(ranking)],
         "salukvadze_rows": file.rows[ranking.salukvadze].tolist(),
         "designs": [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

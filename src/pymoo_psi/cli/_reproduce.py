@@ -49,6 +49,7 @@ def run_reproduce(out: Path, points: int, jobs: int, figures: str = "png") -> in
     print_frame(with_refined, "Table 6.1: Salukvadze optimal solutions")
     print_frame(_for_print(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
     say("'continuous': the best test point polished inside the box, against the same U and N.")
+    say("Distances are plain, as in the paper; solve and rank take plain ones by --no-normalize.")
     say("The published tables follow from the rolling model (rolling from the start, Eq. 2.20).")
     say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
     if points >= 8:  # fewer have no halves to compare with
