@@ -121,6 +121,23 @@ def test_elementwise_and_vectorised_models_give_the_same_in_few_calls(load):
     assert sum(problem.calls for problem in made if not problem.elementwise) == (7 if load else 1)
 
 
+def test_a_runner_serves_all_scenarios():
+    class Counting:
+        designs = 0
+
+        def __call__(self, function, X):
+            self.designs += len(X)
+            return [function(x) for x in X]
+
+    robust = Robust(
+        lambda load: Linear(load, elementwise=True),
+        uncertainty={"load": stats.uniform(0, 1)}, n_scenarios=3,
+    )  # fmt: skip
+    robust.elementwise_runner = runner = Counting()
+    robust.evaluate(X)
+    assert runner.designs == 3 * len(X)
+
+
 def test_parts_of_many_designs_make_no_difference(monkeypatch):
     robust = Robust(Linear(), tolerances=NORMAL, n_scenarios=5)
     whole = robust.evaluate(X)

@@ -157,6 +157,16 @@ class Robust(WrappedProblem):
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in shown}
 
+    @property
+    def elementwise_runner(self) -> Any:
+        """What runs the evaluations of every scenario."""
+        return self.wrapped.elementwise_runner
+
+    @elementwise_runner.setter
+    def elementwise_runner(self, runner: Any) -> None:
+        for problem in self._problems:
+            problem.elementwise_runner = runner
+
     def name(self) -> str:
         """Return the name of the wrapped problem, and that it is robust.
 
