@@ -185,6 +185,14 @@ def test_rounding_is_no_difference():
     assert explain(F, 1).neighbours.tolist() == [2, -1]
 
 
+def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():
+    """On a dense front the nearest better design of all would tell nothing."""
+    x = np.arange(1025) / 1024
+    F = np.column_stack([x, (1 - x) ** 2])
+    assert explain(F, 512).neighbours.tolist() == [501, 523]  # 11 / 1024; 0.25 -> 0.2394
+    assert explain(F, 5).neighbours.tolist() == [4, 11]  # in f1 nothing is so much better
+
+
 def test_a_neighbour_of_two_criteria_is_told_once():
     F = [[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]
     assert explain(F, 0).sentences[2:] == (

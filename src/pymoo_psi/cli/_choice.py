@@ -59,9 +59,7 @@ def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
 def scale_text(ranking: EfficiencyRanking) -> str:
     """Return in what the distances are measured."""
     if ranking.frame.normalize:
-        return (
-            "Normalised: distances in units of the objectives' ranges (--no-normalize: plain ones)."
-        )
+        return "Normalised: distances in units of the ranges; plain ones by --no-normalize."
     return "Not normalised: plain distances, as in the paper (--no-normalize)."
 
 

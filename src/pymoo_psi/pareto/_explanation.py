@@ -2,9 +2,9 @@
 
 Everything is measured against the Pareto set: the best and the worst value of a criterion are
 those of the Pareto-optimal designs, and their difference is its range. The neighbour of a design
-towards a criterion is the nearest Pareto-optimal design that is better in it, by the Euclidean
-distance in units of the ranges: the smallest change that helps the criterion. What else changes on
-the way is the cost of that step.
+towards a criterion is the nearest Pareto-optimal design, by the Euclidean distance in units of the
+ranges, that is better in it by 1 % of its range or more, or, if there is none, better at all: the
+smallest change that helps the criterion. What else changes on the way is the cost of that step.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ Rows = NDArray[np.intp]
 # Shares and distances closer than this, relatively, are told as equal. Far above rounding, so that
 # designs that lie symmetrically tie; far below what anybody would call a difference.
 _TIE = 1e-9
+# Of the range. Nobody takes a smaller step, and on a dense front the nearest design that is better
+# at all would tell nothing: there both differences are next to nothing.
+_STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -151,9 +154,9 @@ class Explanation:
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
             set, more only for a dominated design. 0 in a criterion that is equal for all, NaN if a
             dominated design differs in it.
-        neighbours: ``(m,)`` for each criterion the nearest Pareto-optimal design that is better in
-            it, in units of the ranges; of designs equally near the one that gains most; -1 where
-            none is better.
+        neighbours: ``(m,)`` for each criterion the nearest Pareto-optimal design, in units of the
+            ranges, that is better in it by 1 % of its range or, if there is none, better at all;
+            of designs equally near the one that gains most; -1 where none is better.
         steps: The neighbours against the design: gains, and what they cost. The design itself
             stands first, then the neighbours, each once, in the order of the criteria.
         dominated_by: The nearest Pareto-optimal design that is nowhere worse and somewhere better;
@@ -322,10 +325,10 @@ def explain(
     """Say why a design: how far it is from the best, and what a step to a neighbour costs.
 
     The range of a criterion is that of the Pareto-optimal rows, from the best to the worst value.
-    The neighbour towards a criterion is the nearest Pareto-optimal row that is better in it, in
-    the Euclidean distance with each criterion in units of its range: the smallest change that
-    helps. What the other criteria lose on that step is its cost. Values that are equal up to
-    rounding are equal.
+    The neighbour towards a criterion is the nearest Pareto-optimal row that is better in it by 1 %
+    of its range or more (if there is none, better at all), in the Euclidean distance with each
+    criterion in units of its range: the smallest change that helps. What the other criteria lose
+    on that step is its cost. Values that are equal up to rounding are equal.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used.
@@ -409,7 +412,8 @@ def explained(ranking: EfficiencyRanking, row: int, units: Mapping[Any, str]) ->
     distance[np.isnan(distance)] = np.inf
     neighbours = np.full(len(own), -1, dtype=np.intp)
     for j in range(len(own)):
-        nearest = _nearest(values[:, j] < own[j], distance)
+        clearly = own[j] - values[:, j] >= _STEP * lengths[j]
+        nearest = _nearest(clearly if clearly.any() else values[:, j] < own[j], distance)
         if len(nearest):
             neighbours[j] = front[nearest[values[nearest, j].argmin()]]
     dominated_by = -1
