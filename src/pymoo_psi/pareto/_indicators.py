@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_TIE = 1e-12  # squares of distances that differ by less, relatively, differ by rounding only
+
 
 def hypervolume(F: Array, reference_point: float) -> float:
     """Return the share of a cube that a set dominates, 0 to 1; exact, and 0 for no points.
@@ -92,7 +94,7 @@ def farthest_first(
         squares = np.zeros(len(F))
         for column in columns:  # a column at a time: no (n, m) array in every step
             squares += (column - column[chosen[i]]) ** 2
-        owner[squares < far] = i
+        owner[squares < far * (1 - _TIE)] = i
         np.minimum(far, squares, out=far)
     return np.array(chosen), owner, np.sqrt(far)
 
