@@ -133,3 +133,26 @@ def test_mistakes(rank, options, message):
     code, printed, err = rank(CARS, *options)
     assert (code, printed) == (2, "")
     assert message in err
+
+
+def test_solve_says_in_what_it_measures_and_finds_the_papers_optimum_in_plain_distances(capsys):
+    """Table 6.1 has u = (0.2635, 0.1072) for μ = 0.4, which is the test point 3085."""
+    assert main(["solve", "chute", "--mu", "0.4", "--model", "rolling", "--no-normalize"]) == 0
+    printed = joined(capsys.readouterr().out)
+    assert "Not normalised: plain distances, as in the paper" in printed
+    assert "Test point 3085 is the Salukvadze optimum" in printed
+    assert main(["solve", "chute", "--mu", "0.4", "--model", "rolling"]) == 0
+    printed = joined(capsys.readouterr().out)
+    assert "Normalised: distances in units of the ranges" in printed
+    assert "Test point 3749 is the Salukvadze optimum" in printed
+
+
+def test_solve_names_designs_without_numbers_by_their_rows(capsys, tmp_path):
+    out = tmp_path / "front.csv"
+    words = ["solve", "bnh", "--algorithm", "nsga3", "--points", "300", "--out", str(out)]
+    assert main(words) == 0
+    printed = joined(capsys.readouterr().out)
+    assert "Row 1 is the Salukvadze optimum" in printed
+    front = pd.read_csv(out)
+    why = explain(front[["f1", "f2"]].set_axis([f"row {i + 1}" for i in range(len(front))]), 0)
+    assert why.sentences[1] in printed

@@ -204,6 +204,7 @@ def solve(
         str | None,
         typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
     ] = None,
+    no_normalize: PlainDistances = False,
     out: Annotated[
         Path | None,
         _path("FILE.csv", "Write the Pareto set here."),
@@ -224,7 +225,7 @@ def solve(
         algorithm.value, points, seed, limits or (), study, study_key, retry, share, jobs
     )
     wanted = load_problem(problem, _chute(mu, c, r, model), jobs, timeout, box or ())
-    return run_solve(wanted, search, out)
+    return run_solve(wanted, search, out, normalize=not no_normalize)
 
 
 @app.command()

@@ -48,6 +48,7 @@ def labelled(ranking: EfficiencyRanking, labels: Sequence[str]) -> EfficiencyRan
 
 def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
     """Return why the optimum, in sentences that fill a few lines; the first two in any case."""
+    units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     told: list[str] = []
     for sentence in explained(ranking, int(ranking.salukvadze[0]), units).sentences:
         if len(told) >= 2 and len(wrapped([*told, sentence]).splitlines()) > _LINES:
@@ -66,7 +67,6 @@ def scale_text(ranking: EfficiencyRanking) -> str:
 def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
     """Print how it was measured, why the optimum, and what speaks against relying on it."""
     say(scale_text(ranking))
-    units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     say(wrapped(reasons(ranking, units)))
     for caution in cautions(ranking):
         say(wrapped([f"Caution: {caution}"]))

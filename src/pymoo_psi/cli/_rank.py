@@ -81,8 +81,9 @@ def run_rank(
     for remark in remarks:
         say(remark)
     _print(file, roles, ranking, frame, top)
-    say_choice(ranking, {})
-    say_preferences(ranking, selectors, {})
+    units = {name: unit for name, unit in _units(file).items() if name in names}
+    say_choice(ranking, units)
+    say_preferences(ranking, selectors, units)
     if representatives is not None:
         say_representatives(ranking, representatives)
     if out is not None:
@@ -149,7 +150,7 @@ def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out:
         "normalized": ranking.frame.normalize,
         "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
         "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),
-        "reasons": reasons(ranking, {}),
+        "reasons": reasons(ranking, _units(file)),
         "cautions": [str(caution) for caution in cautions(ranking)],
         "salukvadze_rows": file.rows[ranking.salukvadze].tolist(),
         "designs": [

@@ -21,12 +21,13 @@ from pymoo_psi.algorithms import SurrogatePSI, nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.cli._choice import labelled, say_choice
 from pymoo_psi.cli._options import box_text, limits_in, numbers_in, share_in
 from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.evaluation._failures import untolerant
 from pymoo_psi.evaluation._memory import Memory
-from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
@@ -119,15 +120,25 @@ class SolveResult:
     counts: str
     remarks: tuple[str, ...]
 
-    def ranked(self) -> pd.DataFrame:
+    def ranking(self, *, normalize: bool) -> EfficiencyRanking:
+        """Return the ranking of the Pareto set, the objectives in their own sense."""
+        own = pd.DataFrame(self.F * self.layout.sign, columns=list(self.layout.objectives))
+        return rank_of_efficiency(own, normalize=normalize, maximize=self.layout.maximized)
+
+    def labels(self, ranking: EfficiencyRanking) -> list[str]:
+        """Return what the designs are called: by test point, or by row of what is written."""
+        if "test_point" in self.designs:
+            return [f"test point {number}" for number in self.designs["test_point"]]
+        return [f"row {place + 1}" for place in ranking.order.argsort()]
+
+    def ranked(self, ranking: EfficiencyRanking) -> pd.DataFrame:
         """Return the Pareto set, the best rank of efficiency first.
 
         Columns: ``test_point`` of PSI or a study, the variables, the objectives in their own
         sense, the outputs, ``mu1``, ``mu2``, ``mu3``, ``rank``.
         """
         names = list(self.layout.objectives)
-        own = pd.DataFrame(self.F * self.layout.sign, columns=names)
-        ranked = rank_of_efficiency(own, maximize=self.layout.maximized).to_frame()
+        ranked = ranking.to_frame()
         mu = ranked.drop(columns=[*names, "pareto"])
         return pd.concat([self.designs, ranked[names], self.outputs, mu], axis=1).loc[ranked.index]
 
@@ -140,7 +151,7 @@ class SolveResult:
         return Roles(self.layout.objectives, columns, label, self.layout.maximized, outputs)
 
 
-def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
+def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: bool = True) -> int:
     """Search, write the Pareto set if a file is named, and print the best-ranked designs.
 
     Returns:
@@ -169,7 +180,8 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
         if out is not None:
             say(f"{out} is not written.")
         return 1
-    frame = found.ranked()
+    ranking = found.ranking(normalize=normalize)
+    frame = found.ranked(ranking)
     if target is not None:  # before anything is printed, which may fail
         numbers = list(frame.select_dtypes("number").columns)
         units = {name: unit for name, unit in found.layout.units.items() if name in frame}
@@ -180,6 +192,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None) -> int:
     label = found.layout.label
     shown = frame.head(_SHOWN).rename(columns=label)
     print_frame(shown, title, spare=[label(name) for name in spare])
+    say_choice(labelled(ranking, found.labels(ranking)), found.layout.units)
     for line in found.remarks:
         say(line)
     n_free = len(design_space(problem).free.variables)
