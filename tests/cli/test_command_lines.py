@@ -86,6 +86,9 @@ names = st.sampled_from(
     ["time, s", "mass", "=x", "f1", "f2,f1", "a", "a,b", "", ",", '"', "µ", "$$a$$", "--c",
      "\udcff", "\n", '"time, s",mass', "rank", "name", "f1,f300"]
 )  # fmt: skip
+boxes = st.sampled_from(
+    ["x1=0.2:0.3", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "=", "\udcff=1"]
+)
 limits = st.sampled_from(
     ["f1=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f1=-inf", "f9=1", "time, s=2", "a=1,a=2",
      "\udcff=1", "f1<=1e400", "a<=0"]
@@ -120,7 +123,7 @@ command_lines = st.one_of(
         options(
             algorithm=st.sampled_from(["psi", "nsga3", "x"]), seed=whole, limits=limits, study=paths,
             study_key=names, retry=st.sampled_from(["failed", "1,2", "0", "x", "", "9" * 18]),
-            out=paths, mu=real, c=real, r=real, model=st.sampled_from(["full", "rolling", "x"]),
+            out=paths, box=boxes, mu=real, c=real, r=real, model=st.sampled_from(["full", "rolling", "x"]),
             timeout=st.sampled_from(["nan", "-1", "0", "x"]), jobs=st.sampled_from(["0", "-2", "x"]),
         ),
         whole,

@@ -13,7 +13,7 @@ def grid(d, n):
 
 
 @pytest.mark.parametrize(("d", "n"), [(1, 2001), (2, 401), (3, 61)])
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 37, 64])
+@pytest.mark.parametrize("count", [1, 2, 5, 64])
 def test_it_is_the_distance_of_the_farthest_place(d, n, count):
     places, step = grid(d, n), 1 / (n - 1)
     random = np.random.default_rng(count).random((count, d))

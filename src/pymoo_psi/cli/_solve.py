@@ -196,7 +196,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: 
     for line in found.remarks:
         say(line)
     n_free = len(design_space(problem).free.variables)
-    if search.algorithm == "psi" and n_free > MAX_DIMENSIONS:
+    if search.algorithm != "nsga3" and n_free > MAX_DIMENSIONS:
         say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
     if out is not None:
         say(f"All {len(frame)} written to {out}")
