@@ -219,11 +219,17 @@ def efficiency() -> None:
         warnings.simplefilter("ignore")  # of the cluster, on its own behalf
         with (
             LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=2, threads_per_worker=WORKERS // 2, dashboard_address=None
+                n_workers=1, threads_per_worker=WORKERS, dashboard_address=None
             ) as cluster,
-            Client(cluster),  # type: ignore[no-untyped-call]
+            Client(cluster) as client,  # type: ignore[no-untyped-call]
             joblib.parallel_config("dask"),
         ):
+            executor = client.get_executor(pure=False)
+            measure(
+                "Dask's executor, plain loop, no study",
+                lambda: as_completed_loop(executor, X[:WORKERS]),
+                lambda: as_completed_loop(executor, X),
+            )
             ours("Dask cluster")
 
 

@@ -84,7 +84,8 @@ def investigate(
 
     The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
     problem is evaluated at millions of points in seconds, on as many cores as are asked for.
-    Memory grows with what is kept, and with the size of a block and the number of cores.
+    Memory grows with what is kept, and with the size of a block and the number of cores. A design
+    that occurs again is not evaluated again, as in :class:`PSI`, except where ``n_jobs`` is not 1.
 
     Args:
         problem: A pymoo problem with finite bounds.

@@ -49,6 +49,16 @@ class PSI(Algorithm):
     it is told, and ``None`` when no points are left. The table has the further outputs of told
     designs if the algorithm's own ``evaluator`` has evaluated them.
 
+    Where a problem has a :class:`~pymoo_psi.JoblibRunner`, its workers do not wait for each other
+    at the end of a block: while one is at the slowest design of it, the others are at the next
+    points. If a termination was given, they are at most eight designs each ahead of the block
+    that it has seen. What is evaluated ahead when it ends the run is in the study, if there is
+    one, and not in the result. Meanwhile no other process can test points for the same study.
+
+    The model is taken to be deterministic: a design that occurs again, which only variables that
+    are not real can bring about, is not evaluated again but takes the known result, also that of
+    a study (:attr:`TestTable.repeats`). Designs that a user evaluates and tells are as told.
+
     Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
     column of the table; ``res.pop.get("temperature")`` gives it, too.
 
@@ -65,10 +75,10 @@ class PSI(Algorithm):
             the table keeps it as it is, so that other limits can be tried on the table afterwards.
         share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
             many machines, are the run without it; each is spread over the whole box.
-        study: Name of a study file, in which every block is stored as soon as it is tested; of a
-            model that evaluates one design at a time, every few seconds of work. The
-            same call continues a study that was interrupted, a larger ``n_points`` extends it,
-            and no stored design is evaluated again. With a ``share`` it is the name of a folder,
+        study: Name of a study file, in which tests are stored as they arrive, about every second;
+            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
+            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
+            evaluated again. With a ``share`` it is the name of a folder,
             in which each share has a file; :meth:`TestTable.read_study` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
             study with another key is refused. The study itself compares name, variables, bounds

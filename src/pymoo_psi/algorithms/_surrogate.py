@@ -178,7 +178,7 @@ class SurrogatePSI(PSI):
             method=f"{what}, then proposals in batches of {self.block_size}, seed {seed}",
         )
         self.table = plan.table
-        self._investigation = Investigation(plan, self.stop, whole=False, show=self._show)
+        self._investigation = Investigation(plan, self.stop, whole=False)
         if given is not None:
             given = _of_this_run(given, self.table)
             self.table = self.table.extended(given)  # which refuses other columns

@@ -5,6 +5,12 @@ model has started in it. Here each worker has its own pipe and tells every desig
 the pool knows which design a worker is at and for how long: that one is recorded, its worker is
 replaced, and nothing else is touched. How a worker ends with all it has started is told in
 ``_worker``.
+
+Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
+one. Pebble has the limit and replaces a dead worker alone, and a task costs it little; but a solver
+that the model has started outlives its worker, where it cannot fork it imports the main module, so
+that a script needs a guard, and retries and the end with a killed parent are left to do. The guard
+and the retries around it would be the larger part of this file and ``_worker``.
 """
 
 from __future__ import annotations
