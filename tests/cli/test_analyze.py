@@ -45,7 +45,7 @@ def test_mistakes_are_told_in_a_line(tmp_path, capsys):
     TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]]).to_csv(tmp_path / "few.csv")
     for words, message in (
         (["few.csv"], "f1 must be known of 44 tests or more, got 2 finite values"),
-        (["few.csv", "--limits", "f9=1"], "--limits must be one of 'f1', got 'f9'"),
+        (["few.csv", "--limits", "f9=1"], "--limits must be one of 'f1', 'x1', got 'f9'"),
         (["absent.db"], "does not exist"),
     ):
         assert main(["analyze", str(tmp_path / words[0]), *words[1:]]) == 2

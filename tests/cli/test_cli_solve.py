@@ -142,7 +142,7 @@ def test_nothing_feasible_is_explained(run):
     assert "g2 rejects most" in printed
     code, printed, _ = run("solve", "chute", "--points", 64, "--limits", "f1=2.4,f2=-1")
     assert code == 1
-    assert "64 of 64 that were computed; f2 rejects most: 64" in printed
+    assert "64 of 64 that were computed; f2<=-1 rejects most: 64" in printed
 
 
 def test_one_design_is_one_design(run):
@@ -163,12 +163,23 @@ def test_a_study_becomes_a_table(run):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--limits", "f1>=2"], "--limits must be f1<=number, as less of it is better, got f1>=2"),
+        (["--limits", "x1=2"], "--limits must be x1<=2 or x1>=2, as x1 is no criterion, got x1=2"),
+        (["--limits", "f9<=2"], "a limit must be one of 'f1', 'f2', 'f3', 'f4'"),
+        (["--limits", "2<=f1<=1"], "the limit on 'f1' must be (lower, upper), got (2.0, 1.0)"),
+        (["--limits", "1<=f1,f1>=0"], "--limits must be given once for each side of a column, got f1>=0"),
+        (["--criterion", "r=f1/"], "the expression 'f1/' must be continued by a number"),
+        (["--criterion", "f1=f2"], "--criterion must be a column, or of the form name=expression with a new name"),
+        (["--criterion", "r=f1/f9"], "a column of 'f1/f9' must be one of"),
+        (["--criterion", "rank=f1"], "--criterion must be named unlike the columns of a ranking"),
+        (["--relax", "f1"], "--relax must be one of 'g1'"),
+        (["--maximize", "g1"], "--maximize must be one of the objectives f1, f2, f3, f4, got 'g1'"),
+        (["--formulation", "none.json"], "none.json: No such file"),
+        (["--criterion", "r=f1/f2", "--algorithm", "nsga3"], "a formulation must be used with --algorithm psi"),
         (["--limits", "f1"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=x"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=1,"], "--limits must be of the form criterion=number"),
-        (["--limits", "f1=2,f1=3"], "--limits must be given once for each criterion"),
-        (["--limits", "f9=2"], "--limits must be one of 'f1', 'f2', 'f3', 'f4', got 'f9'"),
+        (["--limits", "f1=2,f1=3"], "--limits must be given once for each side of a column"),
+        (["--limits", "f9=2"], "--limits must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2', got 'f9'"),
         (["--limits", "f1=nan"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=1", "--algorithm", "nsga3"], "--limits must be used with --algorithm psi"),
         (["--retry", "failed"], "--retry must be used with --study FILE.db"),

@@ -135,7 +135,9 @@ def test_boxes_and_limits_have_the_models_names(run, tmp_path):
     assert front["width"].between(25, 40).all()
     assert re.search(r"--box \S*width=25", printed)
     assert "did you mean 'width'" in run("solve", "models:Named", "--box", "widht=25:40")
-    assert "stiffness>=number" in run("solve", "models:Named", "--limits", "stiffness<=500")
+    words = ("solve", "models:Named", "--points", "64", "--limits", "100<=stiffness<=500")
+    run(*words, "--out", "soft.csv")
+    assert pd.read_csv("soft.csv", comment="#")["stiffness"].between(100, 500).all()
 
 
 def test_names_that_a_ranking_has_are_refused_before_the_run(run, tmp_path):

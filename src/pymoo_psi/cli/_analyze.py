@@ -20,7 +20,8 @@ def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     table, missing = tests_in(path)
     layout = table.layout
-    kept = limits_in(limits, layout.objectives, layout.maximized)
+    free = [name for name in layout.columns if name not in layout.constraints]
+    kept = limits_in(limits, free, layout.objectives, layout.maximized)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         require_folder(out, str(out))

@@ -109,7 +109,21 @@ Maximize: TypeAlias = Annotated[
     list[str] | None, typer.Option(metavar="A,…", help="Objectives of which more is better.")
 ]
 Limits: TypeAlias = Annotated[
-    list[str] | None, typer.Option(metavar="A=2.5,B<=1", help="Limits on criteria.")
+    list[str] | None,
+    typer.Option(metavar="A<=2.5,1<=X<=2", help="Limits on criteria, variables, outputs."),
+]
+FormulationFile: TypeAlias = Annotated[
+    Path | None,
+    _path("FILE.json", "Criteria, senses, limits, computed columns, of Formulation.to_json."),
+]
+Criteria: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--criterion", metavar="NAME[=A/B]", help="A criterion more: a column, or an expression."
+    ),
+]
+Relaxed: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="G,…", help="Constraints to leave out.")
 ]
 DecimalMark: TypeAlias = Annotated[
     str | None, typer.Option(metavar=".|,", help="Decimal mark of the file [as its numbers tell].")
@@ -181,6 +195,10 @@ def solve(
     seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi needs none.")] = 1,
     jobs: Jobs = 1,
     limits: Limits = None,
+    formulation: FormulationFile = None,
+    criterion: Criteria = None,
+    maximize: Maximize = None,
+    relax: Relaxed = None,
     box: Annotated[
         list[str] | None,
         typer.Option(metavar="X=1:2,Y=3", help="Part of the box: bounds, or the value to fix at."),
@@ -215,15 +233,18 @@ def solve(
     model: Model = None,
 ) -> int:
     """Find the Pareto set of a problem and rank it by efficiency."""
+    from pymoo_psi.cli._options import ColumnOptions
     from pymoo_psi.cli._problem import load_problem
     from pymoo_psi.cli._solve import Search, run_solve
 
     # A wrong option is told before a model is imported, which may take its time.
     if points is None:
         points = 256 if algorithm is AlgorithmName.surrogate else 4096
-    search = Search(
-        algorithm.value, points, seed, limits or (), study, study_key, retry, share, jobs
-    )
+    columns = ColumnOptions(
+        maximize=maximize or (), limits=limits or (), formulation=formulation,
+        criteria=criterion or (), relax=relax or (),
+    )  # fmt: skip
+    search = Search(algorithm.value, points, seed, columns, study, study_key, retry, share, jobs)
     wanted = load_problem(problem, _chute(mu, c, r, model), jobs, timeout, box or ())
     return run_solve(wanted, search, out, normalize=not no_normalize)
 
@@ -327,10 +348,31 @@ def analyze(
 
 
 @app.command()
+def combine(
+    experiments: Annotated[
+        list[str],
+        typer.Argument(metavar="[NAME=]FILE…", help="Studies or tables of tests of one problem."),
+    ],
+    out: Annotated[
+        Path,
+        _path("FILE.csv", "Write here, .csv or .parquet."),
+    ],
+) -> int:
+    """Join the tests of experiments with other boxes, sequences or methods in one table."""
+    from pymoo_psi.cli._combine import run_combine
+
+    return run_combine(experiments, out)
+
+
+@app.command()
 def rank(
     file: Designs,
     objectives: Objectives = None,
     maximize: Maximize = None,
+    limits: Limits = None,
+    formulation: FormulationFile = None,
+    criterion: Criteria = None,
+    relax: Relaxed = None,
     no_normalize: PlainDistances = False,
     out: Annotated[
         Path | None,
@@ -357,7 +399,10 @@ def rank(
     from pymoo_psi.cli._options import ColumnOptions, FileOptions
     from pymoo_psi.cli._rank import run_rank
 
-    columns = ColumnOptions(objectives or (), maximize or ())
+    columns = ColumnOptions(
+        objectives or (), maximize or (), limits=limits or (), formulation=formulation,
+        criteria=criterion or (), relax=relax or (),
+    )  # fmt: skip
     written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_rank(
         file, columns, written,
@@ -373,6 +418,9 @@ def page(
     objectives: Objectives = None,
     variables: Variables = None,
     maximize: Maximize = None,
+    formulation: FormulationFile = None,
+    criterion: Criteria = None,
+    relax: Relaxed = None,
     units: Annotated[
         list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
     ] = None,
@@ -394,8 +442,9 @@ def page(
     from pymoo_psi.cli._page import run_page
 
     columns = ColumnOptions(
-        objectives or (), maximize or (), variables or (), units or (), limits or ()
-    )
+        objectives or (), maximize or (), variables or (), units or (), limits or (),
+        formulation, criterion or (), relax or (),
+    )  # fmt: skip
     written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_page(
         file, columns, written,

@@ -21,14 +21,15 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
-from pymoo_psi.table import DesignFile, TestTable, read_designs
-from pymoo_psi.table._design_file import Roles
+from pymoo_psi.table import DesignFile, Formulation, TestTable
+from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._table import read_tests
 
 # Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
 # counts and a name may hold others: a=b<=1 limits the column a=b.
 _LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
+_BEFORE = re.compile(r"\s*(?P<limit>[^<>=_]*?)\s*(?P<sign><=|>=)\s*(?P<name>.*)", re.DOTALL)
 
 
 def tests_in(path: Path) -> tuple[TestTable, str]:
@@ -47,6 +48,72 @@ class ColumnOptions:
     variables: Sequence[str] = ()
     units: Sequence[str] = ()
     limits: Sequence[str] = ()
+    formulation: Path | None = None
+    criteria: Sequence[str] = ()
+    relax: Sequence[str] = ()
+
+    @property
+    def formulated(self) -> bool:
+        """Whether more is asked than which columns are what."""
+        return bool(self.formulation or self.criteria or self.relax or self.limits)
+
+    def asked(
+        self,
+        columns: Sequence[str],
+        objectives: Sequence[str],
+        maximized: Collection[str],
+        constraints: Sequence[str] = (),
+        *,
+        complete: bool = True,
+    ) -> Formulation:
+        """Return the formulation in a file with what the single options add to it.
+
+        Args:
+            columns: Names of all columns.
+            objectives: The criteria unless others are named.
+            maximized: Columns of which more is better.
+            constraints: Those of the columns that are constraints.
+            complete: Whether there are no other columns, as a model may give.
+
+        Raises:
+            ArgumentValueError: There is no such column, or an option cannot be read.
+            OSError: The file cannot be opened.
+        """
+        base = (
+            Formulation() if self.formulation is None else Formulation.read_json(self.formulation)
+        )
+        known = [*columns, *base.computed]
+        named = names_in("--objectives", self.objectives, known) or base.criteria
+        added, computed = [], dict(base.computed)
+        for entry in self.criteria:
+            name, equals, text = (part.strip() for part in entry.partition("="))
+            if entry.strip() in known or not equals:
+                name = entry.strip()
+                if complete:
+                    known_name("--criterion", name, known, "or say name=expression")
+            elif name and text and name not in known:
+                computed[name] = text
+            else:
+                rule = "a column, or of the form name=expression with a new name"
+                raise invalid("--criterion", rule, entry)
+            added.append(name)
+        known = list(dict.fromkeys((*known, *added)))
+        # Without a word on criteria these stay the table's, whatever they are.
+        criteria = tuple(dict.fromkeys((*(named or objectives if added else named), *added)))
+        now = criteria or tuple(objectives)
+        typed = names_in("--maximize", self.maximize, known)
+        if other := [name for name in typed if name not in now]:
+            raise invalid("--maximize", f"one of the objectives {', '.join(now)}", other[0])
+        maximize = tuple(dict.fromkeys((*base.maximize, *typed)))
+        more = {*maximized, *maximize}.difference(base.minimize)
+        relaxed = names_in("--relax", self.relax, constraints)
+        relaxed = tuple(dict.fromkeys((*base.relaxed, *relaxed)))
+        held = [n for n in constraints if n not in {*relaxed, *now}]
+        free = [name for name in known if name not in held]
+        limits = limits_in(self.limits, free, now, more, complete=complete)
+        return Formulation(
+            criteria, maximize, base.minimize, {**base.limits, **limits}, relaxed, computed
+        )
 
 
 @dataclass(frozen=True)
@@ -61,15 +128,14 @@ class FileOptions:
 
     def read(self, path: Path) -> DesignFile:
         """Return the designs of a file; see :func:`pymoo_psi.table.read_designs`."""
+        found, missing = self.opened(path)
+        return found if isinstance(found, DesignFile) else designs_of_tests(path, found, missing)
+
+    def opened(self, path: Path) -> tuple[DesignFile | TestTable, str]:
+        """Return the designs of a file, or all tests if it holds these, and which are missing."""
         rule = "numbers of lines to leave out, such as 1,3"
         skip_rows = numbers_in("--skip-rows", self.skip_rows, rule) if self.skip_rows else ()
-        return read_designs(
-            path,
-            decimal=self.decimal,
-            thousands=self.thousands,
-            encoding=self.encoding,
-            skip_rows=skip_rows,
-        )
+        return read_designs_or_tests(path, self.decimal, self.thousands, self.encoding, skip_rows)
 
 
 def designs_of(
@@ -84,7 +150,26 @@ def designs_of(
         PsiError: The file holds no designs, or an option names no column of it.
         OSError: It cannot be opened.
     """
-    file = written.read(path)
+    if not columns.formulated:
+        return _with_roles(written.read(path), columns, written)
+    found, missing = written.opened(path)
+    if isinstance(found, TestTable):
+        layout = found.layout
+        names, constraints = layout.columns, layout.constraints
+        asked = columns.asked(names, layout.objectives, layout.maximized, constraints)
+        file = designs_of_tests(path, found.under(asked), missing)
+    else:
+        told = found.roles(() if columns.objectives or columns.formulation else None)
+        known = found.known or told
+        asked = columns.asked(found.names, told.objectives, known.maximize)
+        file = found.under(asked)
+    # What the formulation says of objectives and senses is in the file now.
+    return _with_roles(file, replace(columns, objectives=(), maximize=()), written)
+
+
+def _with_roles(
+    file: DesignFile, columns: ColumnOptions, written: FileOptions
+) -> tuple[DesignFile, Roles, list[str]]:
     # In the options' own words first, so that a message names the option.
     objectives = names_in("--objectives", columns.objectives, file.names)
     variables = names_in("--variables", columns.variables, file.names)
@@ -122,49 +207,72 @@ def names_in(option: str, entries: Sequence[str], known: Collection[str]) -> tup
 
 
 def limits_in(
-    entries: Sequence[str], known: Collection[str], maximize: Collection[str] = ()
-) -> dict[str, float]:
-    """Return the limits on criteria: at most, or at least for one to be maximised.
+    entries: Sequence[str],
+    known: Collection[str],
+    objectives: Collection[str],
+    maximize: Collection[str] = (),
+    *,
+    complete: bool = True,
+) -> dict[str, tuple[float | None, float | None]]:
+    """Return limits on columns, ``(lower, upper)`` each, in their own sense.
 
     Args:
-        entries: Each ``name=2.5``, or with the sign ``<=`` (``>=`` where more is better).
-        known: The criteria.
-        maximize: Those of them to be maximised.
+        entries: Each ``name<=2.5``, ``name>=2.5`` or ``1<=name<=2.5``, joined by commas. For a
+            criterion ``name=2.5`` limits its worse side.
+        known: The columns that can be limited.
+        objectives: Those of them that are criteria.
+        maximize: Those of which more is better.
+        complete: Whether there are no other columns.
 
     Raises:
-        ArgumentValueError: A part is no limit, names no criterion, limits the wrong side, or a
-            criterion has two.
+        ArgumentValueError: A part is no limit, names no such column, or a side has two limits.
 
     Example:
-        >>> limits_in(["f1=2.5, yield>=0.8"], ["f1", "yield"], ["yield"])
-        {'f1': 2.5, 'yield': 0.8}
+        >>> limits_in(["f1=2.5, yield=0.8", "1<=x1<=2"], ["f1", "yield", "x1"], ["f1", "yield"],
+        ...           ["yield"])
+        {'f1': (None, 2.5), 'yield': (0.8, None), 'x1': (1.0, 2.0)}
     """
-    limits: dict[str, float] = {}
-    for part in parts_of(entries, lambda entry: _limit(entry)[0] in known):
-        name, sign, limit = _limit(part)
-        if not name or math.isnan(limit):
-            rule = "of the form criterion=number or criterion<=number, joined by commas"
-            raise invalid("--limits", rule, Received(part or "nothing"))
-        known_name("--limits", name, known)
-        if name in limits:
-            raise invalid("--limits", "given once for each criterion", Received(part))
-        # "=" limits whichever side is the worse one; another sign must agree with that.
-        right = ">=" if name in maximize else "<="
-        if sign not in ("=", right):
-            sense = "more" if name in maximize else "less"
-            rule = f"{name}{right}number, as {sense} of it is better"
-            raise invalid("--limits", rule, Received(part))
-        limits[name] = limit
+    limits: dict[str, tuple[float | None, float | None]] = {}
+    for part in parts_of(entries, lambda entry: _limit(entry, known)[0] in known):
+        name, ends = _limit(part, known)
+        if not name or any(math.isnan(end) for _, end in ends):
+            rule = "of the form criterion=number, column<=number or number<=column<=number"
+            raise invalid("--limits", f"{rule}, joined by commas", Received(part or "nothing"))
+        if complete:
+            known_name("--limits", name, known)
+        for sign, end in ends:
+            if sign == "=" and name not in known:
+                known_name("--limits", name, known, f"of an output say {name}<= or >= a number")
+            if sign == "=" and name not in objectives:
+                rule = f"{name}<={end:g} or {name}>={end:g}, as {name} is no criterion"
+                raise invalid("--limits", rule, Received(part))
+            side = int(sign == "<=" or (sign == "=" and name not in maximize))
+            pair = list(limits.get(name, (None, None)))
+            if pair[side] is not None:
+                raise invalid("--limits", "given once for each side of a column", Received(part))
+            pair[side] = end
+            limits[name] = (pair[0], pair[1])
     return limits
 
 
-def _limit(part: str) -> tuple[str, str, float]:
-    """Return name, sign and number of a limit; no name or NaN if it is none."""
-    found = _LIMIT.fullmatch(part)
+def _limit(part: str, known: Collection[str]) -> tuple[str, list[tuple[str, float]]]:
+    """Return name, signs and numbers of a limit; no name or NaN if it is none."""
+    found, name, ends = _LIMIT.fullmatch(part), "", []
+    if found and not math.isnan(end := _end(found["limit"])):
+        name, ends = found["name"], [(found["sign"], end)]
+        if name in known:  # that a name holds signs goes before what else it could mean
+            return name, ends
+    before = _BEFORE.fullmatch(name or part)
+    if before and not math.isnan(end := _end(before["limit"])):
+        return before["name"], [(">=" if before["sign"] == "<=" else "<=", end), *ends]
+    return name or (found["name"] if found else ""), ends or [("", math.nan)]
+
+
+def _end(text: str) -> float:
     try:
-        return (found["name"], found["sign"], float(found["limit"])) if found else ("", "", 0.0)
+        return float(text)
     except ValueError:
-        return found["name"] if found else "", "", math.nan
+        return math.nan
 
 
 def box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:

@@ -31,9 +31,8 @@ from rich.text import Text
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import invalid
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
-from pymoo_psi.table._layout import Limits
 
 
 def say(text: str) -> None:
@@ -107,25 +106,36 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
     )
 
 
+def judged(tests: TestTable, asked: Formulation) -> TestTable:
+    """Return tests under a formulation, if it asks for anything."""
+    # Of tests that all failed, as the first ones may, nobody knows which outputs they have.
+    plain = asked == Formulation() or (tests.status == "failed").all()
+    return tests if plain else tests.under(asked)
+
+
 @contextmanager
-def run_bar(description: str, total: int) -> Iterator[_RunDisplay]:
+def run_bar(
+    description: str, total: int, asked: Formulation | None = None
+) -> Iterator[_RunDisplay]:
     """Show a run while the body runs: points done, feasible and failed, rate and time left."""
     bar = progress_bar(TextColumn("{task.fields[note]}"), _Rate(), TimeRemainingColumn())
     with bar:
-        yield _RunDisplay(bar, bar.add_task(description, total=total, note=""))
+        task = bar.add_task(description, total=total, note="")
+        yield _RunDisplay(bar, task, asked or Formulation())
 
 
 class _RunDisplay:
     """Callbacks that show a run of an algorithm on a bar."""
 
-    def __init__(self, bar: Progress, task: TaskID) -> None:
-        self.bar, self.task = bar, task
+    def __init__(self, bar: Progress, task: TaskID, asked: Formulation) -> None:
+        self.bar, self.task, self.asked = bar, task, asked
         self.tested = self.feasible = self.failed = 0
 
-    def block(self, table: TestTable, limits: Limits | None) -> None:
-        """Show more tests that have arrived."""
+    def block(self, tests: TestTable) -> None:
+        """Show more tests that have arrived; a column that they lack ends the run here."""
+        table = judged(tests, self.asked)
         self.tested += len(table)
-        self.feasible += int(table.feasible(limits).sum())
+        self.feasible += int(table.feasible().sum())
         self.failed += int((table.status == "failed").sum())
         note = f"{self.feasible} feasible, {self.failed} failed"
         self.bar.update(self.task, completed=self.tested, note=note)

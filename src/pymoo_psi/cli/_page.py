@@ -11,7 +11,7 @@ from pymoo_psi._validation import counted
 from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of, limits_in, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
-from pymoo_psi.table import DesignFile
+from pymoo_psi.table import DesignFile, Formulation
 
 
 def run_page(
@@ -36,7 +36,18 @@ def run_page(
         out: The HTML file to write.
     """
     require_output(out, (".html", ".htm"), path, prototype)
-    file, roles, remarks = designs_of(path, columns, written)
+    file, roles, remarks = designs_of(path, replace(columns, limits=()), written)
+    limits = limits_in(columns.limits, file.names, roles.objectives, roles.maximize)
+    # The page has a slider for the worse side of each criterion; other limits leave designs out.
+    opening = {}
+    for name, (low, high) in list(limits.items()):
+        worse, better = (low, high) if name in roles.maximize else (high, low)
+        if name in roles.objectives and worse is not None and better is None:
+            opening[name] = worse
+            del limits[name]
+    if limits:
+        file = replace(file, known=roles, remarks=()).under(Formulation(limits=limits))
+        remarks += file.remarks
     frame = file.frame(roles.objectives)
     # Designs without a label go by their row of the file, counted from 1 as spreadsheets do.
     frame.index = pd.Index(file.rows, name="row")
@@ -58,7 +69,7 @@ def run_page(
         label=roles.label,
         normalize=normalize,
         prototype=existing,
-        limits=limits_in(columns.limits, roles.objectives, roles.maximize),
+        limits=opening,
         title=title or path.stem,
     )
     page.save(out)

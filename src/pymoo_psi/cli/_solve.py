@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.cli._choice import labelled, say_choice
-from pymoo_psi.cli._options import box_text, limits_in, numbers_in, share_in
-from pymoo_psi.cli._output import print_frame, require_output, run_bar, say, write_csv
+from pymoo_psi.cli._options import ColumnOptions, box_text, numbers_in, share_in
+from pymoo_psi.cli._output import judged, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.evaluation._failures import untolerant
 from pymoo_psi.evaluation._memory import Memory
@@ -32,9 +32,8 @@ from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
-from pymoo_psi.table import Layout, TestTable
+from pymoo_psi.table import Formulation, Layout, TestTable
 from pymoo_psi.table._design_file import Roles
-from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._table import read_tests
 
 _SHOWN = 12  # designs printed; all are in the file
@@ -50,7 +49,7 @@ class Search:
         algorithm: ``"psi"``, ``"surrogate"`` or ``"nsga3"``.
         points: How many designs are evaluated, or tested.
         seed: Of surrogates and NSGA-III.
-        limits: On criteria, such as ``f1=2.5,f4<=1``.
+        columns: The formulation: limits such as ``f1=2.5,f4<=1``, criteria, senses.
         study: The file in which every design is kept.
         study_key: What else the study depends on.
         retry: ``failed``, or numbers of failed test points to be tested once more.
@@ -64,7 +63,7 @@ class Search:
     algorithm: str
     points: int
     seed: int = 1
-    limits: Sequence[str] = ()
+    columns: ColumnOptions = field(default_factory=ColumnOptions)
     study: Path | None = None
     study_key: str | None = None
     retry: str | None = None
@@ -73,8 +72,11 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
-        if self.limits and self.algorithm == "nsga3":
+        if self.columns.limits and self.algorithm == "nsga3":
             raise invalid("--limits", "used with --algorithm psi or surrogate", self.algorithm)
+        if self.algorithm != "psi" and replace(self.columns, limits=()) != ColumnOptions():
+            # Others than PSI look for the optima of one formulation.
+            raise invalid("a formulation", "used with --algorithm psi", self.algorithm)
         if self.share and self.algorithm != "psi":
             raise invalid("--share", "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
@@ -123,7 +125,7 @@ class SolveResult:
     def ranking(self, *, normalize: bool) -> EfficiencyRanking:
         """Return the ranking of the Pareto set, the objectives in their own sense."""
         own = pd.DataFrame(self.F * self.layout.sign, columns=list(self.layout.objectives))
-        return rank_of_efficiency(own, normalize=normalize, maximize=self.layout.maximized)
+        return rank_of_efficiency(own, normalize=normalize, maximize=self.roles.maximize)
 
     def labels(self, ranking: EfficiencyRanking) -> list[str]:
         """Return what the designs are called: by test point, or by row of what is written."""
@@ -148,7 +150,9 @@ class SolveResult:
         columns = tuple(name for name in self.designs.columns if name != "test_point")
         label = None if len(columns) == len(self.designs.columns) else "test_point"
         outputs = tuple(map(str, self.outputs.columns))
-        return Roles(self.layout.objectives, columns, label, self.layout.maximized, outputs)
+        names = self.layout.objectives
+        more = tuple(name for name in names if name in self.layout.maximized)
+        return Roles(names, columns, label, more, outputs)
 
 
 def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: bool = True) -> int:
@@ -163,15 +167,17 @@ def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: 
     if taken := [name for name in layout.columns if name in RANKING_COLUMNS]:
         rule = "named unlike the columns of a ranking"
         raise invalid("the columns", rule, taken[0], "give it another name by problem.names")
-    typed = limits_in(search.limits, layout.objectives, layout.maximized)
-    more = layout.maximized
-    limits = {name: (end, None) if name in more else (None, end) for name, end in typed.items()}
+    # The columns that the problem promises; what else it gives is known after the first tests.
+    groups = (layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    asked = search.columns.asked(*groups, complete=False)
+    if taken := [name for name in asked.criteria if name in RANKING_COLUMNS]:
+        raise invalid("--criterion", "named unlike the columns of a ranking", taken[0])
     if search.algorithm == "nsga3":
         found = _by_nsga3(problem, search, layout)
     elif search.algorithm == "surrogate":
-        found = _by_surrogate(problem, search, limits)
+        found = _by_surrogate(problem, search, asked)
     else:
-        found = _by_psi(problem, search, limits)
+        found = _by_psi(problem, search, asked)
 
     if len(found.F) == 0:
         say(f"{problem.name()}: no feasible design, {found.counts}")
@@ -220,7 +226,7 @@ def _by_nsga3(problem: Problem, search: Search, layout: Layout) -> SolveResult:
     failures = _failures(reasons)
     if result.F is None:  # so pymoo says that no design is feasible
         last = _last_tests(result.pop, layout)
-        remarks = (*_most_violated(last, {}, "the last {}"), *failures)
+        remarks = (*_most_violated(last, "the last {}"), *failures)
         nothing = pd.DataFrame()
         return SolveResult(layout, nothing, np.empty((0, 0)), nothing, counts, remarks)
     X, F = result.opt.get("X", "F")
@@ -273,12 +279,12 @@ def _last_tests(population: Any, layout: Layout) -> TestTable:
     return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=without)
 
 
-def _by_psi(problem: Problem, search: Search, limits: Limits) -> SolveResult:
+def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes.
     plan = Plan.of(
         untolerant(problem, False)[0],
         integer("n_points", search.points, minimum=1),
-        limits=limits,
+        limits=None,
         memory=Memory.of(search.study, search.points_to_retry(), search.part()),
         study_key=search.study_key,
     )
@@ -288,40 +294,41 @@ def _by_psi(problem: Problem, search: Search, limits: Limits) -> SolveResult:
     if problem.elementwise:
         size, jobs = 64, 1
     tables, n_new = [plan.table], 0
-    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", n) as bar:
+    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", n, asked) as bar:
 
         def show(table: TestTable, _: int) -> None:
-            bar.block(table, limits)
+            bar.block(table)
 
         for table, evaluated in tested(
             plan, Keep(), stop=False, block_size=size, n_jobs=jobs, show=show
         ):
             tables.append(table)
             n_new += evaluated
-    return _of_table(problem, by_number(tables), limits, n_new)
+    return _of_table(problem, by_number(tables), asked, n_new)
 
 
-def _by_surrogate(problem: Problem, search: Search, limits: Limits) -> SolveResult:
+def _by_surrogate(problem: Problem, search: Search, asked: Formulation) -> SolveResult:
     algorithm = SurrogatePSI(
         integer("n_points", search.points, minimum=1),
-        limits=limits,
+        limits=asked.limits,
         study=search.study,
         study_key=search.study_key,
         retry=search.points_to_retry(),
     )
     name = f"surrogate on {problem.name()}"
-    with _told_if_stopped(search), run_bar(name, search.points) as bar:
+    with _told_if_stopped(search), run_bar(name, search.points, asked) as bar:
 
         def show(run: SurrogatePSI) -> None:
-            bar.block(run.table.rows(np.arange(bar.tested, run.n_tested)), limits)
+            bar.block(run.table.rows(np.arange(bar.tested, run.n_tested)))
 
         run = minimize(problem, algorithm, seed=search.seed, callback=show).algorithm
-    return _of_table(problem, run.table, limits, run.evaluator.n_eval)
+    return _of_table(problem, run.table, asked, run.evaluator.n_eval)
 
 
-def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) -> SolveResult:
-    """Return what a table holds of which ``n_new`` tests were evaluated now, the others before."""
-    rows = np.flatnonzero(table.pareto(limits))
+def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int) -> SolveResult:
+    """Return what tests give, of which ``n_new`` were evaluated now, the others before."""
+    table = judged(tests, asked)
+    rows = np.flatnonzero(table.pareto())
     if table.F.shape[1] == 1:
         rows = rows[:1]  # as pymoo does
     front = table.rows(rows)
@@ -335,16 +342,16 @@ def _of_table(problem: Problem, table: TestTable, limits: Limits, n_new: int) ->
     counts = f"{len(table)} tested{different}{stored}" + (f", {failed} failed" if failed else "")
     remarks = _failures(table.reasons.values())
     if len(rows) == 0:
-        remarks = (*_most_violated(table, limits, "{} that were computed"), *remarks)
-    elif limits and (box := box_text(table, limits, problem)):
+        remarks = (*_most_violated(table, "{} that were computed"), *remarks)
+    elif asked.limits and (box := box_text(table, {}, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
     outputs, left_out = _outputs(front)
     return SolveResult(table.layout, designs, front.F, outputs, counts, (*remarks, *left_out))
 
 
-def _most_violated(table: TestTable, limits: Limits, of: str) -> tuple[str, ...]:
+def _most_violated(table: TestTable, of: str) -> tuple[str, ...]:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
-    violated, names = table.violations(limits)
+    violated, names = table.violations()
     if not violated.any():
         return ()
     rejects = violated.sum(axis=0)

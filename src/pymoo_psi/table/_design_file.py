@@ -15,14 +15,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer, known_name
+from pymoo_psi._validation import counted, integer, known_name
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
 from pymoo_psi.table._designs import INT64
 from pymoo_psi.table._exchange import objects, table_of
+from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
-from pymoo_psi.table._layout import is_writable
+from pymoo_psi.table._formulation import Formulation, computed_columns
+from pymoo_psi.table._layout import RESERVED, Layout, is_writable
+from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
@@ -236,6 +239,64 @@ class DesignFile:
         left_out = f"; not as objectives: {', '.join(rest)}" if rest else ""
         return f"Objectives: {', '.join(taken)}{left_out}"
 
+    def under(self, asked: Formulation) -> DesignFile:
+        """Return the designs within the limits of a formulation, with what it computes.
+
+        Raises:
+            ArgumentValueError: A column is not there or cannot be read, no design is left, or a
+                constraint is to be relaxed, of which the file knows none.
+        """
+        if asked.relaxed:
+            what = "it tells no constraints that could be relaxed"
+            raise unfit(self.path, f"{what}; give the study, or the table of all its tests")
+        known = [*self.names, *asked.computed]
+        if taken := [name for name in asked.computed if name in self.columns]:
+            raise unfit(
+                self.path, f"it has a column {taken[0]!r} already; call the new one otherwise"
+            )
+        needed = {*asked.limits}
+        for how in asked.computed.values():
+            if callable(how):
+                raise unfit(self.path, "columns of a file are computed by expressions only")
+            used = Expression.of(how).columns
+            for name in used:
+                known_name(f"a column of {how!r:.60}", name, known, f"see {self.path}")
+            needed.update(used)
+        numbers = {name: self._numbers(name) for name in self.names if name in needed}
+        values = computed_columns(asked, numbers)
+        roles = self.roles(() if asked.criteria else None)
+        former = self.known or roles
+        criteria = tuple(asked.criteria) or roles.objectives
+        for name in (*criteria, *asked.limits):
+            known_name("a column of the formulation", name, known, f"see {self.path}")
+        for name in (*asked.maximize, *asked.minimize):
+            known_name("maximize", name, criteria, "only criteria have a sense")
+        more = {*former.maximize, *asked.maximize}.difference(asked.minimize)
+        others = tuple(n for n in known if n not in criteria and n not in RESERVED)
+        layout = Layout.of(0, criteria, outputs=others, maximize=[n for n in known if n in more])
+        n = len(self)
+        inside = within(bounds_of(asked.limits, layout), values.__getitem__, n)
+        lost = [name for name in criteria if name in asked.computed]
+        whole = [np.isfinite(values[name]) for name in lost]
+        kept = np.flatnonzero(np.logical_and.reduce([inside, *whole]))
+        if len(kept) == 0:
+            what = f"none of its {n} designs keeps the limits and has the criteria asked for"
+            raise unfit(self.path, what)
+        reasons = ["beyond the limits", *(f"without a finite {name}" for name in lost)]
+        remarks = [
+            f"{counted(int((~mask).sum()), 'design')} {reason}: left out."
+            for mask, reason in zip([inside, *whole], reasons, strict=True)
+            if not mask.all()
+        ]
+        added = {name: _column(values[name].tolist()) for name in asked.computed}
+        label = None if roles.label in criteria else roles.label
+        variables = tuple(name for name in roles.variables if name not in criteria)
+        further = (*former.objectives, *former.outputs, *asked.computed)
+        outputs = tuple(dict.fromkeys(n for n in further if n not in criteria))
+        senses = tuple(name for name in criteria if name in more)
+        found = self._some(kept, {**self.columns, **added}, [*self.remarks, *remarks])
+        return replace(found, known=Roles(criteria, variables, label, senses, outputs))
+
     def complete(self, names: Sequence[str]) -> DesignFile:
         """Return the designs with a finite number in each of some columns.
 
@@ -250,13 +311,18 @@ class DesignFile:
             raise unfit(self.path, f"none of its {len(F)} designs is complete")
         n = len(F) - len(kept)
         rows = "1 incomplete design is" if n == 1 else f"{n} incomplete designs are"
+        return self._some(kept, self.columns, (*self.remarks, f"{rows} left out."))
+
+    def _some(
+        self, kept: NDArray[np.intp], columns: Mapping[str, Column], remarks: Sequence[str]
+    ) -> DesignFile:
         # Numbers were read with all rows there: leaving some out cannot change how others are read.
         return replace(
             self,
-            columns={name: _rows_of(column, kept) for name, column in self.columns.items()},
+            columns={name: _rows_of(column, kept) for name, column in columns.items()},
             rows=self.rows[kept],
             lines=[self.lines[i] for i in kept.tolist()] if self.lines else (),
-            remarks=(*self.remarks, f"{rows} left out."),
+            remarks=tuple(remarks),
         )
 
     def values(self, names: Sequence[str]) -> NDArray[np.float64]:
@@ -368,6 +434,21 @@ def read_designs(
         >>> file.values(["cost", "mass"]).tolist()
         [[1.5, 1250.0], [2.0, 980.0]]
     """
+    found, missing = read_designs_or_tests(path, decimal, thousands, encoding, skip_rows)
+    return found if isinstance(found, DesignFile) else designs_of_tests(path, found, missing)
+
+
+def read_designs_or_tests(
+    path: str | PathLike[str],
+    decimal: str | None = None,
+    thousands: str | None = None,
+    encoding: str | None = None,
+    skip_rows: Collection[int] = (),
+) -> tuple[DesignFile | TestTable, str]:
+    """Return the designs of a file, or all tests if it holds these, and which tests are missing.
+
+    See :func:`read_designs`.
+    """
     path, marks = Path(path), Marks(decimal, thousands)
     if isinstance(skip_rows, str) or not isinstance(skip_rows, Collection):
         raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
@@ -375,38 +456,38 @@ def read_designs(
     if not isinstance(encoding, (str, type(None))):
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
     if path.is_dir():
-        return _of_tests(path, *read_tests(path))
+        return read_tests(path)
     with path.open("rb") as file:  # once: what a pipe has given it does not give again
         content = file.read(16)  # as much as SQLite's mark
         # SQLite opens files by name only, so a study, unlike the other files, cannot be a pipe.
         if content.startswith(b"SQLite format 3\0"):
-            return _of_tests(path, TestTable.read_study(path))
+            return read_tests(path)
         content += file.read()
     # By content, not by suffix, which a pipe has not and people change. The marks are those of the
     # Parquet format, of a local file in ZIP (an .xlsx is one), and of OLE compound files (.xls).
     try:
         if content.startswith(b"PAR1"):
-            return _of_tests(path, table_of(*read_parquet(path, content), path, TestTable))
+            return table_of(*read_parquet(path, content), path, TestTable), ""
         if content.startswith(b"PK\x03\x04"):
-            return _of_sheet(path, sheet_of_workbook(content, skipped), marks)
+            return _of_sheet(path, sheet_of_workbook(content, skipped), marks), ""
         if content.startswith(b"\xd0\xcf\x11\xe0"):
             raise UnfitError("it is a workbook of old; save it as .xlsx or CSV")
         text = decoded(content, encoding)
         if MARK in text.partition("\n")[0]:
-            return _of_tests(path, table_of(*read_csv(path, text), path, TestTable))
+            return table_of(*read_csv(path, text), path, TestTable), ""
         if text.lstrip().startswith(("{", "[")):
-            return _of_json(path, text, marks)
+            return _of_json(path, text, marks), ""
         first, end, rest = text.partition("\n")
         if _ROLES_MARK in first:
             # The line stays, as lines are counted, but as an empty comment.
             sheet = sheet_of_text(f"#{end}{rest}", skipped)
-            return _with_roles(_of_sheet(path, sheet, marks), first)
-        return _of_sheet(path, sheet_of_text(text, skipped), marks)
+            return _with_roles(_of_sheet(path, sheet, marks), first), ""
+        return _of_sheet(path, sheet_of_text(text, skipped), marks), ""
     except UnfitError as error:
         raise unfit(path, str(error)) from None
 
 
-def _of_tests(path: Path, table: TestTable, missing: str = "") -> DesignFile:
+def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str = "") -> DesignFile:
     """Return the feasible designs of a test table with finite criteria, and its prototype."""
     import pandas as pd
 
@@ -435,7 +516,7 @@ def _of_tests(path: Path, table: TestTable, missing: str = "") -> DesignFile:
         remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
     more = tuple(name for name in layout.objectives if name in layout.maximized)
     roles = Roles(layout.objectives, layout.variables, "test_point", more, layout.outputs)
-    return DesignFile(path, columns, feasible + 1, (), roles, rows, tuple(remarks))
+    return DesignFile(Path(path), columns, feasible + 1, (), roles, rows, tuple(remarks))
 
 
 def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:

@@ -43,7 +43,7 @@ _MANY: dict[str, Callable[[Any, Any], Any]] = {"min": np.minimum, "max": np.maxi
 _OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power,
 }  # fmt: skip
-_CONSTANTS = {"pi": np.pi}
+CONSTANTS = {"pi": np.pi}
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[^\W\d]\w*)|`(?P<quoted>(?:[^`]|``)+)`|(?P<mark>\*\*|[-+*/(),])|(?P<other>\S)|$)"
@@ -84,9 +84,14 @@ class Expression:
             rule, found = f"of at most {_LONGEST} characters", Received(f"{len(text)}")
             raise invalid("an expression", rule, found)
         steps = _Parser(text).parsed()
-        if not any(isinstance(step, str) for step in steps):
+        if not any(isinstance(step, str) and step not in CONSTANTS for step in steps):
             raise invalid("an expression", "one of a column or more", text)
         return cls(text, tuple(steps))
+
+    @property
+    def columns(self) -> list[str]:
+        """The names in it, but for those of constants."""
+        return [step for step in self.steps if isinstance(step, str) and step not in CONSTANTS]
 
     def values(self, columns: Mapping[str, NDArray[Any]]) -> Array:
         """Return the ``(n,)`` values; NaN or infinite where there is no finite one.
@@ -115,8 +120,8 @@ class Expression:
         return np.array(np.broadcast_to(stack.pop(), (n,)), dtype=np.float64)
 
     def _operand(self, name: str, columns: Mapping[str, NDArray[Any]]) -> Any:
-        if name not in columns and name in _CONSTANTS:
-            return np.float64(_CONSTANTS[name])
+        if name not in columns and name in CONSTANTS:
+            return np.float64(CONSTANTS[name])
         return real_column(
             name, columns[known_name(f"a column of {self.text!r:.60}", name, columns)]
         )

@@ -699,22 +699,29 @@ class TestTable:
             before.append(last)
             last = int((table.numbers + last).max(initial=origins[-1][1]))
         tables = list(experiments.values())
+        first = replace(tables[0].layout, experiments=())
+        for name, table in experiments.items():
+            plain = (
+                replace(table.layout, lower=first.lower, upper=first.upper, experiments=())
+                if len(table.layout.variables) == len(first.variables)
+                else table.layout
+            )
+            if other := first.difference(plain) or _other_prototype(tables[0], table):
+                rule = "tests of the problem of the others; give all the same formulation"
+                raise invalid(f"the experiment {name!r}", rule, Received(other))
         # NaN, where there is no bound, is passed on.
         lower = np.minimum.reduce([t.layout.lower for t in tables])
         upper = np.maximum.reduce([t.layout.upper for t in tables])
         box = {"lower": lower, "upper": upper, "experiments": tuple(origins)}
-        model = [_model_of(t.problem) for t in tables]
-        blocks = []
-        for name, table, start, problem in zip(experiments, tables, before, model, strict=True):
-            layout, first = table.layout, replace(tables[0].layout, experiments=())
-            plain = replace(layout, lower=first.lower, upper=first.upper, experiments=())
-            other = first.difference(plain) or _other_prototype(tables[0], table)
-            if other:
-                rule = "tests of the problem of the others; give all the same formulation"
-                raise invalid(f"the experiment {name!r}", rule, Received(other))
-            reasons = {n + start: text for n, text in table.reasons.items()}
-            changes = {"numbers": table.numbers + start, "reasons": reasons, "problem": problem}
-            blocks.append(table._with(layout=replace(layout, **box), **changes))
+        blocks = [
+            table._with(
+                layout=replace(table.layout, **box),
+                numbers=table.numbers + start,
+                reasons={n + start: text for n, text in table.reasons.items()},
+                problem=_model_of(table.problem),
+            )
+            for table, start in zip(tables, before, strict=True)
+        ]
         return blocks[0].extended(*blocks[1:])
 
     def equals(self, other: object) -> bool:
