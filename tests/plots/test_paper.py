@@ -11,7 +11,7 @@ from pymoo_psi._markers import MARKERS
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
-from pymoo_psi.plots import paper_figures, save_figures
+from pymoo_psi.plots import paper_figures, points_page, save_figures
 from pymoo_psi.plots._paper import (
     QUANTITIES,
     draw_functions,
@@ -185,3 +185,20 @@ def test_other_formats_are_refused(case, tmp_path):
 def test_what_is_not_there_is_named(case, options, message):
     with pytest.raises(PsiError, match=message):
         list(paper_figures(Reproduction(64, (case,)), **options))
+
+
+def test_the_points_page_shows_what_is_missing_and_what_doubling_brought(case):
+    reproduction = Reproduction(512, (case,))
+    figure = points_page(reproduction)
+    (rows,) = reproduction.convergences
+    above, below = (ax.lines[0].get_xydata() for ax in figure.axes)
+    np.testing.assert_array_equal(above[:, 0], rows.tests)
+    assert above[-1, 1] == pytest.approx(
+        100 * (case.refined.start_distance / case.refined.distance - 1)
+    )
+    # the hypervolume of each row follows from the gains, back from the last one, which is 1
+    volumes = np.cumprod(np.append(1, 1 - below[::-1, 1] / 100))[::-1]
+    np.testing.assert_allclose(volumes, rows.hypervolume)
+    assert_whole(figure)
+    with pytest.raises(PsiError, match="of 8 tests or more, got 4 tests"):
+        points_page(Reproduction(4, (solve_case(0.4, "rolling", 4),)))
