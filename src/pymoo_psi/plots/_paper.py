@@ -123,7 +123,7 @@ def paper_figures(
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
         >>> [(number, figure)] = paper_figures(small, numbers=[4])
         >>> figure.get_suptitle().splitlines()[0]
-        'Pareto-optimal points in the design box'
+        'Pareto-optimal points in the design box (all quantities dimensionless)'
     """
     case = _case_of(instance("reproduction", reproduction, Reproduction), model)
     make: dict[int, Any] = {
