@@ -150,7 +150,7 @@ def test_criteria_without_weight_and_criteria_that_count_twice():
     [
         ([[1.0, 2.0]], []),
         ([[1.0, 2.0], [2.0, 2.0]], ["Only one design is Pareto optimal: the criteria do not conflict."]),
-        ([[3.0], [2.0], [5.0]], ["Only one design is Pareto optimal: the criteria do not conflict."]),
+        ([[3.0], [2.0], [5.0]], []),
         ([[1.0, 2.0], [1.0, 2.0]], ["All 2 Pareto-optimal designs have the same values."]),
         # Two designs in two criteria are the ends of each range, and so equally far.
         ([[1.0, 2.0], [2.0, 1.0]], ["Design 0 is as near to the ideal point as design 1."]),

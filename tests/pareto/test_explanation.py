@@ -159,7 +159,7 @@ def test_a_dominated_design_is_told_by_which():
 def test_a_design_alone_and_a_design_among_equals():
     assert explain([[3.0, 4.0]], 0).sentences == (
         "Design 0 is the only Pareto-optimal design.",
-        "The same as all in f1 and f2.",
+        "It is the best in every criterion.",
     )
     twins = explain([[1.0, 3.0], [1.0, 3.0], [3.0, 1.0]], 1)
     assert twins.sentences[0] == (

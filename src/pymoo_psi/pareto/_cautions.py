@@ -119,7 +119,9 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     instance("ranking", ranking, EfficiencyRanking)
     front = _Front.of(ranking)
     if not front.d.any():
-        return (Caution("alone", front.alone()),) if len(ranking.rank) > 1 else ()
+        # One design, or one criterion, is nothing to be weighed from the start.
+        expected = 1 in ranking.objectives.values.shape
+        return () if expected else (Caution("alone", front.alone()),)
     checks = [("constant", front.constant), ("redundant", front.redundant), ("scale", front.scale)]
     if equidistant := front.equidistant():
         checks += [("equidistant", lambda: equidistant)]

@@ -258,19 +258,21 @@ class Explanation:
         """Return how far the design is from the best, criteria in the order given."""
         names, frame = self.ranking.objectives.names, self.ranking.frame
         behind = order[self.behind[order] > 0]
+        if not len(behind):
+            return "It is the best in every criterion."
         told = [
             f"{names[j]} by "
             + _amount(self.behind[j], self.units.get(names[j]), self.shares[j], first=k == 0)
             for k, j in enumerate(behind)
         ]
-        parts = [f"Behind the best in {', '.join(told)}"] if told else []
+        parts = [f"Behind the best in {', '.join(told)}"]
         if len(told) > 1 and self.weakest:
             parts.append(f"weakest in {listed(self.weakest)}")
         constant = np.isinf(unit_lengths(frame.ideal, frame.nadir))
         for what, which in (("the best", ~constant), ("the same as all", constant)):
             if (there := np.flatnonzero(which & (self.behind == 0))).size:
                 parts.append(f"{what} in {listed([names[j] for j in there])}")
-        return capital("; ".join(parts)) + "."
+        return "; ".join(parts) + "."
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each criterion.
