@@ -79,6 +79,12 @@ def test_options_and_whole_numbers_have_places(mixed):
     assert [text.get_text() for text in ax.get_xticklabels()] == ["brass", "steel", "tin"]
     (box,) = box_of(ax)
     assert (box.get_x(), box.get_width()) == (1.5, 1.0)
+    metal = np.array([name != "steel" for name in mixed.column("metal").tolist()])
+    G = np.where(metal, -1.0, 1.0)[:, None]
+    ax = draw_feasibility(TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout))
+    # of brass, steel and tin the first and the last: a box each
+    places = sorted((box.get_x(), box.get_width()) for box in ax.patches)
+    assert places == [(-0.5, 1.0), (1.5, 1.0)]
     ax = draw_feasibility(mixed, limits)
     assert_whole(ax.figure)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -170,27 +171,38 @@ def _is_number(table: TestTable, variable: str) -> bool:
 
 
 def _draw_rule(ax: Axes, table: TestTable, rule: Rule, variables: tuple[str, str]) -> None:
-    """Draw the box of a rule in the plane of two variables."""
-    corners = []
-    for variable, ends in zip(variables, (ax.get_xlim(), ax.get_ylim()), strict=True):
+    """Draw the box of a rule in the plane of two variables; of options, one for each row of them.
+
+    Args:
+        ax: Axes, their view set by the tests.
+        table: The tests.
+        rule: The rule.
+        variables: What is on the horizontal and on the vertical axis.
+    """
+    if not set(variables) & set(rule.box):
+        return
+    sides: list[list[tuple[float, float]]] = []
+    for variable, view in zip(variables, (ax.get_xlim(), ax.get_ylim()), strict=True):
         if _is_number(table, variable):
             low, high = rule.box.get(variable, (None, None))
-            whole = table.kinds[table.layout.variable(variable)] is Kind.INTEGER
-            room = 0.5 if whole else 0.0  # a whole number is inside of the box that it bounds
-            left, right = ends
-            corners.append(
-                (left if low is None else low - room, right if high is None else high + room)
-            )
+            # a whole number is inside of the box that it bounds
+            room = 0.5 * (table.kinds[table.layout.variable(variable)] is Kind.INTEGER)
+            first, last = (end if end is not None else np.nan for end in (low, high))
+            sides.append([(np.fmax(first - room, view[0]), np.fmin(last + room, view[1]))])
             continue
         options = values_in_order(table.column(variable))
         part = rule.box.get(variable, options)
-        kept = [options.index(option) for option in (part if isinstance(part, list) else [part])]
-        corners.append((min(kept) - 0.5, max(kept) + 0.5))
-    (left, right), (bottom, top) = corners
-    if set(variables) & set(rule.box):
-        ax.add_patch(
-            Rectangle(
-                (left, bottom), right - left, top - bottom, facecolor="none", edgecolor="black",
-                linewidth=1.2, linestyle="--", zorder=5, label="best rule",
-            )
-        )  # fmt: skip
+        kept = sorted(options.index(o) for o in (part if isinstance(part, list) else [part]))
+        rows = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)  # neighbours in one box
+        sides.append([(row[0] - 0.5, row[-1] + 0.5) for row in rows])
+    look: dict[str, Any] = {
+        "facecolor": "none",
+        "edgecolor": "black",
+        "linewidth": 1.2,
+        "linestyle": "--",
+    }
+    label = "best rule"
+    for (left, right), (bottom, top) in product(*sides):
+        box = Rectangle((left, bottom), right - left, top - bottom, zorder=5, label=label, **look)
+        ax.add_patch(box)
+        label = "_"  # named once

@@ -145,7 +145,8 @@ class Convergence:
         since = int(self.tests[-1 - _DOUBLINGS])
         choices = self.optimum[-1 - _DOUBLINGS :]
         changes = int((choices[1:] != choices[:-1]).sum())
-        last = f", lastly by {100 * self.moved[-1]:.0f} % of a criterion's range" if changes else ""
+        moved = f"{100 * self.moved[-1]:.0f} % of a criterion's range"
+        last = f", in the last doubling by {moved}" if changes else ""
         gain, volume, worth = (f"{100 * share:.3g} %" for share in (nearer, larger, tolerance))
         lines = [
             f"More tests are {likely} to change the decision: as the last {_DOUBLINGS} doublings "
