@@ -129,7 +129,7 @@ def test_survivors_are_feasible_then_optimal_then_the_least_violated(m):
     random = np.random.default_rng(m)
     F = random.random((60, m))
     C = np.where(np.arange(60)[:, None] < 20, random.random((60, 2)), -1.0)
-    order = _survivors(F, C, 60)
+    order = _survivors(F, C, 60, 0.5)
     assert sorted(order) == list(range(60))
     assert (order[:40] >= 20).all()
     assert (np.diff(C[order[40:]].sum(axis=1)) >= 0).all()
@@ -137,7 +137,7 @@ def test_survivors_are_feasible_then_optimal_then_the_least_violated(m):
     if m <= 2:
         assert set(first) == set(20 + np.flatnonzero(nondominated(F[20:])))
     assert nondominated(F[20:])[order[0] - 20]
-    np.testing.assert_array_equal(_survivors(F, C, 7), order[:7])
+    np.testing.assert_array_equal(_survivors(F, C, 7, 0.5), order[:7])
 
 
 def test_surrogates_see_designs_and_not_points():

@@ -42,6 +42,8 @@ _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 _SIZE, _GENERATIONS = 100, 40
 _OPTIMISM = 0.5  # standard deviations by which a prediction may be better, when a gain is judged
 _SAME = 1e-6  # designs nearer than this are one
+# Standard deviations by which surrogates may miss criteria for the search to stay in the middle.
+_DOUBTFUL = 0.2
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 
 
@@ -149,15 +151,17 @@ def propose(
         excess = goal.excess(predicted, fit)
         return predicted[:, : goal.n_obj], np.column_stack([excess, risk(at)])
 
-    best = tests.points[known][_survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4)]
+    inward = _inward(fit, goal.n_obj)
+    order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
+    best = tests.points[known][order]
     start, low, high = _start(best, near, goal, random)
-    found = _search(judge, start, low, high, random)
+    found = _search(judge, start, low, high, inward, random)
     at = encode(found)
     predicted = surrogate(at)
     optimistic = fit.back(predicted - _OPTIMISM * surrogate.deviation(at))[:, : goal.n_obj]
     violated = np.maximum(judge(found)[1], 0).sum(axis=1)
     front = tests.Y[tests.eligible, : goal.n_obj]
-    chosen = _choice(front, optimistic, violated, at, seen, batch)
+    chosen = _choice(front, optimistic, violated, at, seen, batch, inward)
     points = found[chosen]
     if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
         seen = np.vstack([seen, encode(points)])
@@ -272,6 +276,7 @@ def _search(
     points: Array,
     low: Array,
     high: Array,
+    inward: float,
     random: np.random.Generator,
 ) -> Array:
     """Return the ``(k, d)`` points that an evolution of given ones ends with, the best first.
@@ -282,7 +287,7 @@ def _search(
     n, d = points.shape
     F, C = judge(points)
     for generation in range(_GENERATIONS + 1):
-        keep = _survivors(F, C, n)
+        keep = _survivors(F, C, n, inward)
         points, F, C, low, high = points[keep], F[keep], C[keep], low[keep], high[keep]
         if generation == _GENERATIONS:
             break
@@ -301,7 +306,7 @@ def _search(
     return points
 
 
-def _survivors(F: Array, C: Array, size: int) -> NDArray[np.intp]:
+def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]:
     """Return the indices of the best designs, the best first.
 
     Those that exceed nothing come first. Of two criteria as in NSGA-II (Deb et al. 2002): those
@@ -313,6 +318,7 @@ def _survivors(F: Array, C: Array, size: int) -> NDArray[np.intp]:
         F: ``(n, m)`` criteria.
         C: ``(n, c)`` by how much each bound is exceeded.
         size: How many, at most.
+        inward: See :func:`_inward`.
     """
     violated = np.maximum(C, 0).sum(axis=1)
     kept = np.flatnonzero(violated <= 0)
@@ -322,7 +328,7 @@ def _survivors(F: Array, C: Array, size: int) -> NDArray[np.intp]:
         rank = front_numbers(F[kept])
         kept = kept[np.lexsort((-_room(F[kept], rank), rank))]
     elif len(kept):
-        values = _achievements(_scaled(F[kept], F[kept]))
+        values = _achievements(_scaled(F[kept], F[kept]), inward)
         place = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
         kept = kept[np.lexsort((values.min(axis=1), place))]
     return np.concatenate([kept, rest])[:size]
@@ -348,27 +354,36 @@ def _scaled(F: Array, front: Array) -> Array:
     return np.asarray((F - low) / np.where(high > low, high - low, 1.0))
 
 
-def _achievements(F: Array) -> Array:
+def _achievements(F: Array, inward: float) -> Array:
     """Return the ``(n, w)`` achievements of ``(n, m)`` scaled criteria in w directions."""
-    values = (F[:, None, :] / _directions(F.shape[1])).max(axis=2)
+    values = (F[:, None, :] / _directions(F.shape[1], inward)).max(axis=2)
     # a little of the sum: of two designs alike in the worst criterion, the better one
     return np.asarray(values + 0.01 * F.sum(axis=1)[:, None])
 
 
-@lru_cache(maxsize=8)
-def _directions(n_obj: int) -> Array:
+def _inward(fit: Fit, n_obj: int) -> float:
+    """Return by how much directions are drawn to the middle, 0 to a half.
+
+    Of three criteria or more most directions are extreme: good in some at the cost of others. There
+    a search goes on for ever at promises of surrogates that know little. So it begins in the
+    middle, and goes out as far as surrogates are right.
+    """
+    if n_obj <= 2:
+        return 0.0
+    error = min(float(fit.errors[:n_obj].mean()) / _DOUBTFUL, 1.0)
+    return round(error, 1) / 2  # a few steps, each of which has its table of directions
+
+
+@lru_cache(maxsize=16)
+def _directions(n_obj: int, inward: float) -> Array:
     if n_obj == 1:
         return np.ones((1, 1))
     directions = reference_directions(n_obj, _SIZE)
-    if n_obj > 2:
-        # Most of them lie on the boundary of the simplex there. To be good in one criterion at
-        # the cost of all others is easy, and takes the search away from the middle of the front.
-        directions = 0.5 * directions + 0.5 / n_obj
-    return np.maximum(directions, 0.01)
+    return np.maximum((1 - inward) * directions + inward / n_obj, 0.01)
 
 
 def _choice(
-    front: Array, F: Array, violated: Array, at: Array, seen: Array, batch: int
+    front: Array, F: Array, violated: Array, at: Array, seen: Array, batch: int, inward: float
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
@@ -382,6 +397,7 @@ def _choice(
         at: ``(n, e)`` candidates as surrogates see them.
         seen: ``(t, e)`` the tests likewise.
         batch: How many to choose; fewer, if there are no more that are not tested.
+        inward: See :func:`_inward`.
     """
     known = front[nondominated(front)]
     promising = F[violated <= 0] if (violated <= 0).any() else F
@@ -390,11 +406,13 @@ def _choice(
     high = (known if len(known) > 1 else both).max(axis=0)
     span = np.where(high > low, high - low, 1.0)
     known, F = (known - low) / span, (F - low) / span
-    values = _achievements(F)
-    best = _achievements(known).min(axis=0) if len(known) else values.max(axis=0)
+    values = _achievements(F, inward)
+    best = _achievements(known, inward).min(axis=0) if len(known) else values.max(axis=0)
     distance = cdist(at, seen).min(axis=1)
     apart = cdist(F, known).min(axis=1) if len(known) else np.full(len(F), np.inf)
-    weights = _directions(F.shape[1]).max(axis=1)  # in whose units the values of a direction are
+    weights = _directions(F.shape[1], inward).max(
+        axis=1
+    )  # in whose units the values of a direction are
     chosen: list[int] = []
     while len(chosen) < batch:
         new = np.flatnonzero(distance > _SAME)
