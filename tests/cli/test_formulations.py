@@ -107,7 +107,9 @@ def test_an_engineers_day(run, tmp_path):
     assert len(told) == 3
     assert [line for line in run("rank", "ranked.csv").splitlines() if "imise" in line] == told
     run("page", "all.csv", *ASKED, "--out", "page.html")
-    assert "stiffness" in (tmp_path / "page.html").read_text("utf-8")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    assert all(name in page for name in ("stiffness", "experiment", "coarse"))
+    assert not [name for name in ranked.columns if "=" in name]  # of limits, as mass<=40
     # The formulation as a file: from Python to the command, and by solve, too.
     asked.to_json("asked.json")
     run("rank", "all.csv", "--formulation", "asked.json", "--out", "again.csv")
@@ -138,6 +140,8 @@ def test_a_relaxed_constraint_and_single_options_on_top_of_a_file(run):
         "p.csv",
     )
     assert sorted(pd.read_csv("p.csv", comment="#")["test_point"]) == sorted(found)
+    told = run("rank", "s.db", "--limits", "overstress<=20", code=2)
+    assert "a constraint is limited when it is left out by --relax" in told
     run("rank", "s.db", "--criterion", "overstress", "--out", "q.csv")
     assert len(pd.read_csv("q.csv", comment="#")) == 128
     assert investigate(Beam(), 128).equals(table)

@@ -110,7 +110,8 @@ class ColumnOptions:
         relaxed = tuple(dict.fromkeys((*base.relaxed, *relaxed)))
         held = [n for n in constraints if n not in {*relaxed, *now}]
         free = [name for name in known if name not in held]
-        limits = limits_in(self.limits, free, now, more, complete=complete)
+        remedy = "a constraint is limited when it is left out by --relax" if held else ""
+        limits = limits_in(self.limits, free, now, more, complete=complete, remedy=remedy)
         return Formulation(
             criteria, maximize, base.minimize, {**base.limits, **limits}, relaxed, computed
         )
@@ -157,7 +158,11 @@ def designs_of(
         layout = found.layout
         names, constraints = layout.columns, layout.constraints
         asked = columns.asked(names, layout.objectives, layout.maximized, constraints)
-        file = designs_of_tests(path, found.under(asked), missing)
+        judged = found.under(asked)
+        file = designs_of_tests(path, judged, missing)
+        # What limits leave of a column says nothing that the column does not.
+        limits = {*judged.layout.inequalities}.difference(names)
+        file = replace(file, columns={n: c for n, c in file.columns.items() if n not in limits})
     else:
         told = found.roles(() if columns.objectives or columns.formulation else None)
         known = found.known or told
@@ -213,6 +218,7 @@ def limits_in(
     maximize: Collection[str] = (),
     *,
     complete: bool = True,
+    remedy: str = "",
 ) -> dict[str, tuple[float | None, float | None]]:
     """Return limits on columns, ``(lower, upper)`` each, in their own sense.
 
@@ -223,6 +229,7 @@ def limits_in(
         objectives: Those of them that are criteria.
         maximize: Those of which more is better.
         complete: Whether there are no other columns.
+        remedy: What may help where a column cannot be limited.
 
     Raises:
         ArgumentValueError: A part is no limit, names no such column, or a side has two limits.
@@ -239,7 +246,7 @@ def limits_in(
             rule = "of the form criterion=number, column<=number or number<=column<=number"
             raise invalid("--limits", f"{rule}, joined by commas", Received(part or "nothing"))
         if complete:
-            known_name("--limits", name, known)
+            known_name("--limits", name, known, remedy)
         for sign, end in ends:
             if sign == "=" and name not in known:
                 known_name("--limits", name, known, f"of an output say {name}<= or >= a number")

@@ -24,7 +24,7 @@ from pymoo_psi.table._exchange import objects, table_of
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
 from pymoo_psi.table._formulation import Formulation, computed_columns
-from pymoo_psi.table._layout import RESERVED, Layout, is_writable
+from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout, is_writable
 from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
@@ -515,7 +515,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         are = "is" if n == 1 else "are"
         remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
     more = tuple(name for name in layout.objectives if name in layout.maximized)
-    roles = Roles(layout.objectives, layout.variables, "test_point", more, layout.outputs)
+    further = layout.outputs + (ORIGIN if layout.experiments else ())
+    roles = Roles(layout.objectives, layout.variables, "test_point", more, further)
     return DesignFile(Path(path), columns, feasible + 1, (), roles, rows, tuple(remarks))
 
 
