@@ -6,7 +6,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, investigate
 from pymoo_psi.cli import main
-from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+from pymoo_psi.table import Formulation, convergence, feasibility_rules, sensitivities
 
 
 @pytest.mark.parametrize("suffix", [".db", ".parquet"])
@@ -39,6 +39,30 @@ def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
     assert sorted(path.name for path in out.iterdir()) == names
     written = pd.read_csv(out / "sensitivities.csv", index_col=["column", "variable"])
     pd.testing.assert_frame_equal(written, found, rtol=1e-12)
+
+
+def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
+    table = investigate(get_problem("bnh"), 256)
+    table.to_csv(tmp_path / "bnh.csv")
+    words = [
+        "analyze",
+        str(tmp_path / "bnh.csv"),
+        "--criterion",
+        "ratio=f1/f2",
+        "--limits",
+        "x1<=2",
+    ]
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    asked = Formulation(
+        criteria=["f1", "f2", "ratio"], computed={"ratio": "f1/f2"}, limits={"x1": 2}
+    )
+    under = table.under(asked)
+    assert convergence(under).verdict() in printed
+    for rule in feasibility_rules(under).rules:
+        assert f"  {rule}\n" in printed
+    heads = printed.splitlines()[2].replace("┃", " ").split()
+    assert heads == ["variable", "f1", "f2", "ratio", "g1", "g2"]
 
 
 def test_mistakes_are_told_in_a_line(tmp_path, capsys):

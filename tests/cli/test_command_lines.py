@@ -138,7 +138,7 @@ command_lines = st.one_of(
         ),
     ),
     st.builds(lambda study, out: ["export", study, "--out", out], paths, paths),
-    st.builds(lambda file, some: ["analyze", file, *some], paths, options(limits=limits, out=paths)),
+    st.builds(lambda file, some: ["analyze", file, *some], paths, options(limits=limits, criterion=names, formulation=paths, out=paths)),
     st.builds(
         lambda problem, n, some: ["compare", problem, "--evaluations", n, "--seeds", "1", *some],
         problems,

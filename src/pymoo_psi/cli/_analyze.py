@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi.cli._options import limits_in, tests_in
-from pymoo_psi.cli._output import print_frame, require_folder, say, write_csv
+from pymoo_psi.cli._options import ColumnOptions, tests_in
+from pymoo_psi.cli._output import judged, print_frame, require_folder, say, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._style import new_page, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
@@ -16,18 +15,20 @@ from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
 
 
-def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
+def run_analyze(path: Path, columns: ColumnOptions, out: Path | None) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     table, missing = tests_in(path)
     layout = table.layout
-    free = [name for name in layout.columns if name not in layout.constraints]
-    kept = limits_in(limits, free, layout.objectives, layout.maximized)
+    asked = columns.asked(layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    table = judged(table, asked)
+    # What is limited is a column anyway; its distance to the limit tells nothing more.
+    known = {*layout.columns, *asked.computed}.difference(layout.variables)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         require_folder(out, str(out))
-    found = sensitivities(table)
-    rules = feasibility_rules(table, kept)
-    steps = convergence(table, kept)
+    found = sensitivities(table, [name for name in table.layout.columns if name in known])
+    rules = feasibility_rules(table)
+    steps = convergence(table)
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
         write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
@@ -37,7 +38,7 @@ def run_analyze(path: Path, limits: Sequence[str], out: Path | None) -> int:
         ]
         if len(layout.variables) > 1:
             with new_page(90.0, width=120.0) as figure:
-                draw_feasibility(table, kept, ax=figure.add_subplot(), title=path.name)
+                draw_feasibility(table, ax=figure.add_subplot(), title=path.name)
             pages.append(("feasibility.png", figure))
         save_pages(pages, out, dpi=200)
 

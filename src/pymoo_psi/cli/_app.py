@@ -336,6 +336,8 @@ def analyze(
         ),
     ],
     limits: Limits = None,
+    formulation: FormulationFile = None,
+    criterion: Criteria = None,
     out: Annotated[
         Path | None,
         _path("DIR", "Folder for tables (CSV) and pictures (PNG)."),
@@ -343,8 +345,10 @@ def analyze(
 ) -> int:
     """Tell what drives the criteria, where designs are feasible, and whether tests suffice."""
     from pymoo_psi.cli._analyze import run_analyze
+    from pymoo_psi.cli._options import ColumnOptions
 
-    return run_analyze(tests, limits or (), out)
+    columns = ColumnOptions(limits=limits or (), formulation=formulation, criteria=criterion or ())
+    return run_analyze(tests, columns, out)
 
 
 @app.command()
