@@ -262,6 +262,8 @@ def test_it_goes_on_from_the_tests_of_psi(tmp_path):
             "n_points must be left out where there is a start",
         ),
         ({"bacth": 2}, "bacth"),
+        ({"share": (1, 2)}, "share"),
+        ({"block_size": 4}, "block_size"),
     ],
 )
 def test_what_cannot_be_is_told(options, message):

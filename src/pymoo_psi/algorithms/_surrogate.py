@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms._investigate import Investigation
@@ -26,6 +27,7 @@ from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.storage._database import Proposal
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
@@ -37,6 +39,7 @@ Array = NDArray[np.float64]
 # else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
 # does not depend on where it was interrupted.
 _GROWTH = 1.1
+_BATCH = 8  # so many gain little less than one by one, and the surrogates' time is shared by them
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 
@@ -47,8 +50,9 @@ class SurrogatePSI(PSI):
     tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
     Gaussian processes and radial functions by turns, searched everywhere and near the best tests by
     turns. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
-    can be set afterwards. The tests of the sequence come first; :meth:`predictions` has the others,
-    each with its round, by what it was proposed, and what was expected of it.
+    can be set afterwards. The tests of the sequence come first; the output ``proposal_round`` of
+    the table is 0 for them and the number of the round for proposals. :meth:`predictions` has what
+    was expected of each proposal, and :meth:`errors` how far the surrogates can be trusted.
 
     The run is determined by its arguments and the seed, which is 0 unless given: with a study, one
     that was interrupted or killed makes the same tests when it is called again, and a larger
@@ -63,8 +67,8 @@ class SurrogatePSI(PSI):
         n_evaluations: How many designs to test, the points of the sequence among them.
         n_points: How many points of the sequence come first: by default twice as many as there are
             variables and 2 more, at least 20 and at most 64.
-        batch: How many designs are proposed at a time, and can be tested in parallel. A smaller one
-            learns more from each test.
+        batch: How many designs are proposed at a time, and can be tested in parallel; 8 by
+            default. A smaller one learns more from each test.
         first: As for :class:`PSI`.
         start: Tests of the same problem to go on from, such as the table of an earlier
             :class:`PSI`; then no points of the sequence are tested, and ``n_evaluations`` counts
@@ -101,7 +105,7 @@ class SurrogatePSI(PSI):
         n_evaluations: int,
         *,
         n_points: int | None = None,
-        batch: int = 8,
+        batch: int | None = None,
         first: int = 1,
         start: TestTable | None = None,
         sampling: UniformSampling | None = None,
@@ -115,11 +119,13 @@ class SurrogatePSI(PSI):
         units: Mapping[str, str] | None = None,
         **kwargs: Any,
     ) -> None:
+        # of PSI's own options some have no meaning here, such as a share of the points
+        require_known_keywords("SurrogatePSI", Algorithm, kwargs)
         n_evaluations = integer("n_evaluations", n_evaluations, minimum=1)
         super().__init__(
             n_evaluations,
             first=first,
-            block_size=integer("batch", batch, minimum=1),
+            block_size=_BATCH if batch is None else integer("batch", batch, minimum=1),
             sampling=sampling,
             limits=limits,
             study=study,
