@@ -72,10 +72,12 @@ def test_sets_and_ranks_are_those_of_the_union(experiments, limit):
         for f, status in zip(table.F, table.status, strict=True)
     ]
     front = [f for f, ok in zip(table.F, feasible, strict=True) if ok]
-    pareto = [
-        bool(ok and not any(dominates(other, f) for other in front))
-        for f, ok in zip(table.F, feasible, strict=True)
-    ]
+    seen, pareto = set(), []
+    for x, f, ok in zip(table.X[:, 0], table.F, feasible, strict=True):
+        best = bool(ok and not any(dominates(other, f) for other in front))
+        # A design that several experiments have tested counts once.
+        pareto.append(best and (len(experiments) == 1 or (x, *f) not in seen))
+        seen |= {(x, *f)} if best else set()
     assert table.feasible(limits).tolist() == feasible
     assert table.pareto(limits).tolist() == pareto
     if any(pareto):
@@ -116,6 +118,17 @@ def test_experiments_of_experiments_keep_their_names_and_numbers():
     assert table.column("experiment").tolist() == ["old/a"] * 2 + ["old/b"] * 2 + ["new"] * 2
     assert table.column("number").tolist() == [3, 7] * 3
     assert table.F[:, 0].tolist() == [1, 1, 1, 2, 1, 3]
+
+
+def test_a_design_of_two_experiments_is_one_optimum():
+    osy = get_problem("osy")
+    short, long = investigate(osy, 256), investigate(osy, 300)
+    table = TestTable.combined({"short": short, "long": long})
+    numbers = long.numbers[long.pareto()]
+    assert sorted(table.column("number")[table.pareto()]) == numbers.tolist()
+    ranking = long.ranking()
+    assert sorted(table.ranking().rank) == sorted(ranking.rank)
+    assert np.count_nonzero(table.repeats) == 256
 
 
 def test_a_sub_box_beside_the_whole_box():

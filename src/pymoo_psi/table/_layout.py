@@ -49,10 +49,12 @@ class Layout:
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
         outputs: ``k`` names of what else the model gives, numbers that are neither criteria nor
             constraints.
-        maximized: The criteria of which more is better, and outputs that were, or would be, such
-            criteria. ``F`` holds the criteria with the sign turned,
-            as pymoo minimises; whatever is reached by their names is in their own sense.
+        maximized: The criteria of which more is better, and outputs that would be such criteria.
+            ``F`` holds the criteria with the sign turned, as pymoo minimises; whatever is reached
+            by their names is in their own sense.
         units: Units of columns by name, also of outputs that no test has brought yet.
+        experiments: Of tests joined by :meth:`TestTable.combined`, the name of each experiment
+            and the number of the test point before its first one; empty for others.
 
     Example:
         >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])

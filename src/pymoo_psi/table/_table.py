@@ -258,9 +258,9 @@ class TestTable:
     def repeats(self) -> NDArray[np.int64]:
         """``(n,)`` which tests repeat a design: the number of its first test, else 0.
 
-        A repetition has the same criteria, too; only designs without a real variable are looked
-        at. PSI calls the model once for each design, and in a Pareto set the first test of a
-        design stands for all.
+        A repetition has the same criteria, too; only designs without a real variable, and those of
+        joined experiments, are looked at. PSI calls the model once for each design, and in a
+        Pareto set the first test of a design stands for all.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
@@ -275,10 +275,14 @@ class TestTable:
         return result
 
     def _recurs(self) -> bool:
-        """Whether designs can occur again: a real variable that is free never has a value twice."""
+        """Whether designs can occur again.
+
+        In one experiment a real variable that is free never has a value twice; of several, two may
+        begin with the same points.
+        """
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
         finite = [kind is not Kind.REAL or low == high for kind, low, high in bounds]
-        return bool(finite) and all(finite)
+        return bool(finite) and (all(finite) or len(self.layout.experiments) > 1)
 
     def column(self, name: str) -> NDArray[Any]:
         """``(n,)`` values of a variable, criterion, constraint or output; criteria in their sense.
