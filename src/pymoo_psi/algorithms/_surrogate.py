@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 # else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
 # does not depend on where it was interrupted.
 _GROWTH = 1.1
-_BATCH = 8  # so many gain little less than one by one, and the surrogates' time is shared by them
+_BATCH = 8  # so many share the time of the surrogates; one by one, models would wait for them
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 

@@ -69,8 +69,8 @@ class Scale:
         t = t * self.deviation + self.mean
         if np.isinf(self.unit):
             return t
-        # 700: sinh overflows above 710; a prediction as far off is of no use, but must be finite
-        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -700, 700)))
+        # A prediction as far off as sinh(300) is of no use, but must be finite in any unit.
+        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values: what densities on two scales differ by."""
