@@ -54,11 +54,13 @@ BUDGETS = (64, 128, 256, 512)
 SHOWN = ("surrogate", "psi", "nsga3", "tpe")
 SIGNIFICANCE = 0.05
 
-TUNED = ("osy", "welded_beam", "truss2d", "mw7", "zdt3", "dtlz2", "chute-full-0.4")
+TUNED = (
+    "osy", "welded_beam", "truss2d", "mw7", "zdt3", "dtlz2", "chute-full-0.4", "bnh", "zdt1", "dtlz7",
+)  # fmt: skip
 """Problems on which the surrogates' constants were chosen: their numbers are optimistic."""
 
 PROBLEMS: dict[str, Callable[[], Any]] = {
-    **{name: COMPARED[name] for name in (*TUNED, "bnh", "zdt1", "zdt2", "dtlz7")},
+    **{name: COMPARED[name] for name in (*TUNED, "zdt2")},
     "carside": partial(get_problem, "carside"),
     "mw1": partial(get_problem, "mw1"),
     "ten_bar_truss": TenBarTruss,

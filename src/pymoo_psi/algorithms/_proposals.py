@@ -33,8 +33,9 @@ Mask = NDArray[np.bool_]
 # tests. Far from all tests surrogates promise most and know least; near them alone, a run that
 # began in the wrong place stays there.
 TURNS = (("gaussian process", False), ("gaussian process", True), ("radial functions", False))
-_NEAR = 0.2  # of the cube's width, in every variable; 0.1 got DTLZ2 with 13 variables nowhere
-_CENTRES = 10  # best tests: some for each part of a front
+# Of the cube's width, in every variable; and of how many best tests, some for each part of a front.
+# Both were chosen once and not varied, like the optimism below.
+_NEAR, _CENTRES = 0.2, 10
 _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 
 # The search: as large and as long as the time for a proposal allows, below 0.1 s with 512 tests of
