@@ -7,16 +7,17 @@ study has them before they are tested. So a run that is killed goes on as if not
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
+from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms._investigate import Investigation
@@ -34,6 +35,7 @@ from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import bounds_of
 
 Array = NDArray[np.float64]
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 # Lengths are fitted again when there are so many times as many tests, which takes as long as all
 # else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
@@ -41,6 +43,10 @@ Array = NDArray[np.float64]
 _GROWTH = 1.1
 _BATCH = 8  # so many share the time of the surrogates; one by one, models would wait for them
 _LEAST = 4  # tests that are known, below which no surrogate is made
+
+# Several threads would spin at matrices as small as these, ten times as long where other work is
+# going on, and their sums differ in the last digits from those of one.
+_one_thread: Callable[[Method], Method] = threadpool_limits.wrap(limits=1, user_api="blas")
 
 
 class SurrogatePSI(PSI):
@@ -232,6 +238,7 @@ class SurrogatePSI(PSI):
         # What another process has proposed meanwhile is the same; but one file, one truth.
         return _restored(study.propose(_rows(made, ready + 1, first)))
 
+    @_one_thread
     def _proposed(self, ready: int) -> Proposals:
         goal, further = self._goal()
         tests = self._tests(further)
@@ -329,6 +336,7 @@ class SurrogatePSI(PSI):
             columns[f"{name}_deviation"] = deviation[:, j]
         return pd.DataFrame(columns)
 
+    @_one_thread
     def errors(self) -> pd.DataFrame:
         """Return how far surrogates of the present tests can be trusted.
 
