@@ -83,6 +83,14 @@ def make(a):
     return problem
 robustness(make, [[0.0] * 30, [1.0] * 30], uncertainty={"a": uniform()}, n_scenarios=4, n_jobs=2)
 """
+BLOCKS = """
+from pymoo.core.problem import Problem
+from pymoo_psi import investigate
+class Stuck(Problem):
+    def _evaluate(self, X, out, *args, **kwargs):
+        stuck(X)
+investigate(Stuck(n_var=1, n_obj=1, xl=0.0, xu=1.0), 1000, n_jobs=2)
+"""
 
 
 @posix
@@ -93,8 +101,9 @@ robustness(make, [[0.0] * 30, [1.0] * 30], uncertainty={"a": uniform()}, n_scena
         (RUNNER.format("timeout=100.0"), signal.SIGTERM),
         (RUNNER.format("in_process=False"), signal.SIGINT),  # as Ctrl-C, but to the parent alone
         (TASKS, signal.SIGKILL),
+        (BLOCKS, signal.SIGTERM),
     ],
-    ids=["workers-SIGKILL", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL"],
+    ids=["workers-SIGKILL", "timeout-SIGTERM", "workers-SIGINT", "tasks-SIGKILL", "blocks-SIGTERM"],
 )
 def test_no_process_outlives_its_program(program, how):
     """Neither a worker that is stuck, nor what the model has started there in any group."""

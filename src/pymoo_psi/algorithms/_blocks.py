@@ -1,4 +1,4 @@
-"""A vectorised model at many points: blocks of them, on one core or by joblib on many.
+"""A vectorised model at many points: blocks of them, on one core or by workers on many.
 
 A block is a task: its points are made, evaluated and sifted where the model runs, and only what is
 kept comes back, in any order. At most a few blocks for each worker are on their way or wait here,
@@ -24,6 +24,7 @@ from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._outcome import one_line
+from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._layout import Limits
@@ -36,8 +37,8 @@ _SECONDS = 2.0
 _LEAST = 64
 # Blocks without a study: so many for each worker that the last ones end at about the same time.
 _BLOCKS = 8
-# Blocks for each worker that are evaluated, wait for a worker, or wait here: joblib has two of
-# them under way, and as many may arrive while this process is busy with earlier ones.
+# Blocks for each worker that are evaluated, wait for a worker, or wait here: two of them are sent
+# ahead, and as many may arrive while this process is busy with earlier ones.
 _IN_FLIGHT = 4
 
 Rows: TypeAlias = "range | NDArray[np.intp]"
@@ -189,7 +190,7 @@ def _evaluated(
 
     while missing:
         for block in (
-            _by_joblib(model, blocks(), n_jobs) if workers > 1 else map(model.tested, blocks())
+            _on_workers(model, blocks(), n_jobs) if workers > 1 else map(model.tested, blocks())
         ):
             received += 1
             yield block
@@ -199,13 +200,10 @@ def _evaluated(
                 size = max(_LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
 
 
-def _by_joblib(model: _Model, blocks: Iterator[Cut], n_jobs: int) -> Iterator[_Block]:
-    from joblib import Parallel, delayed
-
-    workers = active_workers(n_jobs)
-    parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+def _on_workers(model: _Model, blocks: Iterator[Cut], n_jobs: int) -> Iterator[_Block]:
     try:
-        yield from parallel(delayed(model.tested)(block) for block in blocks)
+        for _, block in in_parallel(model.tested, blocks, n_jobs):
+            yield block
     except PsiError:
         raise
     except Exception as error:  # joblib's backends have errors of their own for this

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 from pymoo_psi.errors import EvaluationError, WorkerError
@@ -20,7 +21,7 @@ def in_parallel(
 
     Args:
         function: What to do with a task; it is sent to a worker once.
-        tasks: The tasks.
+        tasks: The tasks; they are taken as workers get free, so that there may be any number.
         n_jobs: Number of workers, as of :class:`~pymoo_psi.JoblibRunner`; where it is 1, the tasks
             are done in this process.
 
@@ -32,17 +33,20 @@ def in_parallel(
     if workers.kind != "processes":
         from joblib import Parallel, delayed
 
-        parallel = Parallel(workers.count, return_as=workers.return_as)
+        # One at a time: joblib would send many together that have been short so far.
+        parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
         yield from parallel(delayed(_numbered)(function, *task) for task in enumerate(tasks))
     elif workers.count == 1:
         for number, task in enumerate(tasks):
             yield number, function(task)
     else:
-        done = ProcessPool().run(
-            function, deque(enumerate(tasks)), workers=workers.count, cost=Cost()
-        )
+        left = enumerate(tasks)
+        # one under way and one that waits, so that no worker is idle while its result is read
+        waiting = deque(islice(left, 2 * workers.count))
+        done = ProcessPool().run(function, waiting, workers=workers.count, cost=Cost())
         try:
             for number, result, _ in done:
+                waiting.extend(islice(left, 1))
                 yield number, result
         except EvaluationError as error:
             if error.original is None:
