@@ -82,7 +82,10 @@ def test_reading_a_folder_warns_of_missing_points(tmp_path):
         ({"share": (0, 4)}, "k of share=.* must be an integer >= 1, got 0"),
         ({"share": (5, 4)}, r"share must be \(k, n\) with k from 1 to n, got \(5, 4\)"),
         ({"share": "3/4"}, r"share must be a pair \(k, n\)"),
-        ({"share": (9, 16)}, "share must be one that has a point of 8, got 9 of 16"),
+        (
+            {"share": (9, 16)},
+            "share must be one that gets a point of points 1 to 8, got 9 of 16; test as many",
+        ),
         ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder"),
         ({"study": "."}, "study must be the name of a file.*with share=.* it is a folder"),
         ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),

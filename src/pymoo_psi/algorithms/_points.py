@@ -76,7 +76,9 @@ class Points:
         self.n_dim = n_dim
         self._rounds = share.rounds(first, self.last)
         if len(self._rounds) == 0:
-            raise invalid("share", f"one that has a point of {n_points}", Received(share))
+            remedy = "test as many points as there are shares, or more"
+            rule = f"one that gets a point of points {first} to {self.last}"
+            raise invalid("share", rule, Received(share), remedy)
         self._units = None
         if not isinstance(sampling, LPTauSampling):  # any part needs all before it, or all
             state = np.random.default_rng(seed)
