@@ -143,6 +143,7 @@ def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
 
 ENDED = """
 import os, sys, time
+import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo_psi import PSI, JoblibRunner
@@ -156,18 +157,28 @@ class Slow(ElementwiseProblem):
             time.sleep(600)
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
+from pymoo_psi import Recorded
 from pymoo_psi.algorithms import _investigate
-_investigate._SECONDS = 1e9  # no commit but the last
-minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))
+from pymoo_psi.evaluation import _recorded
+_investigate._SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
+RUN
 """
 
 
 @posix
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("runner", ["", "elementwise_runner=JoblibRunner(1, timeout=1e3)"])
-def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner):
+@pytest.mark.parametrize(
+    "run",
+    [
+        "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))",
+        "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))",
+    ],
+    ids=["psi", "recorded"],
+)
+def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, run):
     path = tmp_path / "s.db"
-    code = ENDED.replace("RUNNER", runner)
+    code = ENDED.replace("RUN\n", run + "\n").replace("RUNNER", runner)
     if how == signal.SIGINT:  # a job in the background ignores it
         code = f"import signal\nsignal.signal(2, signal.default_int_handler)\n{code}"
     process = subprocess.Popen(

@@ -483,3 +483,13 @@ def test_results_may_come_in_any_order(tmp_path, monkeypatch, seconds):
     there = recorded(Model(fails=True, elementwise_runner=JoblibRunner(1)), tmp_path / "there.db")
     solved(there, nsga3(), 3)
     assert there.table.equals(here.table)
+
+
+def test_an_investigation_of_a_recorded_problem_has_numbers_of_its_own(tmp_path):
+    """Those of the study are none of its outputs, of which it would warn."""
+    problem = Recorded(Model(), study=tmp_path / "s.db")
+    problem.evaluate(np.full((1, 3), 0.5))
+    assert minimize(problem, PSI(3, first=2)).algorithm.table.equals(
+        minimize(Model(), PSI(3, first=2)).algorithm.table
+    )
+    assert problem.n_evaluated == 3, "the first of them is answered from the study"

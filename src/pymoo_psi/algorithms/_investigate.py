@@ -6,14 +6,10 @@ through the problem in large blocks, and only what is wanted is kept.
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
-from contextlib import contextmanager
 from os import PathLike
 from typing import Any
 
@@ -36,7 +32,7 @@ from pymoo_psi.evaluation._evaluator import (
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.evaluation._memory import COMPUTED as _COMPUTED
 from pymoo_psi.evaluation._memory import SECONDS as _SECONDS
-from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.evaluation._memory import Memory, stored_at_termination
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.parallel._backend import active_workers
@@ -340,7 +336,7 @@ class Investigation:
         else:
             self._open(end + self._ahead)
         self._start, self._end = start, end
-        with _stored_at_termination():
+        with stored_at_termination():
             try:
                 # Where all is stored there is nothing to test, and the study is not even locked.
                 if self._stream is None and self._missing.any():
@@ -499,32 +495,3 @@ class Investigation:
         self._hand = self._hand.extended(tests)
         if self._show is not None:
             self._show(tests)
-
-
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
-
-
-@contextmanager
-def _stored_at_termination() -> Iterator[None]:
-    """Let SIGTERM end the process after the body has stored what has arrived.
-
-    Clusters send it before they kill. A handler of the user's is left alone.
-    """
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-
-    def interrupt(*_: Any) -> None:
-        raise _Terminated
-
-    signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    except _Terminated:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.kill(os.getpid(), signal.SIGTERM)
-        raise
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)

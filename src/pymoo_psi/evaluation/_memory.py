@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -156,3 +158,32 @@ def retried(retry: str | Collection[int]) -> frozenset[int] | None:
     if isinstance(retry, str) or not isinstance(retry, Collection):
         raise ArgumentTypeError(f"retry must be 'failed' or numbers of test points, got {retry!r}")
     return frozenset(integer("a number in retry", number, minimum=1) for number in retry)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
+
+
+@contextmanager
+def stored_at_termination() -> Iterator[None]:
+    """Let SIGTERM end the process after the body has stored what has arrived.
+
+    Clusters send it before they kill. A handler of the user's is left alone.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def interrupt(*_: Any) -> None:
+        raise _Terminated
+
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except _Terminated:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)

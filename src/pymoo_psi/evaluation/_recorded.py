@@ -23,7 +23,7 @@ from pymoo_psi.evaluation._evaluator import (
     streams,
 )
 from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
-from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, retried
+from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, retried, stored_at_termination
 from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
 from pymoo_psi.parallel._outcome import Result
 from pymoo_psi.problems._design_space import design_space
@@ -166,6 +166,11 @@ class Recorded(WrappedProblem):
             self._memory.origin = type(algorithm).__name__
             if self._tolerant is not None:
                 leave_failed_out(algorithm)
+        if kwargs.get("return_as_dictionary"):
+            # For algorithms. To what is around this problem, such as a table of tests with numbers
+            # of its own, they would be an output of the model.
+            asked = kwargs.get("return_values_of") or ["F"]
+            kwargs["return_values_of"] = [*asked, "test_point"]
         out = super().evaluate(X, *args, **kwargs)
         if isinstance(out, dict):  # of which pymoo has made floats
             out["test_point"] = out["test_point"].astype(np.int64)
@@ -195,6 +200,8 @@ class Recorded(WrappedProblem):
                     self._evaluate(X, matrix, sorted(first.values()))
         out = self._answers.values(keys, [getattr(self._model, name) for name in _SIZES.values()])
         _require_kept(return_values_of, {*return_values_of} - {*out})
+        if "test_point" not in return_values_of:
+            del out["test_point"]
         if self._tolerant is not None:
             return self._tolerant.tolerated(X, out, return_values_of)
         failure = out.pop("failure")
@@ -237,15 +244,17 @@ class Recorded(WrappedProblem):
                 out = columns_of_values(self._model, values)
                 self._keep(numbers[indices], matrix[indices], out, np.array(seconds))
 
-        try:
-            for result in stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False):
-                group.append(result)
-                computed += result[2]
-                if computed >= COMPUTED or time.monotonic() - began >= SECONDS:
-                    store()
-                    began, computed = time.monotonic(), 0.0
-        finally:  # also what has arrived when the user stops
-            store()
+        with stored_at_termination():
+            try:
+                results = stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False)
+                for result in results:
+                    group.append(result)
+                    computed += result[2]
+                    if computed >= COMPUTED or time.monotonic() - began >= SECONDS:
+                        store()
+                        began, computed = time.monotonic(), 0.0
+            finally:  # also what has arrived when the user stops
+                store()
 
     def _keep(
         self, numbers: NDArray[np.int64], matrix: NDArray[Any], out: Any, seconds: ArrayLike
