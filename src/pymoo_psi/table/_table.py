@@ -929,7 +929,9 @@ class TestTable:
 
         So tests of several tables go on as one: ``a.merge(b).to_study("all.db")``, then
         ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem nobody has said, as one
-        made by :meth:`of`, can be read again, but no run continues it.
+        made by :meth:`of`, can be read again, but no run continues it. What evaluations took
+        and where designs come from, ``seconds`` and ``origin`` of a study, are no columns of a
+        table and stay in the studies that it was read from.
 
         Raises:
             StudyAccessError: There is a file of that name, or none can be written.
