@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.problems import get_problem
 
 from pymoo_psi import Formulation, TestTable, investigate
 from pymoo_psi.cli._app import main
@@ -196,3 +197,19 @@ def test_what_cannot_be_combined_is_told_in_a_line(run, tmp_path):
     ]:
         assert message in run("combine", *words, "--out", "o.csv", code=2)
     assert "--out must be another file" in run("combine", "a.db", "--out", "a.db", code=2)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_a_sense_outlives_a_ranking_by_other_criteria(run, tmp_path, suffix):
+    """A criterion that is left out for once is maximised when it is taken again."""
+    table = investigate(get_problem("bnh"), 64, names={"f2": "gain"}, maximize=["gain"])
+    table.to_csv("all.csv")
+    whole, part = table.to_frame(), tmp_path / f"part.{suffix}"
+    run("rank", "all.csv", "--criterion", "loss=-gain", "--objectives", "f1", "--out", part)
+    for file, options in ((part, ()), ("all.csv", ("--limits", "f1<=100"))):
+        printed = run("rank", file, "--objectives", "f1,gain", *options)
+        assert "maximise gain" in printed
+    assert whole["gain"].max() <= 0  # turned by the sense
+    printed = run("rank", part)
+    assert "gain: best" not in printed
+    assert "minimise loss" in printed

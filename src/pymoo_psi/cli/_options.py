@@ -182,7 +182,7 @@ def _with_roles(
     # What the file says is not taken back: else it would be minimised without a word.
     typed = names_in("--maximize", columns.maximize, file.names)
     maximize = tuple(dict.fromkeys((*roles.maximize, *typed)))
-    if other := [name for name in maximize if name not in roles.objectives]:
+    if other := [name for name in typed if name not in roles.objectives]:
         rule = f"one of the objectives {', '.join(roles.objectives)}"
         raise invalid("--maximize", rule, other[0])
     # A choice that the user has made need not be told; one that was made for them must be.

@@ -64,7 +64,8 @@ def run_rank(
     selectors = preferences_in(prefer, names, normalize=normalize)
     # Numbers rank, and what is written are the cells: float64 would not give all digits back.
     F = pd.DataFrame(file.values(names), columns=names)
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=roles.maximize)
+    more = [name for name in names if name in roles.maximize]
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
     frame = _ranked(file, file.cells, ranking)
     # A criterion may be called "row"; then the rows of the file are told.
     rows = file.rows if "row" in names else frame["row"].sort_index().to_numpy()

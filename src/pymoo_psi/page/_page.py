@@ -141,7 +141,7 @@ def decision_page(
         variables: Names of the columns with the design variables. Numbers, which may be missing,
             are plotted; texts are in the table only.
         outputs: Names of the columns with what else a model gave, likewise.
-        maximize: Names of the objectives of which more is better.
+        maximize: Names of the objectives, and of outputs, of which more is better.
         units: Units of columns by name.
         label: Name of the column with the designs' numbers or names; the frame's index unless
             given.
@@ -176,7 +176,7 @@ def decision_page(
     )
     others = [*variables, *outputs]
     for name in maximize:
-        known_name("maximize", name, list(objectives))
+        known_name("maximize", name, [*objectives, *outputs])
     for name in units or {}:
         known_name("units", name, [*objectives, *others])
     if len(frame) < 2:
@@ -337,7 +337,8 @@ def _columns(
                 else text_column(whole[name].tolist())
             )
             field, unit = f"{letter}{j}", units.get(name, "")
-            columns.append(Column(field, name, unit, role, False, values))
+            more = role == "output" and name in maximize
+            columns.append(Column(field, name, unit, role, more, values))
     columns += [
         Column(f"mu{j + 1}", name, "", "geometric", False, mu[:, j])
         for j, name in enumerate(_GEOMETRIC)

@@ -49,7 +49,8 @@ class Roles:
         objectives: Names of the columns with objectives.
         variables: Names of the columns with design variables.
         label: Name of the column with the designs' numbers or names; ``None`` if there is none.
-        maximize: The objectives that the file says are to be maximised.
+        maximize: The objectives of which more is better, and other columns of which it would be if
+            they were objectives: a sense must not be lost while a column is none.
         outputs: Names of columns with what else a model gave.
     """
 
@@ -216,8 +217,10 @@ class DesignFile:
                 raise unfit(self.path, f"{what}; {remedy}")
         # Who names a label as objective or variable means it; it is then no label any more.
         label = None if found.label in {*chosen, *kept} else found.label
-        more = tuple(name for name in found.maximize if name in chosen)
-        others = tuple(name for name in found.outputs if name not in {*chosen, *kept})
+        # What a file tells of its objectives holds on when others are named.
+        further = (*(found.objectives if self.known else ()), *found.outputs)
+        others = tuple(name for name in further if name not in {*chosen, *kept})
+        more = tuple(name for name in found.maximize if name in {*chosen, *others})
         return Roles(chosen, kept, label, more, others)
 
     def require_columns(self, argument: str, names: Sequence[str]) -> None:
@@ -293,7 +296,7 @@ class DesignFile:
         variables = tuple(name for name in roles.variables if name not in criteria)
         further = (*former.objectives, *former.outputs, *asked.computed)
         outputs = tuple(dict.fromkeys(n for n in further if n not in criteria))
-        senses = tuple(name for name in criteria if name in more)
+        senses = tuple(name for name in (*criteria, *outputs) if name in more)
         found = self._some(kept, {**self.columns, **added}, [*self.remarks, *remarks])
         return replace(found, known=Roles(criteria, variables, label, senses, outputs))
 
@@ -496,7 +499,13 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         raise unfit(path, "its tests have no criteria")
     feasible = np.flatnonzero(table.eligible())
     if len(feasible) == 0:
-        raise unfit(path, f"none of its {len(table)} tests is feasible")
+        violated, names = table.violations()
+        rejects = violated.sum(axis=0)
+        # Without any that is violated, values of a criterion are not finite, or all tests failed.
+        why = f"{names[rejects.argmax()]} rejects most: {rejects.max()}" if violated.any() else (
+            f"no test has finite values of {', '.join(layout.objectives)}"
+        )  # fmt: skip
+        raise unfit(path, f"none of its {len(table)} tests is feasible; {why}")
     rows = None
     if prototype is not None:
         cells = dict(zip(layout.objectives, prototype.f.tolist(), strict=True))
@@ -514,9 +523,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
     if others:
         are = "is" if n == 1 else "are"
         remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
-    more = tuple(name for name in layout.objectives if name in layout.maximized)
     further = layout.outputs + (ORIGIN if layout.experiments else ())
-    roles = Roles(layout.objectives, layout.variables, "test_point", more, further)
+    roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized, further)
     return DesignFile(Path(path), columns, feasible + 1, (), roles, rows, tuple(remarks))
 
 
@@ -569,7 +577,7 @@ def _with_roles(file: DesignFile, line: str) -> DesignFile:
         groups = ("objectives", "maximized", "variables", "outputs")
         objectives, maximized, variables, outputs = (tuple(head[key]) for key in groups)
         units = dict(head["units"])
-        if head[_ROLES_MARK] != 1 or not {*maximized} <= {*objectives}:
+        if head[_ROLES_MARK] != 1 or not {*maximized} <= {*objectives, *outputs}:
             raise ValueError
         if not all(isinstance(unit, str) for unit in units.values()):
             raise TypeError
@@ -580,14 +588,15 @@ def _with_roles(file: DesignFile, line: str) -> DesignFile:
         what = f"its first line names the objective {missing[0]!r}, which is no column"
         raise UnfitError(f"{what}; restore the column, or remove the line")
     # Other columns may be gone: nothing is ranked by them.
-    kept, others = (
-        tuple(name for name in group if name in file.columns) for group in (variables, outputs)
+    kept, others, more = (
+        tuple(name for name in group if name in file.columns)
+        for group in (variables, outputs, maximized)
     )
     columns = {
         name: replace(column, unit=units[name]) if name in units else column
         for name, column in file.columns.items()
     }
-    roles = Roles(objectives, kept, file.label, maximized, others)
+    roles = Roles(objectives, kept, file.label, more, others)
     return replace(file, columns=columns, known=roles)
 
 
@@ -611,7 +620,7 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
         or not all(isinstance(name, str) for name in [*names, *units.values()])
         or not {*objectives} <= {*rows[0]}
         or any(len({*group}) < len(group) for group in (objectives, maximized))
-        or not {*maximized} <= {*objectives}
+        or not {*maximized} <= {*rows[0]}
         or not all(map(is_writable, texts))
         or not all(isinstance(cell, (str, int, float, type(None))) for cell in cells)
     ):
@@ -623,7 +632,8 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
         for name, column in read_columns(columns, marks).items()
     }
     file = DesignFile(path, read, np.arange(1, len(rows) + 1))
-    return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized)))
+    others = tuple(name for name in maximized if name not in objectives)
+    return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized), others))
 
 
 def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
