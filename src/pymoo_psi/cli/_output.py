@@ -51,6 +51,9 @@ def say(text: str) -> None:
 def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -> None:
     """Print a frame as a table: numbers to the right, with 4 decimals; missing ones blank.
 
+    A table that is wider than the terminal is continued below, as pandas does, each part led by
+    the first column: a cell that is cut would show a wrong number.
+
     Args:
         frame: What to print.
         title: The line above it.
@@ -59,20 +62,35 @@ def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -
     console = Console(highlight=False, markup=False)  # "mass [kg]" is text
     if not console.is_terminal:  # a file has no width, and rich would take 80
         console = Console(highlight=False, markup=False, width=200)
-    table = _table(frame)
-    # A cell that is cut would show a wrong number: rather leave out columns that are in the file.
-    unlimited = console.options.update(max_width=10_000)
-    left_out = spare and console.measure(table, options=unlimited).maximum > console.width
+    left_out = spare and _width(frame, console) > console.width
     if left_out:
-        table = _table(frame.drop(columns=list(spare)))
+        frame = frame.drop(columns=list(spare))
     say(title)
     # rich ends the process with code 1 where a pipe is closed, whatever the code of the results;
     # what it captures is said as any other text.
-    with console.capture() as printed:
-        console.print(table)
-    say(printed.get().rstrip("\n"))
+    for part in _parts(frame, console):
+        with console.capture() as printed:
+            console.print(_table(part))
+        say(printed.get().rstrip("\n"))
     if left_out:
         say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
+
+
+def _width(frame: pd.DataFrame, console: Console) -> int:
+    unlimited = console.options.update(max_width=10_000)
+    return console.measure(_table(frame), options=unlimited).maximum
+
+
+def _parts(frame: pd.DataFrame, console: Console) -> Iterator[pd.DataFrame]:
+    """Yield as many columns at a time as the terminal is wide, the first one with all of them."""
+    first, at = 1, 2
+    while at <= frame.shape[1]:
+        part = frame.iloc[:, [0, *range(first, at)]]
+        if at - first > 1 and _width(part, console) > console.width:
+            yield part.iloc[:, :-1]
+            first = at - 1
+        at += 1
+    yield frame.iloc[:, [0, *range(first, frame.shape[1])]]
 
 
 def _table(frame: pd.DataFrame) -> Table:

@@ -75,6 +75,10 @@ def run_page(
     page.save(out)
     for remark in remarks:
         say(remark)
+    if opening:
+        # rank and solve leave out what is beyond a limit, and may name another optimum.
+        sliders = ", ".join(f"{name} {value:g}" for name, value in opening.items())
+        say(f"Sliders open at {sliders}; ranks are those of all designs, also of hidden ones.")
     size = counted(len(frame), "design")
     say(f"{size} by {', '.join(roles.objectives)}: open {out} in a browser")
     return 0
