@@ -156,3 +156,16 @@ def test_solve_names_designs_without_numbers_by_their_rows(capsys, tmp_path):
     front = pd.read_csv(out)
     why = explain(front[["f1", "f2"]].set_axis([f"row {i + 1}" for i in range(len(front))]), 0)
     assert why.sentences[1] in printed
+
+
+@pytest.mark.parametrize("problem", ["srn", "kursawe"])
+def test_solve_and_rank_have_the_same_reasons_and_cautions(capsys, tmp_path, problem):
+    """Without a design of the Pareto set those come into it that it alone dominates."""
+    study = str(tmp_path / "tests.db")
+    told = []
+    for words in (["solve", problem, "--points", "128", "--study", study], ["rank", study]):
+        assert main(words) == 0
+        text = joined(capsys.readouterr().out)
+        start = text.index("Normalised:")
+        told.append(text[start:].lower().replace("test point", "row"))
+    assert told[0] == told[1]

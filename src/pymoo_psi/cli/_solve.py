@@ -113,6 +113,8 @@ class SolveResult:
         outputs: What else the model gave for them.
         counts: How many designs were tested, stored before, and failed.
         remarks: Lines to tell: why no design is feasible if none is, why designs failed.
+        dominated: The tests that are feasible and dominated, where all of them are known: without
+            a design of the Pareto set they may come into it.
     """
 
     layout: Layout
@@ -121,11 +123,24 @@ class SolveResult:
     outputs: pd.DataFrame
     counts: str
     remarks: tuple[str, ...]
+    dominated: TestTable | None = None
 
     def ranking(self, *, normalize: bool) -> EfficiencyRanking:
         """Return the ranking of the Pareto set, the objectives in their own sense."""
-        own = pd.DataFrame(self.F * self.layout.sign, columns=list(self.layout.objectives))
-        return rank_of_efficiency(own, normalize=normalize, maximize=self.roles.maximize)
+        return self._ranked(self.F, normalize)
+
+    def ranking_of_all(self, ranking: EfficiencyRanking) -> EfficiencyRanking:
+        """Return that ranking with the dominated designs behind it, and what all are called."""
+        labels, F = self.labels(ranking), self.F
+        if self.dominated is not None:
+            labels += [f"test point {number}" for number in self.dominated.numbers]
+            F = np.vstack([F, self.dominated.F])
+        return labelled(self._ranked(F, ranking.frame.normalize), labels)
+
+    def _ranked(self, F: NDArray[np.float64], normalize: bool) -> EfficiencyRanking:
+        own = pd.DataFrame(F * self.layout.sign, columns=list(self.layout.objectives))
+        more = [name for name in self.layout.objectives if name in self.layout.maximized]
+        return rank_of_efficiency(own, normalize=normalize, maximize=more)
 
     def labels(self, ranking: EfficiencyRanking) -> list[str]:
         """Return what the designs are called: by test point, or by row of what is written."""
@@ -151,7 +166,7 @@ class SolveResult:
         label = None if len(columns) == len(self.designs.columns) else "test_point"
         outputs = tuple(map(str, self.outputs.columns))
         names = self.layout.objectives
-        more = tuple(name for name in names if name in self.layout.maximized)
+        more = tuple(name for name in self.layout.maximized if name in {*names, *outputs})
         return Roles(names, columns, label, more, outputs)
 
 
@@ -198,7 +213,7 @@ def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: 
     label = found.layout.label
     shown = frame.head(_SHOWN).rename(columns=label)
     print_frame(shown, title, spare=[label(name) for name in spare])
-    say_choice(labelled(ranking, found.labels(ranking)), found.layout.units)
+    say_choice(found.ranking_of_all(ranking), found.layout.units)
     for line in found.remarks:
         say(line)
     n_free = len(design_space(problem).free.variables)
@@ -346,7 +361,9 @@ def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int
     elif asked.limits and (box := box_text(table, {}, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
     outputs, left_out = _outputs(front)
-    return SolveResult(table.layout, designs, front.F, outputs, counts, (*remarks, *left_out))
+    dominated = table.rows(np.setdiff1d(np.flatnonzero(table.eligible()), rows))
+    remarks = (*remarks, *left_out)
+    return SolveResult(table.layout, designs, front.F, outputs, counts, remarks, dominated)
 
 
 def _most_violated(table: TestTable, of: str) -> tuple[str, ...]:
