@@ -4,8 +4,9 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import TestTable, investigate
+from pymoo_psi import Restricted, TestTable, investigate
 from pymoo_psi.cli import main
+from pymoo_psi.errors import PsiError
 from pymoo_psi.table import Formulation, convergence, feasibility_rules, sensitivities
 
 
@@ -74,3 +75,18 @@ def test_mistakes_are_told_in_a_line(tmp_path, capsys):
     ):
         assert main(["analyze", str(tmp_path / words[0]), *words[1:]]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_combined_tests_are_no_longer_investigation(tmp_path, capsys):
+    """Half of them are another box, so that nothing follows from the first half."""
+    whole = investigate(get_problem("bnh"), 64)
+    part = investigate(Restricted(get_problem("bnh"), {"x1": (0, 2)}), 64)
+    TestTable.combined({"whole": whole, "part": part}).to_csv(tmp_path / "all.csv")
+    words = ["analyze", str(tmp_path / "all.csv"), "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    assert "2 experiments, whole, part" in printed
+    assert "more tests are" not in printed.lower()
+    assert not list((tmp_path / "out").glob("convergence*"))
+    with pytest.raises(PsiError, match="of one experiment, got whole, part"):
+        convergence(TestTable.read_csv(tmp_path / "all.csv"))

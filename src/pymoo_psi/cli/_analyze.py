@@ -28,14 +28,15 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None) -> int:
         require_folder(out, str(out))
     found = sensitivities(table, [name for name in table.layout.columns if name in known])
     rules = feasibility_rules(table)
-    steps = convergence(table)
+    # The first of combined tests are one experiment, the others another box: no convergence.
+    experiments = [name for name, _ in layout.experiments]
+    steps = convergence(table) if len(experiments) < 2 else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
-        write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
-        pages = [
-            ("sensitivities.png", sensitivity_page(found, title=path.name)),
-            ("convergence.png", convergence_page(steps, title=path.name)),
-        ]
+        pages = [("sensitivities.png", sensitivity_page(found, title=path.name))]
+        if steps is not None:
+            write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
+            pages.append(("convergence.png", convergence_page(steps, title=path.name)))
         if len(layout.variables) > 1:
             with new_page(90.0, width=120.0) as figure:
                 draw_feasibility(table, ax=figure.add_subplot(), title=path.name)
@@ -58,8 +59,15 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None) -> int:
     say("Where designs are feasible:")
     for rule in rules.rules:
         say(f"  {rule}")
-    print_frame(steps.to_frame().reset_index(), "What the first tests would have decided")
-    say(steps.verdict())
+    if steps is None:
+        say(
+            f"The tests are of {len(experiments)} experiments, {', '.join(experiments)}: where "
+            f"these are dense counts for more above, and whether more tests would change the "
+            f"decision can be told of each one alone."
+        )
+    else:
+        print_frame(steps.to_frame().reset_index(), "What the first tests would have decided")
+        say(steps.verdict())
     if out is not None:
         say(f"Tables and pictures written to {out}")
     return 0

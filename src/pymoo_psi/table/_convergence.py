@@ -179,7 +179,8 @@ def convergence(
         normalize: Measure distances in units of the criteria's ranges, as for ``table.ranking``.
 
     Raises:
-        ArgumentValueError: There is no feasible design, or fewer than eight tests.
+        ArgumentValueError: There is no feasible design, fewer than eight tests, or tests of several
+            experiments, whose first ones are no smaller investigation of the same box.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -191,6 +192,8 @@ def convergence(
         raise invalid(
             "the table", f"of {_LEAST} tests or more", Received(counted(len(table), "test"))
         )
+    if len(names := [name for name, _ in table.layout.experiments]) > 1:
+        raise invalid("the table", "of one experiment", Received(", ".join(names)))
     ranking = table.ranking(limits, normalize=normalize)
     frame = ranking.frame
     scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
