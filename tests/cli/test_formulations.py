@@ -213,3 +213,15 @@ def test_a_sense_outlives_a_ranking_by_other_criteria(run, tmp_path, suffix):
     printed = run("rank", part)
     assert "gain: best" not in printed
     assert "minimise loss" in printed
+
+
+def test_a_design_that_two_experiments_tested_is_ranked_once(run):
+    table = investigate(get_problem("bnh"), 32)
+    both = TestTable.combined({"a": table, "b": table})
+    both.to_csv("all.csv")
+    printed = run("rank", "all.csv", "--out", "ranked.csv")
+    assert f"{table.eligible().sum()} of them tested a design once more" in printed
+    ranked = pd.read_csv("ranked.csv", comment="#")
+    assert ranked["pareto"].sum() == both.pareto().sum() == table.pareto().sum()
+    best = both.rows(both.pareto()).numbers[both.ranking().salukvadze]
+    assert ranked["test_point"][ranked["rank"] == 6].tolist() == best.tolist()

@@ -343,7 +343,8 @@ def _by_surrogate(problem: Problem, search: Search, asked: Formulation) -> Solve
 def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int) -> SolveResult:
     """Return what tests give, of which ``n_new`` were evaluated now, the others before."""
     table = judged(tests, asked)
-    rows = np.flatnonzero(table.pareto())
+    pareto = table.pareto()
+    rows = np.flatnonzero(pareto)
     if table.F.shape[1] == 1:
         rows = rows[:1]  # as pymoo does
     front = table.rows(rows)
@@ -361,7 +362,7 @@ def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int
     elif asked.limits and (box := box_text(table, {}, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
     outputs, left_out = _outputs(front)
-    dominated = table.rows(np.setdiff1d(np.flatnonzero(table.eligible()), rows))
+    dominated = table.rows(np.flatnonzero(table.eligible() & ~pareto & (table.repeats == 0)))
     remarks = (*remarks, *left_out)
     return SolveResult(table.layout, designs, front.F, outputs, counts, remarks, dominated)
 

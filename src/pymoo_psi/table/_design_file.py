@@ -511,6 +511,9 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         cells = dict(zip(layout.objectives, prototype.f.tolist(), strict=True))
         cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
         rows = pd.DataFrame([cells], index=[prototype.name])
+    n, others = len(feasible), len(table) - len(feasible)
+    # Of tests with the same design the first stands for all, as in the table's own Pareto set.
+    feasible = feasible[table.rows(feasible).repeats == 0]
     frame = table.rows(feasible).to_frame().reset_index()
     # Of feasible designs these say nothing; a ranking adds a pareto of its own.
     frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
@@ -518,11 +521,12 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         str(name): replace(_column(frame[name].tolist()), unit=layout.units.get(str(name), ""))
         for name in frame.columns
     }
-    n, others = len(feasible), len(table) - len(feasible)
     remarks = [f"{missing}."] if missing else []
     if others:
         are = "is" if n == 1 else "are"
         remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
+    if again := n - len(feasible):
+        remarks.append(f"{again} of them tested a design once more, which counts once.")
     further = layout.outputs + (ORIGIN if layout.experiments else ())
     roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized, further)
     return DesignFile(Path(path), columns, feasible + 1, (), roles, rows, tuple(remarks))
