@@ -115,6 +115,13 @@ def test_what_cannot_be_meant_is_refused(told, error, message):
         minimize(Model(**told), PSI(4))
 
 
+def test_no_sense_of_the_problem_is_lost_to_an_argument():
+    with pytest.raises(ArgumentValueError, match="what the problem says itself, gain.*add 'gain'"):
+        investigate(Model(**TOLD), 4, maximize=["f1"])
+    both = investigate(Model(**TOLD), 4, maximize=["f1", "gain"])
+    assert both.layout.maximized == ("f1", "gain")
+
+
 def test_outputs_are_those_of_the_model_however_the_tests_are_made(tmp_path):
     """By blocks, by asking and telling, from a study that is continued, in workers or not."""
     whole = investigate(One(**TOLD), 48)

@@ -95,7 +95,8 @@ class PSI(Algorithm):
             a mapping likewise, if there is one.
         maximize: The criteria of which more is better, by these names. pymoo minimises, so that
             ``out["F"]`` holds such a criterion with the sign turned; whatever is reached by name
-            is in its own sense. Unless given, those of the problem's attribute ``maximize``.
+            is in its own sense. Unless given, those of the problem's attribute ``maximize``; a list
+            that leaves one of these out is refused, an empty one turns all of them off.
         units: Units of columns by these names, also of further outputs. Unless given, those of
             the problem's attribute ``units``.
         block_size: Points per iteration, after each of which display, callback and termination

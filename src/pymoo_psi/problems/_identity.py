@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout
@@ -35,11 +35,17 @@ def problem_layout(
         ArgumentValueError: There is no such column, or two would have one name.
         ArgumentTypeError: A name or unit is not text, or an argument of another type.
     """
+    renamed = names is not None
     names = _mapping("names", names, getattr(problem, "names", None))
     units = _mapping("units", units, getattr(problem, "units", None))
+    told = getattr(problem, "maximize", None)
+    told = () if told is None else told
     if maximize is None:
-        told = getattr(problem, "maximize", None)
-        maximize = () if told is None else told
+        maximize = told
+    elif maximize and not renamed and (lost := [name for name in told if name not in maximize]):
+        rule = f"a list with what the problem says itself, {', '.join(told)}"
+        remedy = f"add {lost[0]!r}, or change the problem's attribute"
+        raise invalid("maximize", rule, maximize, remedy)
     if isinstance(maximize, str) or not isinstance(maximize, Collection):
         example = "such as ['efficiency']; one goes into a list too"
         raise ArgumentTypeError(
