@@ -102,8 +102,8 @@ class SurrogatePSI(PSI):
         >>> from pymoo.optimize import minimize
         >>> from pymoo_psi import SphereChute
         >>> res = minimize(SphereChute(0.4, model="rolling"), SurrogatePSI(28))
-        >>> res.algorithm.table.numbers[-1], res.algorithm.predictions()["round"].tolist()
-        (np.int64(28), [1, 1, 1, 1, 1, 1, 1, 1])
+        >>> len(res.algorithm.table), res.algorithm.predictions()["round"].tolist()
+        (28, [1, 1, 1, 1, 1, 1, 1, 1])
     """
 
     def __init__(

@@ -373,13 +373,13 @@ def _motion_page(case: Case) -> Figure:
     best, way = optimal_motion(case)
     with new_page(185, layout=None) as figure:
         figure.subplots_adjust(
-            left=0.08, right=0.975, bottom=0.06, top=0.875, wspace=0.26, hspace=0.66
+            left=0.08, right=0.975, bottom=0.065, top=0.875, wspace=0.26, hspace=0.66
         )
         *panels, facts = figure.subplots(3, 2).ravel()
         draw_motion(panels, way)
         facts.set_axis_off()
         facts.text(
-            0.0, 1.25, _facts(case, best, way), va="top", linespacing=1.6,
+            0.0, 1.32, _facts(case, best, way), va="top", linespacing=1.6,
             transform=facts.transAxes,
         )  # fmt: skip
         figure.suptitle(
