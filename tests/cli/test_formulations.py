@@ -14,6 +14,7 @@ from pymoo_psi.problems import Restricted
 BEAM = '''
 import numpy as np
 from pymoo.core.problem import Problem
+from tests.table.exact_csv import EXACT
 
 class Beam(Problem):
     """A cantilever of 2 m with a box section under 5 kN at its end, made of steel."""
@@ -158,7 +159,7 @@ def test_files_of_others_are_judged_alike(run, tmp_path):
     # C is beyond the limit, D has no specific weight: 2 / 0.
     assert "1 design beyond the limits: left out." in printed
     assert "2 designs without a finite specific: left out." in printed
-    found = pd.read_csv("o.csv", comment="#", float_precision="round_trip").set_index("name")
+    found = pd.read_csv("o.csv", comment="#", **EXACT).set_index("name")
     assert sorted(found.index) == ["A", "B", "E"]
     assert found["specific"].to_dict() == {"A": 4 / 100, "B": 3 / 150, "E": 2.5 / 140}
     # The costs cannot be a name in an expression but in backquotes; more of value is better.
