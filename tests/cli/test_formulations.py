@@ -10,11 +10,11 @@ from pymoo.problems import get_problem
 from pymoo_psi import Formulation, TestTable, investigate
 from pymoo_psi.cli._app import main
 from pymoo_psi.problems import Restricted
+from tests.table.exact_csv import EXACT
 
 BEAM = '''
 import numpy as np
 from pymoo.core.problem import Problem
-from tests.table.exact_csv import EXACT
 
 class Beam(Problem):
     """A cantilever of 2 m with a box section under 5 kN at its end, made of steel."""
