@@ -98,11 +98,17 @@ class Reader:
             const at = view.el.getBoundingClientRect()
             return [at.x + left, at.y + top, width, height]}})()"""
         )
-        for k, (x, y) in enumerate((corner, opposite)):
-            self.page.mouse.move(box[0] + x * box[2], box[1] + y * box[3], steps=4)
-            self.settle()  # Bokeh tells a drag from a press by the moves that it has seen by then
-            self.page.mouse.down() if k == 0 else self.page.mouse.up()
-            self.settle()
+        before = self.selected
+        for _ in range(5):
+            for k, (x, y) in enumerate((corner, opposite)):
+                self.page.mouse.move(box[0] + x * box[2], box[1] + y * box[3], steps=4)
+                self.settle()  # Bokeh tells a drag from a press by the moves it has seen by then
+                self.page.mouse.down() if k == 0 else self.page.mouse.up()
+                self.settle()
+            if self.selected != before:
+                return
+            # Where the browser hangs for a moment, Bokeh takes the drag for a long press, and a
+            # reader drags again.
 
     def drag_upper_limit(self, share):
         """Drag the upper end of the first slider to a share of its track."""
