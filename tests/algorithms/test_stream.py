@@ -160,7 +160,7 @@ class Slow(ElementwiseProblem):
 from pymoo_psi import Recorded
 from pymoo_psi.algorithms import _investigate
 from pymoo_psi.evaluation import _recorded
-_investigate._SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
+_investigate.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
 RUN
 """
 
@@ -286,7 +286,7 @@ def test_a_vectorised_model_is_given_each_design_once(by):
 
 def test_progress_moves_with_every_test_that_arrives_not_by_blocks(monkeypatch):
     module = importlib.import_module("pymoo_psi.algorithms._investigate")
-    monkeypatch.setattr(module, "_SECONDS", 0.0)
+    monkeypatch.setattr(module, "SECONDS", 0.0)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     seen = []
 

@@ -21,6 +21,7 @@ from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._points import Cut, Points
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.evaluation._memory import SECONDS
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._outcome import one_line
@@ -29,12 +30,9 @@ from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._layout import Limits
 
-# What is evaluated between two commits of a study should take about so many seconds: as much is
-# lost by an interruption, and beside it a commit of some milliseconds does not count.
-_SECONDS = 2.0
 # Designs in the first block of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.
-_LEAST = 64
+LEAST = 64
 # Blocks without a study: so many for each worker that the last ones end at about the same time.
 _BLOCKS = 8
 # Blocks for each worker that are evaluated, wait for a worker, or wait here: two of them are sent
@@ -171,10 +169,10 @@ def _evaluated(
     workers = 1 if n_jobs == 1 else active_workers(n_jobs).count
     size = block_size
     if model.stored:
-        size = min(size, _LEAST)
+        size = min(size, LEAST)
     elif workers > 1:
         n = sum(map(len, missing))
-        size = min(size, max(_LEAST, -(-n // (_BLOCKS * workers))))
+        size = min(size, max(LEAST, -(-n // (_BLOCKS * workers))))
     sent = received = 0
 
     def blocks() -> Iterator[Cut]:
@@ -196,8 +194,8 @@ def _evaluated(
             yield block
             if model.stored:
                 # The first designs, which load libraries, say little: at most 100 times as many.
-                fitting = _SECONDS / max(block.seconds, 1e-9)
-                size = max(_LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
+                fitting = SECONDS / max(block.seconds, 1e-9)
+                size = max(LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
 
 
 def _on_workers(model: _Model, blocks: Iterator[Cut], n_jobs: int) -> Iterator[_Block]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.util.display.progress import ProgressBar
 
 from pymoo_psi._validation import boolean, integer, invalid, job_count, known_name
-from pymoo_psi.algorithms._blocks import Keep, arriving
+from pymoo_psi.algorithms._blocks import LEAST, Keep, arriving
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._repeats import Repeats
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
@@ -30,9 +30,7 @@ from pymoo_psi.evaluation._evaluator import (
     streams,
 )
 from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
-from pymoo_psi.evaluation._memory import COMPUTED as _COMPUTED
-from pymoo_psi.evaluation._memory import SECONDS as _SECONDS
-from pymoo_psi.evaluation._memory import Memory, stored_at_termination
+from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, stored_at_termination
 from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.parallel._backend import active_workers
@@ -50,9 +48,6 @@ _WORTH_SIFTING = 2**17
 # termination may end the run. At 8 a worker, the slowest of a block takes as long as 8 others.
 _FAR = 4096
 _NEAR = 8
-# Designs of a vectorised model in the first piece of a block: enough to tell what one takes, and
-# few enough that a model of seconds a design loses minutes only.
-_LEAST = 64
 
 
 def investigate(
@@ -277,9 +272,7 @@ class Investigation:
             self._ahead = _FAR if whole else _NEAR * active_workers(runner.n_jobs).count
         self.rounds: NDArray[np.float64] | None = None
         self._show = show
-        self._called = np.zeros(
-            len(self.numbers), dtype=bool
-        )  # for which points the model was called
+        self._called = np.zeros(len(self.numbers), dtype=bool)  # points with a call of the model
         self._hand = TestTable.empty(self.layout)  # tests that are not given out yet
         self._repeats = Repeats() if self.space.finite else None
         if self._repeats is not None:
@@ -415,8 +408,8 @@ class Investigation:
                 computed += seconds
                 if (
                     (self.stop and values["failure"])
-                    or computed >= _COMPUTED
-                    or time.monotonic() - self._group_began >= _SECONDS
+                    or computed >= COMPUTED
+                    or time.monotonic() - self._group_began >= SECONDS
                 ):
                     self._flush()
                     computed = 0.0
@@ -434,7 +427,7 @@ class Investigation:
         elif problem.elementwise:
             least = active_workers(getattr(problem.elementwise_runner, "n_jobs", -1)).count
         else:
-            least = _LEAST
+            least = LEAST
         while len(self._rows):
             size = max(least, self._piece)
             piece, self._rows = self._rows[:size], self._rows[size:]
@@ -443,7 +436,7 @@ class Investigation:
             out = evaluate_designs(problem, self.space.designs(X))
             took = max(time.monotonic() - began, 1e-6)
             # a first design, which loads libraries, says little: at most 100 times as many
-            self._piece = int(len(piece) * min(_SECONDS / took, 100))
+            self._piece = int(len(piece) * min(SECONDS / took, 100))
             self._called[piece] = True
             if self._repeats is None:
                 self._missing[piece] = False
@@ -474,10 +467,8 @@ class Investigation:
     def table(self, rows: NDArray[np.intp], X: NDArray[Any], out: Mapping[str, Any]) -> TestTable:
         """Return the tests of evaluated points, given by their indices."""
         if self.rounds is not None:
-            out = {
-                PROPOSAL_ROUND: self.rounds[rows],
-                **out,
-            }  # an output of that name is the model's
+            # An output of that name is the model's.
+            out = {PROPOSAL_ROUND: self.rounds[rows], **out}
         return table_of_values(self.layout, self.numbers[rows], X, out)
 
     def _put(

@@ -363,7 +363,7 @@ def combine(
     ],
 ) -> int:
     """Join the tests of experiments with other boxes, sequences or methods in one table."""
-    from pymoo_psi.cli._combine import run_combine
+    from pymoo_psi.cli._merge import run_combine
 
     return run_combine(experiments, out)
 

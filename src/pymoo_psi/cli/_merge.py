@@ -1,4 +1,4 @@
-"""``pymoo-psi merge``: one study of the tests of several."""
+"""``pymoo-psi merge`` and ``combine``: the tests of several files as one study, or as one table."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from pymoo_psi._validation import counted, invalid
-from pymoo_psi.cli._options import tests_in
+from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi.cli._options import FileOptions, tests_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
@@ -34,5 +34,41 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     if table.problem is None:
         say("None of them says what problem its tests are of: no run continues the study.")
     counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in STATUSES)
+    say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
+    return 0
+
+
+def run_combine(experiments: Sequence[str], out: Path) -> int:
+    """Write the tests of all experiments as one table, each with where it is from.
+
+    Args:
+        experiments: Files with tests, each as it is or as ``name=file``; the file's name without
+            its suffix is that of the experiment unless given.
+        out: The CSV or Parquet file to write.
+    """
+    files: dict[str, Path] = {}
+    for entry in experiments:
+        name, equals, rest = entry.partition("=")
+        # A file may have a sign in its name, and is meant where it is there.
+        path = Path(rest if equals and not Path(entry).exists() else entry).expanduser()
+        name = name if equals and not Path(entry).exists() else path.stem
+        if name in files:
+            remedy = "say name=FILE"
+            raise invalid("the experiments", "of different names", Received(name), remedy)
+        files[name] = path
+    require_output(out, (".csv", ".parquet"), *files.values())
+    tables = {}
+    for name, path in files.items():
+        found, missing = FileOptions().opened(path)
+        if missing:
+            say(f"{name}: {missing}.")
+        if not isinstance(found, TestTable):
+            rule = "a study or a table of tests, of solve --study or export"
+            raise invalid(str(path), rule, Received("designs without their tests"))
+        tables[name] = found
+    table = TestTable.combined(tables)
+    write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
+    write(out)
+    counts = ", ".join(f"{len(t)} of {name}" for name, t in tables.items())
     say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
     return 0

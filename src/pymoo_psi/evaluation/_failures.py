@@ -108,12 +108,6 @@ class FailureTolerant(WrappedProblem):
         # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
         super().__init__(problem, n_ieq_constr=n_ieq_constr, replace_nan_values_by=None)
 
-    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_front(*args, **kwargs)
-
-    def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_set(*args, **kwargs)
-
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
         algorithm = kwargs.get("algorithm")

@@ -152,12 +152,6 @@ class Recorded(WrappedProblem):
         """
         return self._memory.stored(self._layout, 1, _ALL)
 
-    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_front(*args, **kwargs)
-
-    def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_set(*args, **kwargs)
-
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")

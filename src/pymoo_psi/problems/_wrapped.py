@@ -56,3 +56,11 @@ class WrappedProblem(Problem):
             'SphereChute'
         """
         return str(self.wrapped.name())
+
+    # A problem that has another front than the one within says so itself.
+
+    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
+        return self.wrapped._calc_pareto_front(*args, **kwargs)
+
+    def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
+        return self.wrapped._calc_pareto_set(*args, **kwargs)
