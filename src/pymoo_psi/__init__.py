@@ -20,6 +20,20 @@ Running
 Errors
     :class:`PsiError`; all of them in :mod:`.errors`.
 
+The house: each layer imports only those above it.
+
+| layer | rooms | knows |
+|---|---|---|
+| ground | `errors`, `_validation`, `_files`, `_kinds`, `_markers` | nothing |
+| mathematics | `sequences`, `chute`, `pareto` | arrays |
+| method | `storage` (the study), `table` (the test table) | arrays, pandas; SQLite in `storage` |
+| pymoo | `problems`, `evaluation`, `parallel`, `algorithms`, `selection` | pymoo |
+| experiments | `comparison`, `paper` | all above |
+| faces | `plots`, `page`, `cli` | results of all above |
+
+A room's ``__init__`` is its chapter and its index: what is listed there is public, and every module
+begins with an underscore but ``table.analysis``, which holds what is asked of a table.
+
 Every name is imported at its first use, so that importing the package costs next to nothing; the
 stub beside this file says where each comes from.
 """

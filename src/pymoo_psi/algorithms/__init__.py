@@ -1,5 +1,53 @@
 r"""Algorithms: sampling, Parameter Space Investigation, NSGA-III as the alternative, refinement.
 
+Parameter Space Investigation, the method of Sobol' and Statnikov, tests designs spread evenly over
+the whole box of variables, the points of the LPτ sequence, and keeps every test in a table. You
+read the table, set limits on the criteria as you see what they cost, and refine the box or test
+more points. Only then the feasible Pareto-optimal designs are taken, and one of them chosen.
+
+Use it where you do not know yet what can be had: to learn which limits can be met, where feasible
+designs lie, and which constraint costs what; with few variables; with a model that is slow or
+fails, since tests run side by side, stop and go on, and are never lost. Do not use it to pin down
+a front to many digits, with tens of variables, or where feasible designs are one in many
+thousands: the points learn nothing from results. :class:`SurrogatePSI` does, and so does an
+optimiser such as pymoo's NSGA-III, here with settings chosen from the number of objectives and the
+budget, which it keeps exactly.
+
+``minimize(problem, PSI(n))`` works on any pymoo problem with finite bounds, its variables real,
+integer, binary or choices; of a discrete design that occurs again the known result is taken. It
+ends by itself; verbose output, callbacks, terminations, history, ask-and-tell and copies work as
+for pymoo's own algorithms. ``res.X`` and ``res.F`` are the feasible Pareto-optimal designs,
+``res.pop`` and ``res.algorithm.table`` hold every tested one. :func:`investigate` does the same on
+arrays, a million designs in seconds. Beyond the 51 variables of LPτ the points are SciPy's Sobol'
+points, and it is said so.
+
+Example:
+    With a study, an investigation can be stopped, continued and extended with no loss; the first
+    500 tests come from the file.
+
+    >>> import pathlib, tempfile
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo_psi import PSI, TestTable, VectorizedSphereChute, nsga3, rank_of_efficiency
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     study = pathlib.Path(folder, "chute.db")
+    ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(500, study=study))
+    ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(800, study=study))
+    ...     print(res.algorithm.evaluator.n_eval, TestTable.read_study(study))
+    300 TestTable(800 tests: 800 ok, 0 infeasible, 0 failed; 2 variables, 4 criteria, 1 constraint)
+
+    The best designs of an investigation start the optimiser, already evaluated.
+
+    >>> start = res.opt[rank_of_efficiency(res.F).rank >= 3]
+    >>> res = nsga3(VectorizedSphereChute(mu=0.4), n_evaluations=1000, seed=1, sampling=start)
+    >>> res.algorithm.evaluator.n_eval
+    1000
+
+A study refuses another problem: another name, box, number of objectives or constraints. What it
+cannot see is the inside of the model: after a change of a constant or of the program it wants
+another ``study_key`` (or the problem a method ``fingerprint()`` that returns its constants as a
+dictionary), or old and new results would stand in one table. Failed designs stay failed until
+``PSI(..., retry="failed")`` tries them once more.
+
 Many machines share an investigation without talking to each other: each tests its share of the
 points into a file of its own in one folder, and whatever reads a study reads the folder. As an
 array of Slurm, in which a job that was killed is submitted again and goes on::

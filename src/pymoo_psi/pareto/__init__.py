@@ -1,4 +1,32 @@
-"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, reasons, robustness."""
+"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, reasons, robustness.
+
+The rank of efficiency follows from three distances to the utopian point U (the best value of every
+objective) and the line from U to its opposite N: μ1 to U, μ2 to the line, μ3 from U to the
+projection onto the line. A design scores 3 if no other beats it in (μ2, μ3), 2 in (μ1, μ3), 1 in
+(μ1, μ2); rank 6, all three, is the Salukvadze optimum. Dominated rows have rank 0 and move nothing.
+
+Any ``(n, m)`` array or data frame of objectives will do, all minimised unless
+``maximize=["yield"]`` (names of a data frame's columns, or indices from 0) says otherwise. By
+default each objective is measured in units of its range over the Pareto set; ``normalize=False``
+takes plain Euclidean distances, as the paper does, which makes sense where all objectives have one
+unit.
+
+Example:
+    >>> import numpy as np
+    >>> from pymoo_psi import rank_of_efficiency
+    >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
+    >>> print(rank_of_efficiency(F).to_frame(F, names=["cost", "mass"]).round(3))
+       cost  mass    mu1    mu2    mu3  rank  pareto
+    2   0.4  0.32  0.512  0.057  0.509     6    True
+    1   0.2  0.50  0.539  0.212  0.495     5    True
+    0   0.0  1.00  1.000  0.707  0.707     0    True
+    3   1.0  0.00  1.000  0.707  0.707     0    True
+    4   0.9  0.90  1.273  0.000  1.273     0   False
+
+:func:`cautions` says how clear the choice is, :func:`explain` why it is this design and what
+another would cost, :func:`compare_designs` what is gained and lost, :func:`representatives` which
+few stand for all.
+"""
 
 from pymoo_psi.pareto._cautions import Caution, cautions
 from pymoo_psi.pareto._dominance import nondominated

@@ -1,4 +1,54 @@
-"""Choosing from a Pareto set: selectors by pymoo's convention, their agreement, robustness."""
+"""Choosing from a Pareto set: selectors by pymoo's convention, their agreement, robustness.
+
+Every selector has ``.do(F)``, which gives the rows to choose. :class:`EfficientSubset` gives
+exactly one rank (``ranking.rank >= 5`` gives it with the optimum). The methods of
+`pymcdm <https://pymcdm.readthedocs.io>`_ (extra ``mcdm``) take part as
+``McdmMethod(pymcdm.methods.TOPSIS())``.
+
+Example:
+    >>> import numpy as np
+    >>> from pymoo_psi.selection import CompromiseProgramming, SalukvadzeOptimum, compare_selectors
+    >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
+    >>> SalukvadzeOptimum().do(F)
+    array([2])
+    >>> comparison = compare_selectors(F, {
+    ...     "Salukvadze": SalukvadzeOptimum(),
+    ...     "sum": CompromiseProgramming(1),
+    ...     "worst": CompromiseProgramming(np.inf),
+    ... })
+    >>> print(comparison.agreement_frame())
+                Salukvadze  sum  worst
+    Salukvadze         1.0  0.0    1.0
+    sum                0.0  1.0    0.0
+    worst              1.0  0.0    1.0
+
+    ``comparison.to_frame()`` shows what each chooses, with ranks and distances. Where parameters of
+    the problem are uncertain, :func:`robustness` evaluates the designs in quasi-random scenarios
+    and ranks them anew in each: how often is a design the optimum, and what does it lose on the
+    best of the scenario (regret)?
+
+    >>> from scipy.stats import uniform
+    >>> from pymoo_psi import VectorizedSphereChute, robustness
+    >>> result = robustness(
+    ...     lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
+    ...     [[0.25, 0.1], [0.3, 0.1], [0.35, 0.1], [0.4, 0.1]],
+    ...     uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.25, 0.1)},
+    ...     normalize=False,
+    ... )
+    >>> print(result.to_frame()[["x1", "optimum_share", "efficient_share", "mean_regret"]].round(3))
+         x1  optimum_share  efficient_share  mean_regret
+    2  0.35          0.844            1.000        0.000
+    1  0.30          0.156            0.156        0.012
+    3  0.40          0.000            0.762        0.039
+    0  0.25          0.000            0.000        0.083
+
+    :class:`pymoo_psi.Robust` makes robustness a problem, for any algorithm.
+
+A selector of your own: if it chooses by distances or ranks, derive from ``RankingSelector`` in
+``_selectors.py`` and write ``_choose(self, ranking)``, which returns an index array; else derive
+from pymoo's ``Indicator`` and write ``do(self, F, *args, **kwargs)``.
+:func:`compare_selectors` takes it as it is.
+"""
 
 from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
 from pymoo_psi.selection._mcdm import HighTradeoff, McdmMethod
