@@ -189,6 +189,7 @@ def test_importing_the_package_is_light():
         ("TestTable", ("pymoo", "pandas", "scipy", "sqlite3")),
         ("SphereChute", ("pandas", "scipy", "pymoo_psi.table")),
         ("FailureTolerant", ("pandas", "scipy")),
+        ("investigate", ("pandas", "scipy", "joblib")),
     ],
 )
 def test_a_name_brings_what_it_needs_only(name, needless):

@@ -83,20 +83,8 @@ A problem that is evaluated one design at a time takes ``elementwise_runner=Jobl
 instead of ``n_jobs``.
 """
 
-from pymoo_psi.algorithms._investigate import investigate
-from pymoo_psi.algorithms._nsga3 import nsga3
-from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._refinement import Refinement, refine
-from pymoo_psi.algorithms._sampling import LPTauSampling, QMCSampling
-from pymoo_psi.algorithms._surrogate import SurrogatePSI
+import lazy_loader
 
-__all__ = [
-    "PSI",
-    "LPTauSampling",
-    "QMCSampling",
-    "Refinement",
-    "SurrogatePSI",
-    "investigate",
-    "nsga3",
-    "refine",
-]
+# Each name at its first use, as in the package: surrogates bring half of SciPy, for which every
+# worker of an investigation would wait.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

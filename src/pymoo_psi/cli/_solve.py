@@ -17,7 +17,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import SurrogatePSI, nsga3
+from pymoo_psi.algorithms import nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
@@ -323,6 +323,8 @@ def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult
 
 
 def _by_surrogate(problem: Problem, search: Search, asked: Formulation) -> SolveResult:
+    from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
+
     algorithm = SurrogatePSI(
         integer("n_points", search.points, minimum=1),
         limits=asked.limits,

@@ -41,7 +41,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 
 from pymoo_psi._validation import invalid, known_name
-from pymoo_psi.algorithms import PSI, QMCSampling, SurrogatePSI, investigate, nsga3
+from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
 from pymoo_psi.algorithms._nsga3 import population_size, reference_directions, run_within_budget
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
@@ -155,6 +155,8 @@ def _investigate_then_nsga3(
 
 def _learn(sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int) -> Array:
     """Learn from tests that begin with the points of a sampling."""
+    from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
+
     algorithm = SurrogatePSI(n_evaluations, sampling=sampling)
     return _returned(minimize(problem, algorithm, seed=seed), problem.n_obj)
 

@@ -1,0 +1,10 @@
+# The public names. `lazy_loader` reads this file when the room is imported.
+
+from ._investigate import investigate as investigate
+from ._nsga3 import nsga3 as nsga3
+from ._psi import PSI as PSI
+from ._refinement import Refinement as Refinement
+from ._refinement import refine as refine
+from ._sampling import LPTauSampling as LPTauSampling
+from ._sampling import QMCSampling as QMCSampling
+from ._surrogate import SurrogatePSI as SurrogatePSI
