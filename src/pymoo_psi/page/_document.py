@@ -34,9 +34,10 @@ from pymoo_psi.page._data import (
     Column,
     PageData,
     columns_with,
+    csv_head,
+    file_name,
     group_name,
 )
-from pymoo_psi.table._design_file import Roles, roles_head
 
 _THEME = Theme(
     json={
@@ -117,8 +118,8 @@ def html_of(data: PageData) -> str:
         "columns": [_described(column) for column in data.columns],
         "texts": {column.field: PlainText(text=column.label) for column in data.columns},
         "parallel": [column.field for column in parallel_axes(data)],
-        "names": {"label": data.label_name, "file": _file_name(data.title)},
-        "head": _head(data),
+        "names": {"label": data.label_name, "file": file_name(data.title)},
+        "head": csv_head(data),
     }
     document.js_on_event("document_ready", CustomJS(args=arguments, code=_asset("page.js")))
     return _sealed(
@@ -187,22 +188,6 @@ def _described(column: Column) -> dict[str, Any]:
     }
 
 
-def _head(data: PageData) -> dict[str, Any]:
-    """Return what stands above an exported CSV, so that it is ranked in the same senses."""
-    names: dict[str, tuple[str, ...]] = {
-        role: tuple(column.name for column in data.columns if column.role == role)
-        for role in ("criterion", "variable", "output")
-    }
-    known = {_described(column)["name"]: column for column in data.columns}
-    more = tuple(column.name for column in data.columns if column.maximize)
-    roles = Roles(names["criterion"], names["variable"], data.label_name, more, names["output"])
-    units = {name: column.unit for name, column in known.items()}
-    numbers = {name for name, column in known.items() if column.is_number}
-    if data.labels.dtype != object:
-        numbers.add(data.label_name)
-    return roles_head([data.label_name, *known, "rank", "mark"], numbers.__contains__, roles, units)
-
-
 def _frame(
     data: PageData, shown: list[Panel], sliders: list[tuple[Column, RangeSlider | None]]
 ) -> dict[str, Any]:
@@ -235,12 +220,6 @@ def _frame(
         "remarks": data.remarks,
         "normalize": data.normalize,
     }
-
-
-def _file_name(title: str) -> str:
-    # Letters and digits only: a title may hold slashes, and dots would hide the file.
-    words = "".join(c if c.isalnum() else " " for c in title).split()
-    return "_".join(words)[:60] or "designs"
 
 
 def _asset(name: str) -> str:

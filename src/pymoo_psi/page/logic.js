@@ -1,0 +1,1301 @@
+// The logic of the decision page: which designs are left under the limits, their ranks, the verdict,
+// comparisons, states and files. It touches no document, so that it runs in the page and in Node.
+//
+// Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
+// All arrays have one entry a row. Objectives in data.F are minimised, as in Python; values of a
+// column, limits, states and sentences are in the user's own sense and unit.
+//
+// What is ranked, told and chosen here equals what pymoo_psi.pareto and pymoo_psi.selection give for
+// the same rows; the functions name the module that they follow.
+const Logic = (() => {
+"use strict"
+
+const EPS = Number.EPSILON
+const NOISE = 64 * EPS // of pareto/_rounding.py, where the reasons are
+const LAST_PLACES = 8 * EPS
+const TIE = 1e-9 // of pareto/_explanation.py
+const STEP = 0.01
+const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
+const MOST_PINS = 5
+const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
+const GEOMETRIC = ["mu1", "mu2", "mu3"]
+
+// ---------------------------------------------------------------------------------------- the data
+
+const bytesOf = (base64) => {
+  const text = atob(base64)
+  const bytes = new Uint8Array(text.length)
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i)
+  return bytes.buffer
+}
+
+// The payload of the file as arrays. Its numbers are float64, int32 of little-endian bytes in base64.
+function decode(payload) {
+  const columns = payload.columns.map((column) => ({
+    ...column,
+    values: column.values === null ? null : new Float64Array(bytesOf(column.values)),
+    label: column.name + (column.unit ? ` [${column.unit}]` : ""),
+  }))
+  const criteria = columns.filter((column) => column.role === "criterion")
+  const {n, prototypes, ids} = payload
+  const data = {
+    ...payload,
+    columns,
+    criteria,
+    ids: ids ?? payload.labels.map(String),
+    total: n + prototypes,
+    by: new Map(), // a Map, as any name is one of its keys, also __proto__
+    F: criteria.map(({maximize, values}) => (maximize ? values.map((value) => -value) : values)),
+    witness: new Int32Array(bytesOf(payload.witness)),
+  }
+  // A user's column goes before a geometric one of the same name.
+  for (const column of [...columns].reverse()) data.by.set(column.name, column)
+  for (const column of columns) if (!data.by.has(column.field)) data.by.set(column.field, column)
+  data.rowOf = new Map(data.ids.map((id, row) => [id, row]))
+  data.levels = new Levels(data.F, data.n)
+  data.latest = data.witness.slice() // the dominator found last, see `frontOf`
+  data.whole = ranked(data, new Uint8Array(data.total).fill(1))
+  return data
+}
+
+// The values of any column, of a geometric one those under the limits.
+const values = (data, ranking, column) =>
+  column.role === "geometric" ? ranking[column.field] : column.values
+
+// What a design is called in a sentence: a label that is a text stands for itself.
+function called(data, row) {
+  const id = data.ids[row]
+  return row >= data.n || !/^\d+( #\d+)?$/.test(id) ? id : `${data.label_name} ${id}`
+}
+
+// ------------------------------------------------------------------------ order, rounding, dominance
+
+// The rows in the order of their values, NaN last; equal ones stay as they are. A radix sort of the
+// bits, as comparing functions take ten times as long for 100 000 rows.
+function argsort(values, rows) {
+  const n = rows.length
+  if (n < 4096) {
+    const rank = (x) => (Number.isNaN(x) ? 1 : 0)
+    return rows.slice().sort((a, b) =>
+      rank(values[a]) - rank(values[b]) || values[a] - values[b] || 0)
+  }
+  const keys = new Uint32Array(2 * n)
+  const bits = new Float64Array(keys.buffer)
+  for (let k = 0; k < n; k++) bits[k] = values[rows[k]] + 0 // + 0: -0 equals 0
+  for (let k = 0; k < n; k++) {
+    const high = keys[2 * k + 1]
+    // As unsigned integers floats stand in order once negative ones are turned, others lifted.
+    if (high >>> 31 && bits[k] === bits[k]) {
+      keys[2 * k] = ~keys[2 * k]
+      keys[2 * k + 1] = ~high
+    } else {
+      keys[2 * k + 1] = (high | 0x80000000) >>> 0
+    }
+  }
+  let places = new Uint32Array(n).map((_, k) => k)
+  let sorted = new Uint32Array(n)
+  const counts = new Uint32Array(65536)
+  for (let digit = 0; digit < 4; digit++) { // 16 bits each, the lowest first
+    const word = digit >> 1
+    const shift = 16 * (digit & 1)
+    counts.fill(0)
+    for (let k = 0; k < n; k++) counts[(keys[2 * k + word] >>> shift) & 65535]++
+    if (counts[(keys[word] >>> shift) & 65535] === n) continue // the same in all
+    for (let d = 0, sum = 0; d < 65536; d++) {
+      const count = counts[d]
+      counts[d] = sum
+      sum += count
+    }
+    for (let k = 0; k < n; k++) {
+      const place = places[k]
+      sorted[counts[(keys[2 * place + word] >>> shift) & 65535]++] = place
+    }
+    [places, sorted] = [sorted, places]
+  }
+  const result = new Int32Array(n)
+  for (let k = 0; k < n; k++) result[k] = rows[places[k]]
+  return result
+}
+
+// How far a group of equal values reaches from its least one (pareto/_rounding.py).
+const reachOf = (least, tolerance) =>
+  Math.abs(least) === Infinity ? least : Math.min(least + tolerance, Number.MAX_VALUE)
+
+// Number values from 0 upwards, those within a tolerance of the least of their group alike. `order`
+// are the rows by value; `tolerance` null means the noise of the values. Fills `numbers` by row.
+function numbered(values, order, tolerance, numbers) {
+  let group = -1
+  let reach = -Infinity
+  for (let k = 0; k < order.length; k++) {
+    const value = values[order[k]]
+    if (value > reach || k === 0) {
+      reach = reachOf(value, tolerance ?? NOISE * Math.abs(value))
+      group++
+    }
+    numbers[order[k]] = group
+  }
+  return numbers
+}
+
+// Values of the objectives as integers, equal where the values are equal up to rounding: dominance
+// is told by comparing these.
+class Levels {
+  constructor(F, n) {
+    this.ranks = []
+    this.exact = [] // whether no two values of a column are equal up to rounding only
+    this.chained = false
+    const rows = Int32Array.from(F[0], (_, i) => i)
+    for (const values of F) {
+      const order = argsort(values, rows)
+      this.ranks.push(numbered(values, order, null, new Int32Array(rows.length)))
+      let exact = true
+      for (let k = 1; k < order.length; k++) {
+        const [before, value] = [values[order[k - 1]], values[order[k]]]
+        if (value === before || value > reachOf(before, NOISE * Math.abs(before))) continue
+        exact = false
+        // Each close to the next, the last far from the first: where such a chain is cut depends on
+        // which of its values are left, so that ranks of all rows say nothing certain of some.
+        this.chained ||= this.ranks.at(-1)[order[k]] !== this.ranks.at(-1)[order[k - 1]]
+      }
+      this.exact.push(exact)
+    }
+    this.sums = sumsOf(this.ranks, rows)
+  }
+
+  // The ranks of some rows as Python finds them for these rows alone.
+  of(F, rows) {
+    if (!this.chained) return this
+    const ranks = F.map((values) =>
+      numbered(values, argsort(values, rows), null, new Int32Array(values.length)))
+    return {ranks, sums: sumsOf(ranks, rows)}
+  }
+}
+
+function sumsOf(ranks, rows) {
+  const sums = new Float64Array(ranks[0].length)
+  for (const column of ranks) for (const i of rows) sums[i] += column[i]
+  return sums
+}
+
+function dominates(ranks, a, b) {
+  let better = false
+  for (const column of ranks) {
+    if (column[a] > column[b]) return false
+    if (column[a] < column[b]) better = true
+  }
+  return better
+}
+
+const maskedRows = (mask, n) => {
+  let count = 0
+  for (let i = 0; i < n; i++) count += mask[i]
+  const rows = new Int32Array(count)
+  for (let i = 0, k = 0; i < n; i++) if (mask[i]) rows[k++] = i
+  return rows
+}
+
+// The rows that no row left dominates, in ascending order.
+//
+// A row that is Pareto optimal among all is so among fewer. Of each other row the file names one,
+// itself optimal among all, that dominates it: as long as this witness is left, nothing is to be
+// searched. Only rows that have lost theirs are compared, with the optimal rows left and with each
+// other; what was found to dominate them is kept for the next call, in which it is mostly left too.
+function frontOf(data, mask) {
+  const {n, witness, latest, levels} = data
+  const rows = maskedRows(mask, n)
+  const {ranks, sums} = levels.of(data.F, rows)
+  const free = [] // optimal, or without a witness
+  const optimal = []
+  for (const i of rows) {
+    if (levels.chained) free.push(i) // what dominates what is not that of all rows
+    else if (witness[i] < 0) optimal.push(i)
+    else if (!mask[witness[i]] && !mask[latest[i]]) free.push(i)
+  }
+  if (free.length === 0) return Int32Array.from(optimal)
+  // What dominates has the smaller sum, so that it comes first.
+  const bySum = (list) => argsort(sums, Int32Array.from(list))
+  const known = bySum(optimal)
+  const found = []
+  const dominator = (i, list) => {
+    for (const j of list) {
+      if (sums[j] >= sums[i]) return -1
+      if (dominates(ranks, j, i)) return j
+    }
+    return -1
+  }
+  for (const i of bySum(free)) {
+    let by = dominator(i, known)
+    if (by < 0) by = dominator(i, found)
+    if (by < 0) found.push(i)
+    else latest[i] = by
+  }
+  return Int32Array.from([...optimal, ...found]).sort()
+}
+
+// The objectives of some rows, those equal up to rounding made the least of them (`settled`).
+function settled(data, rows) {
+  return data.F.map((column, j) => {
+    const result = new Float64Array(rows.length)
+    for (let k = 0; k < rows.length; k++) result[k] = column[rows[k]]
+    if (data.levels.exact[j]) return result
+    let least = 0
+    let reach = -Infinity
+    const places = Int32Array.from(rows, (_, k) => k)
+    const order = argsort(result, places)
+    order.forEach((place, k) => {
+      const value = result[place]
+      if (k === 0 || value > reach) {
+        least = value
+        reach = reachOf(value, NOISE * Math.abs(value))
+      }
+      result[place] = least
+    })
+    return result
+  })
+}
+
+const leastOf = (array) => array.reduce((a, b) => Math.min(a, b), Infinity)
+const greatestOf = (array) => array.reduce((a, b) => Math.max(a, b), -Infinity)
+
+// What differences are divided by; infinite where a span is none (`unit_lengths`).
+const lengthsOf = (low, high) => low.map((least, j) => {
+  const span = high[j] - least
+  return span > NOISE * Math.max(Math.abs(least), Math.abs(high[j])) ? span : Infinity
+})
+
+// ---------------------------------------------------------------------------- ranks of efficiency
+
+// The geometric criteria of rows in units in which no square over- or underflows: `measured` of
+// pareto/_ranking.py, step by step.
+class Frame {
+  constructor(ideal, nadir, normalize) {
+    Object.assign(this, {ideal, nadir})
+    this.lengths = lengthsOf(ideal, nadir)
+    this.scale = normalize ? this.lengths : this.lengths.map(() => 1)
+    this.line = this.lengths.map((length, j) =>
+      Number.isFinite(length) ? (nadir[j] - ideal[j]) / this.scale[j] : 0)
+    const most = Math.max(...this.line) || 1
+    const line = this.line.map((value) => value / most)
+    const norm = Math.sqrt(line.reduce((sum, value) => sum + value * value, 0)) || 1
+    this.direction = line.map((value) => value / norm)
+  }
+
+  // Three arrays of `size`, filled for some rows of F, and their units.
+  measured(F, rows, size) {
+    const {ideal, scale, direction: e} = this
+    const m = F.length
+    let line = this.line
+    const longest = line.indexOf(Math.max(...line))
+    let unit = line[longest]
+    if (!unit) { // the ideal is the nadir
+      for (let j = 0; j < m; j++) {
+        for (const i of rows) {
+          const d = Math.abs((F[j][i] - ideal[j]) / scale[j])
+          if (Number.isFinite(d) && d > unit) unit = d
+        }
+      }
+      unit ||= 1
+    }
+    const lift = unit < 1e-290 ? 2 ** 600 : 1
+    line = line.map((value) => value * lift)
+    unit *= lift
+    const acrossUnit = Math.max(0, ...line.filter((_, j) => j !== longest)) || unit
+    const mu = [0, 1, 2].map(() => new Float64Array(size))
+    const d = new Float64Array(m)
+    const across = new Float64Array(m)
+    for (const i of rows) {
+      for (let j = 0; j < m; j++) d[j] = ((F[j][i] - ideal[j]) / scale[j]) * lift
+      const share = d[longest] / unit
+      let along = 0
+      for (let j = 0; j < m; j++) {
+        across[j] = d[j] - share * line[j]
+        along += across[j] * e[j]
+      }
+      let [square, squareAcross, onLine] = [0, 0, 0]
+      for (let j = 0; j < m; j++) {
+        across[j] = (across[j] - along * e[j]) / acrossUnit
+        d[j] /= unit
+        square += d[j] * d[j]
+        squareAcross += across[j] * across[j]
+        onLine += d[j] * e[j]
+      }
+      // The squares, not the distance, may be too large for a float; NaN comes of infinite ones.
+      const far = (sum, parts) => (sum === Infinity ? Math.hypot(...parts) : Math.sqrt(sum))
+      mu[0][i] = far(square, d)
+      mu[1][i] = far(squareAcross, across)
+      mu[2][i] = onLine
+      for (const column of mu) if (Number.isNaN(column[i])) column[i] = Infinity
+    }
+    return [mu, [unit / lift, acrossUnit / lift, unit / lift]]
+  }
+
+  // What rounding errors of the objectives do to the three criteria; `front` are settled values.
+  noise(front, units) {
+    const e2 = this.direction.map((value) => value * value)
+    const across = e2.map((_, j) =>
+      Math.sqrt(e2.reduce((sum, value, k) => (k === j ? sum : sum + value), 0)))
+    const sizes = front.map((column, j) => {
+      let size = Math.max(Math.abs(this.ideal[j]), Math.abs(this.nadir[j]))
+      for (const value of column) size = Math.max(size, Math.abs(value))
+      return Number.isFinite(this.lengths[j]) ? size / this.scale[j] : 0
+    })
+    return [e2.map(() => 1), across, this.direction].map((parts, k) =>
+      LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * sizes[j]) / units[k])))
+  }
+}
+
+// Mark the points (a, b) that no other dominates; of equal ones those of the least `other`.
+function nondominatedPair(a, b, other, front) {
+  const n = greatestOf(front.map((i) => a[i])) + 1
+  const best = new Int32Array(n).fill(2 ** 31 - 1)
+  const least = best.slice()
+  for (const i of front) if (b[i] < best[a[i]]) best[a[i]] = b[i]
+  const before = new Int32Array(n)
+  for (let k = 0, low = 2 ** 31 - 1; k < n; k++) {
+    before[k] = low
+    low = Math.min(low, best[k])
+  }
+  const stays = (i) => b[i] === best[a[i]] && b[i] < before[a[i]]
+  for (const i of front) if (stays(i) && other[i] < least[a[i]]) least[a[i]] = other[i]
+  const mask = new Uint8Array(a.length)
+  for (const i of front) if (stays(i) && other[i] === least[a[i]]) mask[i] = 1
+  return mask
+}
+
+// The ranking of the rows left: `rank_of_efficiency` of pareto/_ranking.py.
+//   mask, rows, count     what was ranked, without prototypes
+//   front, byMu1          the Pareto-optimal rows, and these with the nearest to the ideal first
+//   pareto, rank          by row; the rank of a prototype and of a row not left is -1
+//   mu1, mu2, mu3         by row, of prototypes too
+//   ideal, nadir          in the user's own sense; [] if no row is left
+//   best                  the rows of the Salukvadze optimum
+function ranked(data, mask) {
+  const {n, total, F} = data
+  const rows = maskedRows(mask, n)
+  const pareto = new Uint8Array(total)
+  const rank = new Int8Array(total).fill(-1)
+  const empty = () => new Float64Array(total).fill(NaN)
+  if (rows.length === 0) {
+    return {mask, rows, count: 0, front: rows, byMu1: rows, pareto, rank, mu1: empty(),
+      mu2: empty(), mu3: empty(), ideal: [], nadir: [], best: [], frame: null, V: []}
+  }
+  const front = frontOf(data, mask)
+  const V = settled(data, front)
+  const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
+  const all = Int32Array.from([...rows, ...Array.from({length: total - n}, (_, k) => n + k)])
+  // Settled where a criterion has values that are equal up to rounding only.
+  const measuredF = F.map((column, j) => {
+    if (data.levels.exact[j]) return column
+    const copy = column.slice()
+    front.forEach((i, k) => { copy[i] = V[j][k] })
+    return copy
+  })
+  const [mu, units] = frame.measured(measuredF, all, total)
+  const noise = frame.noise(V, units)
+  const orders = mu.map((column) => argsort(column, front))
+  const levels = mu.map((column, k) =>
+    numbered(column, orders[k], noise[k], new Int32Array(total)))
+  const p12 = nondominatedPair(levels[0], levels[1], levels[2], front)
+  const p13 = nondominatedPair(levels[0], levels[2], levels[1], front)
+  const p23 = nondominatedPair(levels[1], levels[2], levels[0], front)
+  for (const i of rows) rank[i] = 0
+  for (const i of front) {
+    pareto[i] = 1
+    // P12 and P13 lie inside P23 but for the tolerance.
+    rank[i] = 3 * (p23[i] | p12[i] | p13[i]) + 2 * p13[i] + p12[i]
+  }
+  const best = [...front.filter((i) => levels[0][i] === 0)]
+  mu.forEach((column, k) => { for (const i of all) column[i] *= units[k] })
+  const turned = (point) => point.map((value, j) =>
+    (data.criteria[j].maximize ? -value : value) + 0)
+  return {mask, rows, count: rows.length, front, byMu1: orders[0], pareto, rank, mu1: mu[0],
+    mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, V}
+}
+
+// ------------------------------------------------------------------------------------------ limits
+
+const keeps = (value, low, high) =>
+  (low === null || low <= value) && (high === null || value <= high) && Number.isFinite(value)
+
+// By how much a limit is moved to show what it keeps out: a twentieth of the range of its column.
+function relaxed(column, value, towards) {
+  const [low, high] = column.range
+  if (!(low < high)) return null
+  if (column.log && value > 0) return value * (high / low) ** (0.05 * towards)
+  return value + 0.05 * towards * (high - low)
+}
+
+const keptMasks = new WeakMap() // of lists of designs that are kept, which may be long
+function keptMask(data, kept) {
+  if (!keptMasks.has(kept)) {
+    const mask = new Uint8Array(data.total)
+    for (const id of kept) if (data.rowOf.has(id)) mask[data.rowOf.get(id)] = 1
+    keptMasks.set(kept, mask)
+  }
+  return keptMasks.get(kept)
+}
+
+// The designs within all limits, and what each limit rejects. A value that is missing keeps none.
+//   mask, count    prototypes are always in the mask and never counted
+//   rejects, only  by name of the column: designs that a limit rejects; that nothing else rejects
+//   relax          by name: {low, high}, each null or {value, back}: a limit a little farther out
+//                  and how many designs it would bring back
+function left(data, state) {
+  const {n, total} = data
+  const conditions = [] // name, which rows are rejected
+  const add = (name, rejected) => conditions.push({name, rejected})
+  for (const [name, [low, high]] of Object.entries(state.limits)) {
+    const {values} = data.by.get(name)
+    const rejected = new Uint8Array(n)
+    for (let i = 0; i < n; i++) rejected[i] = keeps(values[i], low, high) ? 0 : 1
+    add(name, rejected)
+  }
+  for (const [name, allowed] of Object.entries(state.categories)) {
+    const {values, texts} = data.by.get(name)
+    const ticked = new Set(allowed)
+    const out = Uint8Array.from(texts, (text) => (ticked.has(text) ? 0 : 1))
+    const rejected = new Uint8Array(n)
+    for (let i = 0; i < n; i++) rejected[i] = out[values[i]]
+    add(name, rejected)
+  }
+  const times = new Uint8Array(n) // by how many conditions a design is rejected
+  for (const {rejected} of conditions) for (let i = 0; i < n; i++) times[i] += rejected[i]
+  if (state.kept !== null) {
+    const kept = keptMask(data, state.kept)
+    for (let i = 0; i < n; i++) if (!kept[i]) times[i] += 2 // no relaxed limit brings it back
+  }
+  const mask = new Uint8Array(total).fill(1)
+  let count = 0
+  for (let i = 0; i < n; i++) count += mask[i] = times[i] ? 0 : 1
+  const [rejects, only, relax] = [new Map(), new Map(), new Map()]
+  for (const {name, rejected} of conditions) {
+    let [all, alone] = [0, 0]
+    for (let i = 0; i < n; i++) {
+      all += rejected[i]
+      alone += rejected[i] & (times[i] === 1)
+    }
+    rejects.set(name, all)
+    only.set(name, alone)
+    if (!Object.hasOwn(state.limits, name)) continue
+    const column = data.by.get(name)
+    const [low, high] = state.limits[name]
+    const back = (value, lower, upper) => {
+      let number = 0
+      for (let i = 0; i < n; i++) {
+        number += times[i] === 1 && rejected[i] && keeps(column.values[i], lower, upper)
+      }
+      return value === null ? null : {value, back: number}
+    }
+    const lower = low === null ? null : relaxed(column, low, -1)
+    const upper = high === null ? null : relaxed(column, high, 1)
+    relax.set(name, {low: back(lower, lower, high), high: back(upper, low, upper)})
+  }
+  return {mask, count, rejects, only, relax}
+}
+
+// ------------------------------------------------------------------------------------- the orders
+
+// The rows shown, prototypes first, then the best design first; dominated designs come last.
+function order(data, ranking, state) {
+  const {by, name, down} = state.order
+  const ranks = state.ranks === null ? null : new Set(state.ranks)
+  const shows = (i) => ranking.pareto[i]
+    ? ranks === null || ranks.has(ranking.rank[i]) || (ranks.has(6) && ranking.best.includes(i))
+    : state.dominated
+  const shown = ranking.rows.filter(shows)
+  const prototypes = Array.from({length: data.total - data.n}, (_, k) => data.n + k)
+  const joined = (...lists) => Int32Array.from([prototypes, ...lists].flatMap((list) => [...list]))
+  if (by === "column") {
+    const column = values(data, ranking, data.by.get(name))
+    if (!down) return joined(argsort(column, shown))
+    // Sorted by the negative: equal values keep their order, and missing ones stay last.
+    const turned = new Float64Array(column.length)
+    for (const i of shown) turned[i] = -column[i]
+    return joined(argsort(turned, shown))
+  }
+  const optimal = shown.filter((i) => ranking.pareto[i])
+  const dominated = shown.filter((i) => !ranking.pareto[i])
+  let key = ranking.mu1
+  let ordered
+  if (by === "preference") {
+    const {value, sum, best} = preference(data, ranking, state.preference)
+    const chosen = new Set(best) // first, as rounding would order those that tie
+    key = value
+    ordered = [...best.filter(shows),
+      ...argsort(value, argsort(sum, optimal.filter((i) => !chosen.has(i))))]
+  } else {
+    const byMu1 = ranking.byMu1.filter(shows)
+    ordered = [6, 5, 4, 3, 2, 1, 0].flatMap((r) => [...byMu1.filter((i) => ranking.rank[i] === r)])
+  }
+  const lists = [ordered, argsort(key, dominated)]
+  return down ? joined(...lists.map((list) => [...list].reverse())) : joined(...lists)
+}
+
+// The achievement function of every row left, max w (f - r) / range, the least of which is chosen,
+// and the sum of its terms, which decides ties: pareto/_compromise.py. Without an aspiration a
+// criterion is measured from its best value; weights are 1 unless given.
+function preference(data, ranking, {weights, aspiration}) {
+  const {F, criteria, total, n} = data
+  const value = new Float64Array(total).fill(NaN)
+  const sum = new Float64Array(total).fill(NaN)
+  if (ranking.count === 0) return {value, sum, best: []}
+  const {frame, front, V} = ranking
+  const given = criteria.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
+  const most = Math.max(...given)
+  const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
+  const all = ratios.reduce((a, b) => a + b, 0)
+  const w = ratios.map((ratio) => ratio / all)
+  const point = criteria.map(({name, maximize}, j) => {
+    if (!Object.hasOwn(aspiration, name)) return frame.ideal[j]
+    return maximize ? -aspiration[name] : aspiration[name]
+  })
+  let unit = 0 // so that no sum of terms overflows
+  V.forEach((column, j) => {
+    for (const f of column) unit = Math.max(unit, Math.abs((f - point[j]) / frame.scale[j]))
+  })
+  unit ||= 1
+  const term = (f, j) => w[j] * ((f - point[j]) / frame.scale[j] / unit)
+  const fill = (i, f) => {
+    value[i] = -Infinity
+    sum[i] = 0
+    for (let j = 0; j < F.length; j++) {
+      const part = term(f(j), j)
+      value[i] = Math.max(value[i], part)
+      sum[i] += part
+    }
+  }
+  for (const i of ranking.rows) fill(i, (j) => F[j][i])
+  for (let i = n; i < total; i++) fill(i, (j) => F[j][i])
+  front.forEach((i, k) => fill(i, (j) => V[j][k]))
+  const noise = V.map((column, j) => {
+    let size = Math.max(Math.abs(frame.ideal[j]), Math.abs(frame.nadir[j]))
+    for (const f of column) size = Math.max(size, Math.abs(f))
+    const scaled = Number.isFinite(frame.lengths[j]) ? size / frame.scale[j] : 0
+    return LAST_PLACES * w[j] * (Math.max(scaled, Math.abs(point[j] / frame.scale[j])) / unit)
+  })
+  const nearest = (list, key, tolerance) => {
+    const least = list.reduce((a, i) => Math.min(a, key[i]), Infinity)
+    return list.filter((i) => key[i] <= reachOf(least, tolerance))
+  }
+  const first = nearest([...front], value, Math.max(...noise))
+  const best = nearest(first, sum, noise.reduce((a, b) => a + b, 0))
+  for (const column of [value, sum]) for (let i = 0; i < total; i++) column[i] *= unit
+  return {value, sum, best}
+}
+
+// ----------------------------------------------------------------------------------------- wording
+
+const capital = (text) => text.slice(0, 1).toUpperCase() + text.slice(1)
+const listed = (names) =>
+  names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
+const counted = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`
+
+// The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 62.
+function rounded(value, digits) {
+  const up = value.toExponential(digits - 1) // of an exact half the larger one
+  const [mantissa, exponent] = Math.abs(value).toExponential(60).split("e")
+  const all = mantissa.replace(".", "")
+  const half = all[digits] === "5" && /^0*$/.test(all.slice(digits + 1))
+  if (!half || Number(all[digits - 1]) % 2) return up
+  const kept = all.slice(0, digits)
+  return `${value < 0 ? "-" : ""}${kept[0]}${digits > 1 ? "." : ""}${kept.slice(1)}e${exponent}`
+}
+
+// A number with a few digits as Python's format "g" writes it.
+function short(value, digits) {
+  if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
+  const [mantissa, power] = rounded(value, digits).split("e")
+  const exponent = Number(power)
+  const bare = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text)
+  if (exponent < -4 || exponent >= digits) {
+    const size = String(Math.abs(exponent)).padStart(2, "0")
+    return `${bare(mantissa)}e${exponent < 0 ? "-" : "+"}${size}`
+  }
+  return bare(Number(`${mantissa}e${power}`).toFixed(Math.max(0, digits - 1 - exponent)))
+}
+
+// A share as a sentence tells it: two digits, none behind the point above 10 (`percent`).
+function percent(share) {
+  const hundreds = 100 * share
+  if (hundreds > 0 && hundreds < 0.01) return "under 0.01 %"
+  if (!Number.isFinite(hundreds)) return `${String(hundreds).replace("Infinity", "inf")} %`
+  if (hundreds < 9.95) return `${short(hundreds, 2)} %`
+  const digits = Math.floor(Math.log10(hundreds)) + 1
+  return `${Number(rounded(hundreds, hundreds < 10 ? 1 : digits)).toFixed(0)} %`
+}
+
+function amount(value, unit, share, first) {
+  const text = short(value, 4) + (unit ? ` ${unit}` : "")
+  if (Number.isNaN(share)) return text
+  return `${text} (${percent(share)}${first ? " of its range" : ""})`
+}
+
+// A number with the digits that tell designs of its column apart; a text is itself.
+function written(column, value) {
+  if (column.texts) return column.texts[value] || "–"
+  if (value === null || Number.isNaN(value)) return "–"
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "-∞"
+  const [kind, digits] = column.notation
+  // Values beyond the range of the column, penalties perhaps, have no place in its notation.
+  if (kind === "fixed" && Math.abs(value) < 1e7) return value.toFixed(digits)
+  return value.toExponential(kind === "fixed" ? 3 : digits)
+}
+
+// ------------------------------------------------------------------------------------- explanations
+
+// Differences in units of the ranges; NaN for one where the range is 0.
+const shareOf = (difference, length) =>
+  length === Infinity && difference !== 0 ? NaN : difference / length + 0
+
+// Where a design is better than another and where worse, in words (`DesignComparison.difference`).
+function difference(data, gains, shares) {
+  const places = gains.map((_, j) => j)
+  const size = (j) => (Number.isNaN(shares[j]) ? -1 : Math.abs(shares[j]))
+  places.sort((a, b) => size(b) - size(a) || a - b)
+  const parts = []
+  let first = true
+  for (const [word, there] of [["better", (g) => g > 0], ["worse", (g) => g < 0]]) {
+    const told = []
+    for (const j of places.filter((j) => there(gains[j]))) {
+      const {name, unit} = data.criteria[j]
+      told.push(`${name} by ${amount(Math.abs(gains[j]), unit, Math.abs(shares[j]), first)}`)
+      first = false
+    }
+    if (told.length) parts.push(`${word} in ${told.join(", ")}`)
+  }
+  return parts.join("; ") || "equal in all criteria"
+}
+
+// Gains of rows against the first of them and shares of the ranges, a list each (`compared`).
+function gainsOf(data, ranking, rows) {
+  const own = settled(data, Int32Array.from([...ranking.front, ...rows]))
+  const at = ranking.front.length
+  const gains = rows.map((_, k) => own.map((column) => column[at] - column[at + k] + 0))
+  const shares = gains.map((list) => list.map((gain, j) => shareOf(gain, ranking.frame.lengths[j])))
+  return {gains, shares}
+}
+
+// What rows give and take against one of them. `better` is 1, 0 or -1; `percent` is of the size of
+// the other's value, `share` of the range of the Pareto set, above 0 where it is better.
+function compare(data, ranking, rows, base) {
+  if (ranking.count === 0) return {criteria: [], sentences: []}
+  const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
+  const criteria = data.criteria.map(({name, unit, maximize, values}, j) => {
+    const differences = rows.map((_, k) => (maximize ? 1 : -1) * gains[k + 1][j] + 0)
+    const size = Math.abs(values[base])
+    return {
+      name,
+      unit,
+      values: rows.map((row) => values[row]),
+      differences,
+      percent: differences.map((d) => (d === 0 ? 0 : size === 0 ? NaN : (100 * d) / size)),
+      share: rows.map((_, k) => shares[k + 1][j]),
+      better: rows.map((_, k) => Math.sign(gains[k + 1][j])),
+    }
+  })
+  const sentences = rows.map((row, k) =>
+    `${capital(called(data, row))} against ${called(data, base)}: ` +
+    `${difference(data, gains[k + 1], shares[k + 1])}.`)
+  return {criteria, sentences}
+}
+
+// Why a design: its distances from the best, and what the nearest design that is better in a
+// criterion costs in the others: pareto/_explanation.py. Any row, also dominated or a prototype.
+function explain(data, ranking, row) {
+  if (ranking.count === 0) return null
+  const {front, frame, pareto} = ranking
+  const {lengths} = frame
+  const {criteria} = data
+  const m = criteria.length
+  const n = front.length
+  const V = settled(data, Int32Array.from([...front, row]))
+  const own = V.map((column) => column[n])
+  const low = V.map((column) => leastOf(column.subarray(0, n)))
+  const behind = own.map((value, j) => value - low[j])
+  const shares = behind.map((value, j) => shareOf(value, lengths[j]))
+  const distance = new Float64Array(n)
+  for (let j = 0; j < m; j++) {
+    for (let k = 0; k < n; k++) {
+      const d = (V[j][k] - own[j]) / lengths[j]
+      distance[k] += d * d
+    }
+  }
+  for (let k = 0; k < n; k++) {
+    distance[k] = Number.isNaN(distance[k]) ? Infinity : Math.sqrt(distance[k])
+  }
+  const places = Array.from({length: n}, (_, k) => k)
+  const nearest = (accepts) => {
+    let least = Infinity
+    for (let k = 0; k < n; k++) if (distance[k] < least && accepts(k)) least = distance[k]
+    return places.filter((k) => distance[k] <= least * (1 + TIE) && accepts(k))
+  }
+  const neighbours = V.map((column, j) => {
+    let near = nearest((k) => own[j] - column[k] >= STEP * lengths[j])
+    if (!near.length) near = nearest((k) => column[k] < own[j])
+    return near.length ? front[near.reduce((a, k) => (column[k] < column[a] ? k : a))] : -1
+  })
+  let dominatedBy = -1
+  if (!pareto[row]) {
+    // The least excess, not none: a chain of close values may be settled otherwise here.
+    const excess = places.map((k) =>
+      Math.max(0, ...V.map((column, j) => (column[k] - own[j]) / lengths[j] || 0)))
+    const least = leastOf(excess)
+    dominatedBy = front[nearest((k) => excess[k] === least)[0]]
+  }
+  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
+  const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
+  const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))
+  const weakest = most === 0 ? []
+    : criteria.filter((_, j) => shares[j] >= most * (1 - TIE)).map(({name}) => name)
+  // A neighbour towards several criteria is told once.
+  const steps = []
+  for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
+    const told = steps.find((step) => step.row === neighbours[j])
+    if (told) told.names.push(criteria[j].name)
+    else steps.push({names: [criteria[j].name], row: neighbours[j]})
+  }
+  const against = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
+  steps.forEach((step, k) => {
+    const [gains, parts] = [against.gains[k + 1], against.shares[k + 1]]
+    step.label = called(data, step.row)
+    step.text = difference(data, gains, parts)
+    step.gains = criteria.map(({name, unit}, j) =>
+      ({name, unit, gain: gains[j], share: parts[j]}))
+  })
+  return {
+    row,
+    label: called(data, row),
+    criteria: criteria.map(({name, unit, values}, j) => ({
+      name, unit, value: values[row], best: ranking.ideal[j], worst: ranking.nadir[j],
+      away: behind[j], share: shares[j],
+    })),
+    weakest,
+    steps,
+    dominatedBy,
+    sentences: [
+      standing(data, ranking, row, dominatedBy),
+      distances(data, ranking, ordered, behind, shares, weakest),
+      ...steps.map((step) => `Towards ${listed(step.names)}: ${step.label} is ${step.text}.`),
+    ],
+  }
+}
+
+// What a design is among the others, as a sentence.
+function standing(data, {front, best, rank, pareto, mask, ...ranking}, row, dominatedBy) {
+  const name = capital(called(data, row))
+  const all = counted(front.length, "Pareto-optimal design")
+  if (row >= data.n) return `${name} is not among the designs that are ranked.`
+  if (!mask[row]) return `${name} is beyond the limits.`
+  if (dominatedBy >= 0) {
+    const {gains, shares} = gainsOf(data, {front, ...ranking}, [row, dominatedBy])
+    const by = difference(data, gains[1], shares[1])
+    return `${name} is dominated: ${called(data, dominatedBy)} is ${by}.`
+  }
+  if (front.length === 1) return `${name} is the only Pareto-optimal design.`
+  if (pareto[row] && best.includes(row)) {
+    if (best.length === 1) {
+      return `${name} is the Salukvadze optimum: the nearest of ${all} to the ideal point.`
+    }
+    return `${name} is a Salukvadze optimum: one of ${best.length} of ${all} that are equally ` +
+      "near to the ideal point."
+  }
+  const efficiency = rank[row] ? `of rank of efficiency ${rank[row]}` : "not ranked by efficiency"
+  return `${name} is one of ${all}, ${efficiency}.`
+}
+
+// How far a design is from the best of each criterion, as a sentence.
+function distances(data, {frame}, ordered, behind, shares, weakest) {
+  const {criteria} = data
+  const there = ordered.filter((j) => behind[j] > 0)
+  if (!there.length) return "It is the best in every criterion."
+  const told = there.map((j, k) =>
+    `${criteria[j].name} by ${amount(behind[j], criteria[j].unit, shares[j], k === 0)}`)
+  const parts = [`Behind the best in ${told.join(", ")}`]
+  if (told.length > 1 && weakest.length) parts.push(`weakest in ${listed(weakest)}`)
+  for (const [what, constant] of [["the best", false], ["the same as all", true]]) {
+    const names = criteria.filter((_, j) =>
+      behind[j] === 0 && (frame.lengths[j] === Infinity) === constant)
+    if (names.length) parts.push(`${what} in ${listed(names.map(({name}) => name))}`)
+  }
+  return `${parts.join("; ")}.`
+}
+
+// The best compromise under the limits, why, and what is bad about it; null if nothing is left.
+function verdict(data, ranking) {
+  if (ranking.count === 0) return null
+  const told = explain(data, ranking, ranking.best[0])
+  const worst = told.criteria.reduce((a, b) => (b.share > a.share ? b : a))
+  const bad = worst.share > BAD && ranking.front.length > 1
+  const first = data.whole.best[0]
+  const differ = !data.whole.best.includes(told.row)
+  const sentence = differ &&
+    `Without limits it would be ${called(data, first)}. ` +
+    compare(data, data.whole, [told.row], first).sentences[0]
+  return {
+    ...told,
+    bad,
+    warning: bad
+      ? `In ${listed(told.weakest)} it loses ${percent(worst.share)} of what the designs left reach.`
+      : "",
+    ties: ranking.best,
+    whole: differ ? {row: first, label: called(data, first), sentence} : null,
+  }
+}
+
+// ---------------------------------------------------------------------------------------- cautions
+
+// What speaks against relying on the optimum, in sentences: pareto/_cautions.py, whose thresholds
+// and reasons hold here. Up to two rankings for each criterion, so not for every step of a slider.
+const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
+const NEARLY = ", up to 1 % of the range"
+
+function cautions(data, ranking) {
+  const {front, frame, V, best, mu1, rank} = ranking
+  if (ranking.count === 0) return []
+  const {criteria, normalize} = data
+  const n = front.length
+  const names = (places) => listed(places.map((j) => criteria[j].name))
+  const low = V.map(leastOf)
+  const {lengths} = frame
+  const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
+  const m = D.length
+  const varying = D.map((_, j) => j).filter((j) => D[j].some((d) => d !== 0))
+  if (!varying.length) {
+    if (ranking.count === 1 || m === 1) return []
+    return [n > 1 ? `All ${n} Pareto-optimal designs have the same values.`
+      : "Only one design is Pareto optimal: the criteria do not conflict."]
+  }
+  const found = []
+  const constant = D.map((_, j) => j).filter((j) => !varying.includes(j))
+  if (constant.length) {
+    found.push(`Equal for all Pareto-optimal designs, and without weight: ${names(constant)}.`)
+  }
+  if (n >= 3) {
+    const groups = []
+    for (let rest = varying; rest.length;) {
+      const first = rest[0]
+      const same = rest.filter((j) => D[j].every((d, k) => Math.abs(d - D[first][k]) <= EDGE))
+      if (same.length > 1) groups.push(names(same))
+      rest = rest.filter((j) => !same.includes(j))
+    }
+    if (groups.length) {
+      const told = groups.join("; ")
+      found.push(`The same up to 1 % of their ranges, so that they count again: ${told}.`)
+    }
+  }
+  const spans = V.map((column, j) => greatestOf(column) - low[j])
+  const most = varying.reduce((a, j) => (spans[j] > spans[a] ? j : a))
+  const least = varying.reduce((a, j) => (spans[j] < spans[a] ? j : a))
+  if (!normalize && spans[most] >= OUTWEIGHED * spans[least]) {
+    found.push(`Without normalising, ${names([most])} with a range of ${short(spans[most], 3)} ` +
+      `outweighs ${names([least])} with one of ${short(spans[least], 3)}.`)
+  }
+
+  const mu = Float64Array.from(front, (i) => mu1[i])
+  const isBest = new Set(best)
+  const places = Array.from({length: n}, (_, k) => k)
+  const optimum = front.indexOf(best[0])
+  const limit = mu[optimum] * (1 + NEAR)
+  const near = places.filter((k) => mu[k] <= limit)
+  const spread = Math.max(...D.map((column) => {
+    const values = near.map((k) => column[k])
+    return greatestOf(values) - leastOf(values)
+  }))
+  const equidistant = n >= 3 && 2 * near.length > n && spread > 0.5
+  // By what share of a range a design differs most from the optimum, and in what.
+  const apart = (k) => {
+    const shares = D.map((column) => Math.abs(column[k] - column[optimum]))
+    const share = Math.max(...shares)
+    return [share, shares.indexOf(share)]
+  }
+  const name = (k) => called(data, front[k])
+  if (equidistant) {
+    found.push(`${near.length} of ${n} Pareto-optimal designs are within 1 % of the least ` +
+      "distance to the ideal point, as on a sphere around it: a preference must choose.")
+  } else {
+    const different = places.filter((k) => isBest.has(front[k]) && apart(k)[0] > 0)
+    if (different.length) {
+      const more = different.length > 1 ? ` and ${different.length - 1} more` : ""
+      found.push(`${capital(name(optimum))} is as near to the ideal point as ` +
+        `${name(different[0])}${more}.`)
+    }
+    const others = near.filter((k) => !isBest.has(front[k]) && apart(k)[0] > ELSEWHERE)
+    if (others.length) {
+      const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
+      const more = others.length > 1 ? `, one of ${others.length} such designs,` : ""
+      const [share, j] = apart(other)
+      found.push(`${capital(name(other))}${more} is only ` +
+        `${percent(mu[other] / mu[optimum] - 1)} farther from the ideal point, and differs by ` +
+        `${percent(share)} of the range in ${names([j])}.`)
+    }
+    const worst = D.map((_, j) => j).filter((j) => D[j][optimum] >= 1 - EDGE)
+    if (worst.length && n >= 3) {
+      const nearly = worst.every((j) => D[j][optimum] === 1) ? "" : NEARLY
+      const text = `The optimum is the worst in ${names(worst)}${nearly}: `
+      found.push(text + (!normalize ? "it is no compromise." : "the set bulges away from the " +
+        "ideal point, so that no compromise is nearer to it than the extreme designs."))
+    }
+    const edge = varying.filter((j) => D[j][optimum] <= EDGE)
+    if (edge.length && n >= 3) {
+      const nearly = edge.some((j) => D[j][optimum] !== 0) ? NEARLY : ""
+      found.push(`The optimum is the best in ${names(edge)}${nearly}: an edge of the set.`)
+    }
+    const hanging = hangingOn(data, ranking, D, varying)
+    if (hanging) found.push(hanging)
+  }
+  const efficient = front.filter((i) => rank[i] > 0).length
+  if (n >= FEW && 2 * efficient > n) {
+    found.push(`${efficient} of ${n} Pareto-optimal designs have a rank: ranks select little.`)
+  }
+  return found
+}
+
+// On which single extreme design the optimum hangs most, as a sentence; "" if on none.
+function hangingOn(data, ranking, D, varying) {
+  const {front, best, mask, V} = ranking
+  const {criteria} = data
+  const roles = new Map()
+  for (const j of varying) {
+    for (const [role, share] of [["best", 0], ["worst", 1]]) {
+      const at = []
+      for (let k = 0; k < front.length && at.length < 2; k++) if (D[j][k] === share) at.push(k)
+      if (at.length === 1 && !best.includes(front[at[0]]) && !roles.has(at[0])) {
+        roles.set(at[0], `the ${role} in ${criteria[j].name}`)
+      }
+    }
+  }
+  let [moved, told] = [ELSEWHERE, ""]
+  const old = best.map((row) => front.indexOf(row))
+  for (const [k, role] of roles) {
+    const without = mask.slice()
+    without[front[k]] = 0
+    const other = ranked(data, without)
+    const found = nearestOf(other)
+    if (found.some((row) => best.includes(row))) continue
+    const {lengths} = other.frame
+    let closest = null // of the pairs of a new optimum and an old one
+    for (const row of found) {
+      const at = other.front.indexOf(row)
+      for (const b of old) {
+        const steps = other.V.map((column, j) => Math.abs(column[at] - V[j][b]) / lengths[j])
+        const size = Math.max(...steps)
+        if (!closest || size < closest.size) closest = {row, size, j: steps.indexOf(size)}
+      }
+    }
+    if (!(closest.size > moved)) continue
+    moved = closest.size
+    const there = `${called(data, closest.row)}, which differs by ${percent(closest.size)} of the ` +
+      `range in ${criteria[closest.j].name}`
+    const stretched = V.map((column, j) =>
+      Number.isFinite(lengths[j]) ? (greatestOf(column) - leastOf(column)) / lengths[j] : 0)
+    const most = Math.max(...stretched)
+    const who = called(data, front[k])
+    told = most >= OUTLIER
+      ? `${capital(who)} alone stretches the range of ${criteria[stretched.indexOf(most)].name} ` +
+        `${short(most, 3)} times; without it the optimum would be ${there}.`
+      : `Without ${who}, ${role}, the optimum would be ${there}.`
+  }
+  return told
+}
+
+// The rows within rounding of the least distance; looser than `best`, as Python has it here.
+function nearestOf({front, byMu1, mu1}) {
+  const limit = mu1[byMu1[0]] * (1 + TIE)
+  return front.filter((i) => mu1[i] <= limit)
+}
+
+// --------------------------------------------------------------------------------------- histogram
+
+// How many values of some rows (null: all designs) lie in each of equal parts of a column's range;
+// what is beyond the range or missing is in none.
+function histogram(column, rows, bins, log = column.log) {
+  const counts = new Uint32Array(bins)
+  const scale = log ? Math.log : (value) => value
+  const [low, high] = column.range.map(scale)
+  const width = (high - low) / bins
+  const add = (value) => {
+    const place = width > 0 ? (scale(value) - low) / width : scale(value) === low ? 0 : -1
+    if (place >= 0 && place <= bins) counts[Math.min(Math.floor(place), bins - 1)]++
+  }
+  if (rows === null) column.values.forEach(add)
+  else for (const i of rows) add(column.values[i])
+  return counts
+}
+
+// ------------------------------------------------------------------------------------------ states
+
+// Objects by the user's names have no prototype: in them __proto__ is a name as any other.
+const byName = (entries = []) => {
+  const object = Object.create(null)
+  for (const [name, value] of entries) object[name] = value
+  return object
+}
+
+const initial = (data) => checked(data, data.opens_with ?? {}).state
+
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
+const isEnd = (value) => value === null || (typeof value === "number" && Number.isFinite(value))
+
+// A state from anything that JSON can hold, an address or a file of anybody's. What does not fit
+// is dropped and told; nothing is taken over that has not been looked at here.
+function checked(data, anything) {
+  const remarks = []
+  const dropped = (what) => { if (remarks.length < 20) remarks.push(`${what}: left out.`) }
+  const given = (key) =>
+    isObject(anything) && Object.hasOwn(anything, key) ? anything[key] : undefined
+  if (!isObject(anything)) dropped("What should be a state is none")
+
+  // The entries of a mapping by names of columns for which `accepts` says true.
+  const entries = (key, columnFits, accepts, what) => {
+    const value = given(key)
+    if (value === undefined) return byName()
+    if (!isObject(value)) return dropped(`${key} is no mapping`), byName()
+    return byName(Object.entries(value).filter(([name, entry]) => {
+      const column = data.by.get(name)
+      const fits = column !== undefined && column.name === name && columnFits(column)
+      if (!fits) dropped(`${what} on ${shown(name)}, which is no such column`)
+      else if (!accepts(entry, column)) dropped(`${what} on ${shown(name)}, which is none`)
+      return fits && accepts(entry, column)
+    }))
+  }
+  const isNumber = (column) => column.texts === null && column.role !== "geometric"
+  const isText = (column) => column.texts !== null
+  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every(isEnd) &&
+    !(pair[0] !== null && pair[1] !== null && pair[0] > pair[1])
+  const limits = entries("limits", isNumber, isPair, "A limit")
+  for (const name of Object.keys(limits)) {
+    if (limits[name].every((end) => end === null)) delete limits[name]
+    else limits[name] = [...limits[name]]
+  }
+  const someTexts = (list, column) =>
+    Array.isArray(list) && list.every((text) => column.texts.includes(text))
+  const categories = entries("categories", isText, someTexts, "A choice of categories")
+  for (const name of Object.keys(categories)) categories[name] = [...new Set(categories[name])]
+
+  // Designs by what they are called.
+  const designs = (key, most) => {
+    const value = given(key)
+    if (value === undefined || value === null) return null
+    if (!Array.isArray(value)) return dropped(`${key} is no list`), null
+    const known = value.filter((id) => typeof id === "string" && data.rowOf.has(id))
+    const lost = value.length - known.length
+    if (lost) dropped(`${key} names ${counted(lost, "design")} that the page does not have`)
+    const distinct = [...new Set(known)]
+    if (distinct.length > most) dropped(`More than ${most} in ${key}`)
+    return distinct.slice(0, most)
+  }
+  const chosen = given("chosen") ?? null
+  const known = chosen === null || (typeof chosen === "string" && data.rowOf.has(chosen))
+  if (!known) dropped(`The chosen design ${shown(chosen)}, which the page does not have`)
+
+  const list = (key, accepts) => {
+    const value = given(key) ?? null
+    if (value === null) return null
+    const fits = Array.isArray(value) && value.length <= data.columns.length && value.every(accepts)
+    if (!fits) dropped(`${key}, which does not fit`)
+    return fits ? [...new Set(value)] : null
+  }
+  const ranks = list("ranks", (r) => Number.isInteger(r) && r >= 0 && r <= 6)
+  const order = given("order")
+  const orders = {rank: true, preference: true, column: isObject(order) && data.by.has(order.name)}
+  const ordered = isObject(order) && Object.hasOwn(orders, order.by) && orders[order.by]
+  if (order !== undefined && !ordered) dropped("order, which does not fit")
+
+  const wish = isObject(given("preference")) ? given("preference") : {}
+  const wishes = (key, accepts) => {
+    if (!Object.hasOwn(wish, key)) return byName()
+    if (!isObject(wish[key])) return dropped(`preference.${key} is no mapping`), byName()
+    return byName(Object.entries(wish[key]).filter(([name, value]) => {
+      const fits = data.by.get(name)?.role === "criterion" && Number.isFinite(value) &&
+        accepts(value)
+      if (!fits) dropped(`preference.${key} of ${shown(name)}, which does not fit`)
+      return fits
+    }))
+  }
+  const axes = isObject(given("axes")) ? given("axes") : {}
+  const axisNames = (key) => {
+    const value = Object.hasOwn(axes, key) ? axes[key] : []
+    const fits = Array.isArray(value)
+    if (!fits) dropped(`axes.${key}, which is no list`)
+    return fits ? [...new Set(value.filter((name) => data.by.has(name)))] : []
+  }
+  const reason = given("reason") ?? ""
+  if (typeof reason !== "string") dropped("reason, which is no text")
+  const state = {
+    limits,
+    categories,
+    kept: designs("kept", Infinity),
+    ranks,
+    dominated: given("dominated") === true,
+    pins: designs("pins", MOST_PINS) ?? [],
+    chosen: known ? chosen : null,
+    order: ordered
+      ? {by: order.by, ...(order.by === "column" ? {name: order.name} : {}),
+        down: order.down === true}
+      : {by: "rank", down: false},
+    preference: {
+      weights: wishes("weights", (weight) => weight >= 0),
+      aspiration: wishes("aspiration", () => true),
+    },
+    axes: {order: axisNames("order"), hidden: axisNames("hidden"), zoom: axes.zoom === true},
+    reason: typeof reason === "string" ? reason.slice(0, 10000) : "",
+  }
+  return {state, remarks}
+}
+
+// Anything in a message: as text, and short.
+const shown = (value) => {
+  const text = typeof value === "string" ? value : JSON.stringify(value) ?? String(value)
+  return text.length > 40 ? `${text.slice(0, 40)}…` : text
+}
+
+const toHash = (state) => `#${encodeURIComponent(JSON.stringify(state))}`
+
+// What an address says, unchecked; null if it says nothing.
+function fromHash(hash) {
+  const text = hash.replace(/^#/, "")
+  if (!text || text.length > LONGEST_STATE * 3) return null
+  try {
+    return JSON.parse(decodeURIComponent(text))
+  } catch {
+    return null
+  }
+}
+
+// States with undo and redo. They are kept as text, so that what a caller does to one is its own.
+function history(first) {
+  const states = [JSON.stringify(first)]
+  let at = 0
+  const now = () => JSON.parse(states[at])
+  return {
+    push(state) {
+      const text = JSON.stringify(state)
+      if (text === states[at]) return
+      states.splice(at + 1, Infinity, text)
+      if (states.length > 200) states.shift()
+      at = states.length - 1
+    },
+    undo() {
+      at = Math.max(at - 1, 0)
+      return now()
+    },
+    redo() {
+      at = Math.min(at + 1, states.length - 1)
+      return now()
+    },
+    get canUndo() { return at > 0 },
+    get canRedo() { return at < states.length - 1 },
+  }
+}
+
+// ------------------------------------------------------------------------------------------- files
+
+// A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone,
+// also those written with a comma, a percent sign or an exponent. The command writes CSV likewise.
+const inert = (text) =>
+  /^[=+\-@\t\r]/.test(text) && !/^[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)$/i.test(text)
+    ? `'${text}` : text
+
+// The head of the CSV, its names written as in the header.
+const named = (value) => Array.isArray(value) ? value.map(inert)
+  : !isObject(value) ? value
+  : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
+
+const markOf = (data, ranking, i) => i >= data.n ? "prototype"
+  : !ranking.mask[i] ? "rejected"
+  : ranking.best.includes(i) ? "Salukvadze optimum"
+  : ranking.pareto[i] ? "" : "dominated"
+
+// Rows as CSV, every digit of the numbers, with ranks under the limits. The comment above says what
+// the columns are, so that the file comes back with its criteria, directions and units.
+function csv(data, rows, ranking) {
+  const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
+  const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
+  const cells = data.columns.map((column) => {
+    const array = values(data, ranking, column)
+    return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
+  })
+  const header = [data.label_name, ...data.columns.map(({role, field, name}) =>
+    role === "geometric" ? field : name), "rank", "mark"]
+  const lines = [header.map((name) => quoted(inert(name))).join(",")]
+  for (const i of rows) {
+    const rank = ranking.rank[i] < 0 ? "" : String(ranking.rank[i])
+    lines.push([text(data.labels[i]), ...cells.map((cell) => cell(i)), rank,
+      markOf(data, ranking, i)].join(","))
+  }
+  const {head} = data
+  const comment = Object.keys(head).length === 0 ? "" : `# ${JSON.stringify(named(head))}\n`
+  return `${comment}${lines.join("\n")}\n`
+}
+
+const finite = (value) => (Number.isFinite(value) ? value : null)
+
+// The decision as JSON, to be read by people, by the page and by the commands (page/_decision.py).
+// Without a choice of the reader's the optimum is what was decided for.
+function decisionFile(data, state, ranking, verdict, date) {
+  const row = state.chosen !== null ? data.rowOf.get(state.chosen) : verdict?.row ?? null
+  const numbers = (role) => byName(data.columns
+    .filter((column) => column.role === role)
+    .map((column) => [column.name,
+      column.texts ? column.texts[column.values[row]] : finite(column.values[row])]))
+  const {limits, categories, kept, pins, reason, ...view} = state
+  delete view.chosen
+  const content = {
+    pymoo_psi_decision: 1,
+    title: data.title,
+    date,
+    criteria: data.criteria.map(({name, unit, maximize}) => ({name, unit, maximize})),
+    normalize: data.normalize,
+    limits,
+    categories,
+    kept,
+    left: ranking.count,
+    optimum: verdict === null ? null : data.ids[verdict.row],
+    chosen: row === null ? null
+      : {label: data.ids[row], criteria: numbers("criterion"), variables: numbers("variable")},
+    pins,
+    reason,
+    verdict: verdict === null ? [] : verdict.sentences,
+    view,
+  }
+  return `${JSON.stringify(content, null, 1)}\n`
+}
+
+// The state that a decision file holds, checked as any other; what is foreign to it is told.
+function opened(data, text) {
+  let content = null
+  try {
+    content = text.length <= LONGEST_STATE * 16 ? JSON.parse(text) : null
+  } catch { /* told below */ }
+  if (!isObject(content) || content.pymoo_psi_decision !== 1) {
+    return {state: initial(data), remarks: ["The file is no decision of this page."]}
+  }
+  const view = isObject(content.view) ? content.view : {}
+  const {limits, categories, kept, pins, reason, chosen} = content
+  const label = isObject(chosen) ? chosen.label : null
+  const entries = {...view, limits, categories, kept, pins, reason, chosen: label}
+  const {state, remarks} = checked(data, entries)
+  const own = JSON.stringify(data.criteria.map(({name, maximize}) => [name, maximize]))
+  const theirs = Array.isArray(content.criteria)
+    ? JSON.stringify(content.criteria.map((c) => [c?.name, c?.maximize])) : ""
+  if (own !== theirs) remarks.unshift("The decision was made by other criteria or directions.")
+  if (state.chosen !== null && isObject(chosen.criteria)) {
+    const row = data.rowOf.get(state.chosen)
+    const changed = data.criteria.filter(({name, values}) =>
+      !Object.hasOwn(chosen.criteria, name) || chosen.criteria[name] !== values[row])
+    if (changed.length) {
+      const what = listed(changed.map(({name}) => name))
+      remarks.unshift(`${capital(called(data, row))} has changed since then in ${what}.`)
+    }
+  }
+  return {state, remarks}
+}
+
+return {
+  decode, initial, checked, toHash, fromHash, history, values, called, left, ranked, order,
+  preference, verdict, explain, compare, cautions, histogram, written, csv, decisionFile, opened,
+  markOf, percent, short, argsort,
+}
+})()
+
+if (typeof module !== "undefined") module.exports = Logic

@@ -1,0 +1,36 @@
+// Runs the logic of the page on cases of the tests: node logic_driver.js logic.js < cases > answers.
+const Logic = require(require("path").resolve(process.argv[2]))
+const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
+const list = (array) => [...array]
+
+function answer({payload, states, rows, pins, texts}) {
+  const data = Logic.decode(payload)
+  return {
+    initial: Logic.initial(data),
+    checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
+    states: states.map((given, k) => {
+      const {state, remarks} = Logic.checked(data, given)
+      const {mask, count, rejects, only, relax} = Logic.left(data, state)
+      const ranking = Logic.ranked(data, mask)
+      const {front, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
+      const order = Logic.order(data, ranking, state)
+      const verdict = Logic.verdict(data, ranking)
+      const again = Logic.checked(data, Logic.fromHash(Logic.toHash(state)))
+      const written = Logic.decisionFile(data, state, ranking, verdict, "2026-01-31")
+      return {
+        state, remarks, count, verdict, written,
+        mask: list(mask), rejects: list(rejects), only: list(only), relax: list(relax),
+        front: list(front), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
+        mu: [mu1, mu2, mu3].map(list), order: list(order),
+        explained: rows[k].map((row) => Logic.explain(data, ranking, row)),
+        compared: Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]),
+        cautions: Logic.cautions(data, ranking),
+        preferred: list(Logic.preference(data, ranking, state.preference).best),
+        again, opened: Logic.opened(data, written),
+        csv: Logic.csv(data, order, ranking),
+      }
+    }),
+  }
+}
+
+process.stdout.write(JSON.stringify(cases.map(answer)))

@@ -1,0 +1,297 @@
+"""The logic of the page in Node against Python on the same designs: the same answers."""
+
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import rank_of_efficiency
+from pymoo_psi.page import decision_page
+from pymoo_psi.page._data import payload
+from pymoo_psi.pareto import cautions
+from pymoo_psi.pareto._explanation import compared, explained
+from pymoo_psi.selection import ReferencePoint
+from pymoo_psi.table import read_designs
+
+LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
+pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+
+
+def in_node(cases):
+    """Return what the logic answers to cases, see logic_driver.js."""
+    driver = Path(__file__).with_name("logic_driver.js")
+    done = subprocess.run(
+        ["node", driver, LOGIC], input=json.dumps({"cases": cases}), text=True, capture_output=True
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+class Case:
+    """Random designs, and states in which they are looked at."""
+
+    def __init__(self, seed):
+        rng = self.rng = np.random.default_rng(seed)
+        self.m = int(rng.integers(2, 16)) if seed else 4
+        n = int(rng.integers(30, 160))
+        F = self.values(rng, n, seed % 5)
+        self.names = [f"f{j + 1}" for j in range(self.m)]
+        self.maximize = [name for name in self.names if rng.random() < 0.4]
+        if seed == 1:  # names that are properties of every object of JavaScript
+            self.names[:2] = ["__proto__", "constructor"]
+            self.maximize = ["__proto__"]
+        frame = pd.DataFrame(F, columns=self.names)
+        frame["x"] = rng.random(n)
+        frame["kind"] = rng.choice(["steel", "=1+1", 'a "b", c', ""], n)
+        frame["heat"] = np.where(rng.random(n) < 0.2, np.nan, rng.random(n))
+        frame.index = pd.Index(rng.permutation(n) + 1, name="number")
+        self.frame = frame
+        self.normalize = bool(seed % 4)
+        self.prototype = {name: float(F[0, j]) for j, name in enumerate(self.names)}
+        self.units = {self.names[0]: "kg"}
+        self.page = decision_page(
+            frame,
+            self.names,
+            variables=["x", "kind"],
+            outputs=["heat"],
+            maximize=self.maximize,
+            units=self.units,
+            normalize=self.normalize,
+            prototype=self.prototype if seed % 2 else None,
+            title=f"set {seed}",
+        )
+        self.payload = payload(self.page)
+        n = self.payload["n"]
+        # In the order of the page.
+        self.frame = frame.loc[[int(label) for label in self.payload["labels"][:n]]]
+        self.states = [self.state(k) for k in range(4)]
+        self.rows = [self.rng.integers(0, n, 4).tolist() for _ in self.states]
+        self.pins = [self.rng.choice(n, 4, replace=False).tolist() for _ in self.states]
+
+    def values(self, rng, n, kind):
+        if kind == 0:  # a sphere: all of the front equally near
+            F = np.abs(rng.normal(size=(n, self.m)))
+            F = 1 - F / np.linalg.norm(F, axis=1)[:, None] + 0.2 * rng.random((n, 1)) ** 3
+        elif kind == 1:  # ties and duplicates
+            F = rng.integers(0, 4, (n, self.m)).astype(float)
+        elif kind == 2:  # noise of rounding, signs, sizes that differ
+            F = rng.integers(1, 5, (n, self.m)) * (1 + rng.integers(-3, 4, (n, self.m)) * 1.2e-16)
+            F = (F - 2.5) * 10.0 ** rng.integers(-9, 9, self.m)
+        elif kind == 3:  # a convex front, one criterion constant, dominated rows
+            F = np.abs(rng.normal(size=(n, self.m)))
+            F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 2 + 0.5 * rng.random((n, 1)) ** 4
+            F[:, -1] = 3.0
+        else:  # a chain of values each equal to the next up to rounding, two penalties
+            F = rng.random((n, self.m))
+            F[:, 0] = 1 + np.arange(n) * 7e-15
+            F[:2, 1] = 1e30
+        return F
+
+    def state(self, k):
+        rng, frame = self.rng, self.frame
+        limits = {}
+        for name in rng.choice([*self.names, "x", "heat"], size=k, replace=False):
+            known = frame[name].dropna().to_numpy()
+            ends = np.sort(rng.choice(known, 2))
+            low, high = float(ends[0]), float(ends[1])
+            limits[str(name)] = [(None, high), (low, None), (low, high)][rng.integers(3)]
+        kinds = {"kind": ["steel", ""]} if k == 3 else {}
+        labels = [str(label) for label in frame.index]
+        wish = {
+            "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
+            "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[k:]},
+        }
+        return {
+            "limits": limits,
+            "categories": kinds,
+            "kept": labels[: len(labels) // 2] if k == 2 else None,
+            "dominated": True,
+            "pins": labels[:3],
+            "chosen": labels[0],
+            "order": {"by": ["rank", "rank", "preference", "column"][k], "name": "heat"},
+            "preference": wish,
+            "reason": "Größe \u2028 </script>",
+        }
+
+    def mask(self, state):
+        frame = self.frame
+        mask = np.ones(len(frame), dtype=bool)
+        for name, (low, high) in state["limits"].items():
+            values = frame[name].to_numpy()
+            mask &= np.isfinite(values)
+            mask &= (values >= low) if low is not None else True
+            mask &= (values <= high) if high is not None else True
+        for name, allowed in state["categories"].items():
+            mask &= frame[name].isin(allowed).to_numpy()
+        if state["kept"] is not None:
+            mask &= frame.index.astype(str).isin(state["kept"])
+        return mask
+
+    def asked(self):
+        return {
+            "payload": self.payload,
+            "states": self.states,
+            "rows": self.rows,
+            "pins": self.pins,
+            "texts": [],
+        }
+
+
+SEEDS = range(25)
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return [Case(seed) for seed in SEEDS]
+
+
+@pytest.fixture(scope="module")
+def answers(cases):
+    return in_node([case.asked() for case in cases])
+
+
+def rankings(cases, answers):
+    """Yield for each state with designs left: case, state, answer, rows left, Python's ranking."""
+    for case, answer in zip(cases, answers, strict=True):
+        for k, (state, found) in enumerate(zip(case.states, answer["states"], strict=True)):
+            rows = np.flatnonzero(case.mask(state))
+            if len(rows):
+                left = case.frame.iloc[rows][case.names]
+                ranking = rank_of_efficiency(left, normalize=case.normalize, maximize=case.maximize)
+                labels = [f"number {label}" for label in left.index]
+                named = replace(ranking, objectives=replace(ranking.objectives, labels=labels))
+                yield case, k, found, rows, named
+
+
+def test_the_same_designs_are_left(cases, answers):
+    emptied = 0
+    for case, answer in zip(cases, answers, strict=True):
+        for state, found in zip(case.states, answer["states"], strict=True):
+            mask = case.mask(state)
+            n = len(mask)
+            assert found["mask"][:n] == mask.astype(int).tolist()
+            assert found["mask"][n:] == [1] * case.payload["prototypes"]
+            assert found["count"] == mask.sum()
+            assert found["remarks"] == []
+            emptied += not mask.any()
+    assert emptied < 10
+
+
+def test_ranks_are_those_of_python(cases, answers):
+    freed = 0
+    for case, _, found, rows, ranking in rankings(cases, answers):
+        assert [found["rank"][i] for i in rows] == ranking.rank.tolist()
+        assert [found["pareto"][i] for i in rows] == ranking.pareto.astype(int).tolist()
+        assert found["front"] == rows[ranking.pareto].tolist()
+        assert found["best"] == rows[ranking.salukvadze].tolist()
+        np.testing.assert_array_equal(found["ideal"], ranking.ideal)
+        np.testing.assert_array_equal(found["nadir"], ranking.nadir)
+        mu = np.array(found["mu"], dtype=float)[:, rows].T
+        np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=1e-13)
+        whole = rank_of_efficiency(case.frame[case.names], maximize=case.maximize).pareto
+        freed += (ranking.pareto & ~whole[rows]).sum()
+    assert freed > 100  # dominated designs whose dominators are rejected
+
+
+def test_the_order_is_that_of_the_ranking(cases, answers):
+    for case, k, found, rows, ranking in rankings(cases, answers):
+        shown = found["order"][case.payload["prototypes"] :]
+        assert sorted(shown) == rows.tolist()
+        at = np.searchsorted(rows, shown)
+        if k < 2:
+            keys = [~ranking.pareto[at], -ranking.rank[at]]
+            groups = list(zip(*keys, strict=True))
+            assert groups == sorted(groups)
+            mu1 = ranking.criteria[at, 0]
+            same = [a == b for a, b in pairwise(groups)]
+            # Distances that are equal up to rounding may stand either way.
+            assert (np.diff(mu1)[same] >= -1e-12 * np.maximum(mu1[1:][same], 1)).all()
+        if k == 2:
+            chosen = set(found["preferred"])
+            assert set(shown[: len(chosen)]) == chosen
+        if k == 3:
+            heat = case.frame["heat"].to_numpy()[shown]
+            known = heat[~np.isnan(heat)]
+            assert (np.diff(known) >= 0).all()
+            assert np.isnan(heat[len(known) :]).all()
+
+
+def test_the_verdict_says_what_explain_says(cases, answers):
+    for case, k, found, rows, ranking in rankings(cases, answers):
+        units = case.units
+        told = explained(ranking, int(ranking.salukvadze[0]), units)
+        assert found["verdict"]["row"] == rows[ranking.salukvadze[0]]
+        assert found["verdict"]["sentences"] == list(told.sentences)
+        assert found["verdict"]["weakest"] == list(told.weakest)
+        for row, one in zip(case.rows[k], found["explained"], strict=True):
+            if row not in rows:
+                assert "beyond the limits" in one["sentences"][0]
+                continue
+            told = explained(ranking, int(np.searchsorted(rows, row)), units)
+            assert one["sentences"] == list(told.sentences)
+            away = [criterion["away"] for criterion in one["criteria"]]
+            np.testing.assert_array_equal(away, told.behind)
+
+
+def test_cautions_are_those_of_python(cases, answers):
+    told = set()
+    for _, _, found, _, ranking in rankings(cases, answers):
+        expected = cautions(ranking)
+        assert found["cautions"] == [str(caution) for caution in expected]
+        told.update(caution.kind for caution in expected)
+    assert len(told) >= 9
+
+
+def test_comparisons_are_those_of_python(cases, answers):
+    for case, k, found, rows, ranking in rankings(cases, answers):
+        pins = case.pins[k]
+        if not set(pins) <= set(rows.tolist()):
+            continue
+        two = compared(ranking, np.searchsorted(rows, pins).tolist(), case.units)
+        assert found["compared"]["sentences"] == list(two.sentences)
+        for j, criterion in enumerate(found["compared"]["criteria"]):
+            assert criterion["better"] == np.sign(two.gains[1:, j]).tolist()
+            shares = np.array(criterion["share"], dtype=float)
+            np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
+
+
+def test_preferences_choose_what_reference_point_chooses(cases, answers):
+    for case, k, found, rows, ranking in rankings(cases, answers):
+        wish = case.states[k]["preference"]
+        weights = [wish["weights"].get(name, 1.0) for name in case.names]
+        ideal = dict(zip(case.names, ranking.ideal, strict=True))
+        point = [wish["aspiration"].get(name, ideal[name]) for name in case.names]
+        selector = ReferencePoint(point, weights=weights, normalize=case.normalize)
+        chosen = selector.do(case.frame.iloc[rows][case.names], maximize=case.maximize)
+        assert found["preferred"] == rows[chosen].tolist()
+
+
+def test_states_come_back_from_addresses_and_files(cases, answers):
+    for case, answer in zip(cases, answers, strict=True):
+        for given, found in zip(case.states, answer["states"], strict=True):
+            assert found["again"] == {"state": found["state"], "remarks": []}
+            assert found["opened"] == {"state": found["state"], "remarks": []}
+            for key in ("limits", "categories", "kept", "pins", "chosen", "preference", "reason"):
+                expected = json.loads(json.dumps(given[key]))
+                assert found["state"][key] == expected
+
+
+def test_a_csv_comes_back_with_criteria_and_directions(cases, answers, tmp_path):
+    for case, _, found, rows, _ in rankings(cases[:8], answers[:8]):
+        path = tmp_path / "left.csv"
+        path.write_text(found["csv"], "utf-8", newline="")
+        file = read_designs(path)
+        roles = file.roles()
+        assert roles.objectives == tuple(case.names)
+        assert set(roles.maximize) == set(case.maximize)
+        assert file.columns[case.names[0]].unit == "kg"
+        order = found["order"][case.payload["prototypes"] :]
+        expected = case.frame.iloc[order][case.names].to_numpy()
+        np.testing.assert_array_equal(file.values(case.names), expected)
+        assert sorted(order) == rows.tolist()
