@@ -3,6 +3,8 @@
 import copy
 import importlib
 import pickle
+import sys
+from types import SimpleNamespace
 
 import dill
 import numpy as np
@@ -415,20 +417,26 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     assert table.equals(whole.rows(mask))
 
 
-def test_investigate_shows_progress_and_closes_the_bar(monkeypatch):
+@pytest.mark.parametrize("where", ["terminal", "notebook", "file"])
+def test_investigate_shows_progress_where_it_is_seen_and_closes_the_bar(monkeypatch, where):
     seen = []
 
     class Bar:
         set = seen.append
 
-        def close(self):
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
             seen.append("closed")
 
-    module = importlib.import_module("pymoo_psi.algorithms._investigate")
+    module = importlib.import_module("pymoo_psi.parallel._progress")
     monkeypatch.setattr(module, "ProgressBar", Bar)
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: where == "terminal")
+    shell = SimpleNamespace(kernel=None) if where == "notebook" else None
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
     investigate(CHUTE, 200, block_size=80, progress=True)
-    assert seen == [0.4, 0.8, 1.0, "closed"]
+    assert seen == ([] if where == "file" else [0.4, 0.8, 1.0, "closed"])
 
 
 def test_investigate_mixed_variables_and_limits():

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import joblib
 import numpy as np
@@ -287,15 +288,12 @@ def test_a_vectorised_model_is_given_each_design_once(by):
 def test_progress_moves_with_every_test_that_arrives_not_by_blocks(monkeypatch):
     module = importlib.import_module("pymoo_psi.algorithms._investigate")
     monkeypatch.setattr(module, "SECONDS", 0.0)
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     seen = []
 
-    class Bar:
-        set = seen.append
+    @contextmanager
+    def progress_bar(progress):
+        yield seen.append
 
-        def close(self):
-            pass
-
-    monkeypatch.setattr(module, "ProgressBar", Bar)
+    monkeypatch.setattr(module, "progress_bar", progress_bar)
     investigate(Sum(), 10, block_size=10, progress=True, on_failure="raise")
     assert seen == [k / 10 for k in range(1, 11)]

@@ -6,7 +6,6 @@ through the problem in large blocks, and only what is wanted is kept.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
@@ -15,9 +14,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pymoo.util.display.progress import ProgressBar
 
-from pymoo_psi._validation import boolean, integer, invalid, job_count, known_name
+from pymoo_psi._validation import integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._blocks import LEAST, Keep, arriving
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._repeats import Repeats
@@ -35,6 +33,7 @@ from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._outcome import Result, Values, Waiting
+from pymoo_psi.parallel._progress import progress_bar
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
@@ -87,7 +86,7 @@ def investigate(
         limits: Limits that a feasible design must keep, for ``keep``; see :class:`TestTable`.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
         block_size: Points tested at a time; by default 65 536 of a vectorised problem, else 64.
-        progress: Show a progress bar, if the output is a terminal.
+        progress: Show a progress bar, in a terminal or a notebook.
         n_jobs: Processes for a vectorised problem, or workers of the cluster that
             ``joblib.parallel_config`` names; -1 for as many as there are. The table does not
             depend on it. A problem that is evaluated one design at a time has a runner of its own,
@@ -146,18 +145,16 @@ def investigate(
         units=units,
     )
     kept = Keep(keep, limits)
-    bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
     done = 0
-
-    def show(_: TestTable, tested: int) -> None:
-        nonlocal done
-        done += tested
-        if bar is not None:
-            bar.set(done / len(plan.points))
-
     tables = [plan.table]
     size = least = 0  # how many rows there are, and had been left when they were sifted last
-    try:
+    with progress_bar(progress) as bar:
+
+        def show(_: TestTable, tested: int) -> None:
+            nonlocal done
+            done += tested
+            bar(done / len(plan.points))
+
         for table, _ in tested(
             plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs, show=show
         ):
@@ -167,9 +164,6 @@ def investigate(
                 front = by_number(tables)
                 tables = [front.rows(kept.mask(front))]
                 size = least = len(tables[0])
-    finally:
-        if bar is not None:
-            bar.close()
     found = by_number(tables)
     if keep == "pareto":
         found = found.rows(kept.mask(found))

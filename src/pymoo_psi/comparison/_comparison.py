@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +12,8 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
-from pymoo.util.display.progress import ProgressBar
 
+from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     boolean,
@@ -33,6 +32,7 @@ from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_text
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.parallel._progress import progress_bar
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_problem
@@ -43,10 +43,12 @@ if TYPE_CHECKING:
 # Powers of 2, after which LPτ points are complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
 ASSESSED = ("evaluated", "returned")
+_HEADINGS = {"igd_plus": "IGD+", "optimum_distance": "optimum distance",
+             "n_nondominated": "designs", "seconds": "time [s]"}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Shown):
     """The runs of several algorithms on one problem, measured by the same reference.
 
     Attributes:
@@ -178,6 +180,37 @@ class Comparison:
         """
         return self._tests[known_name("indicator", indicator, INDICATORS)].copy()
 
+    def to_latex(self) -> str:
+        """Return medians and quartiles as a table of LaTeX.
+
+        It is a ``tabular`` with the rules of the package booktabs.
+
+        Example:
+            >>> from pymoo.problems import get_problem
+            >>> from pymoo_psi import compare
+            >>> bnh = get_problem("bnh")
+            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            >>> print(result.to_latex().splitlines()[2])
+            evaluations & algorithm & runs & hypervolume & IGD+ & epsilon & optimum distance & ...
+        """
+        frame = self._for_readers()
+        return latex_table([(name, frame[name].tolist()) for name in frame.columns])
+
+    def _for_readers(self) -> pd.DataFrame:
+        """Return the summary as texts: each median with its quartiles in brackets."""
+        summary = self._summary
+        frame = summary[["evaluations", "algorithm", "runs"]].copy()
+        for name in (*INDICATORS, "n_nondominated", "seconds"):
+            columns = summary[[name, f"{name}_q1", f"{name}_q3"]].to_numpy(float)
+            frame[_HEADINGS.get(name, name)] = [
+                f"{median:.4g}" if runs == 1 else f"{median:.4g} ({low:.4g} to {high:.4g})"
+                for runs, (median, low, high) in zip(summary["runs"], columns, strict=True)
+            ]
+        return frame
+
+    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        return self._for_readers().head(n), len(self._summary)
+
     # Computed once, as the printed table, the report and every figure ask for them.
 
     @cached_property
@@ -254,7 +287,7 @@ def compare(
             Runs go by the name of their algorithm: a changed algorithm wants a new name.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
             no more than idle cores.
-        progress: Show a progress bar, if the output is a terminal.
+        progress: Show a progress bar, in a terminal or a notebook.
         on_run: Called with each run as it is ready, the number of runs ready and of all.
 
     Returns:
@@ -304,17 +337,12 @@ def compare(
     ]
     store = None if folder is None else RunStore.of(folder, problem)
     runs: dict[Task, Run] = {}
-    bar = ProgressBar() if boolean("progress", progress) and sys.stdout.isatty() else None
-    try:
+    with progress_bar(progress) as bar:
         for run in _runs(problem, by_name, tasks, store, n_jobs):
             runs[run.task] = run
-            if bar is not None:
-                bar.set(len(runs) / len(tasks))
+            bar(len(runs) / len(tasks))
             if on_run is not None:
                 on_run(run, len(runs), len(tasks))
-    finally:
-        if bar is not None:
-            bar.close()
     done = tuple(runs[task] for task in tasks)
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)

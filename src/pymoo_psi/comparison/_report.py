@@ -125,18 +125,10 @@ def report(comparison: Comparison) -> str:
 
 
 def _table(comparison: Comparison) -> list[str]:
-    columns = [*INDICATORS, "n_nondominated", "seconds"]
-    lines = [
-        f"| evaluations | algorithm | runs | {' | '.join(columns)} |",
-        f"|{'---|' * (3 + len(columns))}",
-    ]
-    for row in comparison.summary().to_dict("records"):
-        cells = [f"{row[c]:.4g} ({row[f'{c}_q1']:.4g} to {row[f'{c}_q3']:.4g})" for c in columns]
-        if row["runs"] == 1:
-            cells = [f"{row[c]:.4g}" for c in columns]
-        lines.append(
-            f"| {row['evaluations']} | {row['algorithm']} | {row['runs']} | {' | '.join(cells)} |"
-        )
+    frame = comparison._for_readers()
+    rows = [list(frame.columns), *frame.to_numpy().tolist()]
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    lines.insert(1, f"|{'---|' * len(frame.columns)}")
     return [*lines, "", "Medians, with quartiles in brackets."]
 
 

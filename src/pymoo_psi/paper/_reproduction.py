@@ -16,7 +16,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
-from pymoo_psi._validation import integer, job_count
+from pymoo_psi._tables import latex_table
+from pymoo_psi._validation import integer, job_count, known_name
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS
 from pymoo_psi.paper._published import published_table
@@ -138,6 +139,41 @@ class Reproduction:
         """
         computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
         return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
+
+    def to_latex(self, number: str) -> str:
+        r"""Return a table of the paper as LaTeX, the printed values below the computed ones.
+
+        It is a ``tabular`` with the rules of the package booktabs.
+
+        Args:
+            number: ``"6.1"`` or ``"6.2"``.
+
+        Raises:
+            ArgumentValueError: There is no such table.
+
+        Example:
+            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            >>> print(one.to_latex("6.1"))
+            \begin{tabular}{lrrrrrr}
+            \toprule
+            model & $\mu$ & test point & $f_{1}$ & $f_{2}$ & $f_{3}$ & $f_{4}$ \\
+            \midrule
+            rolling & $0.4$ & $3085$ & $2.0458$ & $0.0476$ & $0.2635$ & $0.1072$ \\
+            printed &  &  & $2.0454$ & $0.0476$ & $0.2635$ & $0.1072$ \\
+            \bottomrule
+            \end{tabular}
+        """
+        tables = {"6.1": self.table_6_1, "6.2": self.table_6_2}
+        rows = []
+        for row in tables[known_name("number", number, tables)]().to_dict("records"):
+            computed, printed = (
+                [f"{row[f]:.4f}" for f in names] for names in (_CRITERIA, _PRINTED)
+            )
+            rows.append([row["model"], f"{row['mu']:g}", str(row["test_point"]), *computed])
+            if "nan" not in printed:
+                rows.append(["printed", "", "", *printed])
+        headings = ("model", "μ", "test point", *_CRITERIA)
+        return latex_table(zip(headings, zip(*rows, strict=True), strict=True))
 
     def continuous_optima(self) -> pd.DataFrame:
         """Return the continuous Salukvadze optimum of every case.

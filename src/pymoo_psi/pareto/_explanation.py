@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
@@ -37,7 +38,7 @@ _STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DesignComparison:
+class DesignComparison(Shown):
     """What k designs give and take against the first of them.
 
     Attributes:
@@ -142,7 +143,7 @@ class DesignComparison:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Explanation:
+class Explanation(Shown):
     """Why one design: its distances from the best, and the steps to its neighbours.
 
     Attributes:

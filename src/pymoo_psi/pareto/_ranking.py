@@ -23,7 +23,7 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import Received, boolean, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
@@ -47,7 +48,7 @@ RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EfficiencyRanking:
+class EfficiencyRanking(Shown):
     """The ranking of the n rows of an objective matrix.
 
     Attributes:
@@ -171,6 +172,53 @@ class EfficiencyRanking:
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
         return frame.iloc[self.order]
+
+    def to_latex(self, *, top: int = 10, units: Mapping[Any, str] | None = None) -> str:
+        r"""Return the best designs as a table of LaTeX, in the order of :meth:`to_frame`.
+
+        It is a ``tabular`` with the rules of the package booktabs.
+
+        Args:
+            top: How many designs.
+            units: Units of objectives by name, for the headings.
+
+        Raises:
+            ArgumentValueError: ``top`` is below 1.
+
+        Example:
+            >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
+            >>> print(ranking.to_latex(top=1, units={"f1": "kg"}))
+            \begin{tabular}{rrrrrrr}
+            \toprule
+            design & $f_{1}$ [kg] & $f_{2}$ & $\mu_{1}$ & $\mu_{2}$ & $\mu_{3}$ & rank \\
+            \midrule
+            $1$ & $3$ & $3$ & $0.7071$ & $0$ & $0.7071$ & $6$ \\
+            \bottomrule
+            \end{tabular}
+        """
+        columns = self._columns(integer("top", top, minimum=1), {} if units is None else units)
+        return latex_table([(name, values.tolist()) for name, values in columns])
+
+    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        import pandas as pd
+
+        names, values = zip(*self._columns(n, {}), strict=True)
+        frame = pd.concat([pd.Series(column) for column in values[1:]], axis=1)
+        frame.index = pd.Index(values[0])
+        return frame.set_axis(list(names[1:]), axis=1), len(self.rank)
+
+    def _columns(self, n: int, units: Mapping[Any, str]) -> list[tuple[str, NDArray[Any]]]:
+        """Return heading and values of each column for readers, of the first n designs."""
+        rows, objectives = self.order[:n], self.objectives
+        labels = np.array([objectives.labels[row] for row in rows.tolist()], dtype=object)
+        columns = [("design", labels)]
+        for name, sign, values in zip(
+            objectives.names, objectives.sign, objectives.values[rows].T, strict=True
+        ):
+            unit = f" [{units[name]}]" if name in units else ""
+            columns.append((f"{name}{unit}{' (max)' if sign < 0 else ''}", values))
+        mu = zip(RANKING_COLUMNS, self.criteria[rows].T, strict=False)
+        return [*columns, *mu, ("rank", self.rank[rows])]
 
     @property
     def order(self) -> NDArray[np.intp]:

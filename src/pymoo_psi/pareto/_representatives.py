@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._tables import Shown
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.pareto._indicators import farthest_first
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
@@ -22,7 +23,7 @@ Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Representatives:
+class Representatives(Shown):
     """A few designs that cover a Pareto set, and what each of them stands for.
 
     Attributes:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._tables import Shown
 from pymoo_psi.pareto._feasibility import competes
 from pymoo_psi.pareto._ranking import rank_of_efficiency
 
@@ -55,7 +56,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> tuple[Mask, A
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robustness:
+class Robustness(Shown):
     """What becomes of n designs in S scenarios.
 
     Shares are of all S scenarios. The statistics of criteria and regret are over the scenarios in

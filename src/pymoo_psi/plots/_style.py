@@ -9,6 +9,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -33,6 +34,7 @@ CURVES: tuple[dict[str, Any], ...] = (
 )
 
 _WIDTH = 180.0  # of a page in mm, over both columns of a journal
+_SCREEN = 96  # dots per inch, as browsers count them
 
 _PAGE: Any = {
     "figure.facecolor": "white",
@@ -59,17 +61,37 @@ _PAGE: Any = {
 }
 
 
+class Page(Figure):
+    """A figure that a notebook shows without pyplot, which would register it as a window."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        # Asked for only where IPython has no printer of figures, which `%matplotlib` sets: so a
+        # page is shown once. Twice as fine as its size on the screen, for screens that are so.
+        picture = BytesIO()
+        self.savefig(picture, format="png", dpi=2 * _SCREEN)
+        width, height = (round(_SCREEN * inches) for inches in self.get_size_inches())
+        return picture.getvalue(), {"width": width, "height": height}
+
+
+class PageAxes(Axes):
+    """Axes of a page of their own, which a notebook shows by them."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]] | None:
+        page = self.get_figure()
+        return page._repr_png_() if isinstance(page, Page) else None
+
+
 @contextmanager
 def new_page(
     height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
 ) -> Iterator[Figure]:
     """Give a page to draw on, its size in mm; matplotlib's settings are the pages' meanwhile.
 
-    The figure is known to no window system.
+    It is known to no window system, and a notebook shows it.
     """
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_PAGE):
-        yield Figure(figsize=(width / 25.4, height / 25.4), layout=layout)
+        yield Page(figsize=(width / 25.4, height / 25.4), layout=layout)
 
 
 @contextmanager
@@ -79,7 +101,7 @@ def on_axes(ax: Axes | None) -> Iterator[Axes]:
         yield ax
         return
     with new_page(90.0, width=120.0) as figure:
-        yield figure.add_subplot()
+        yield figure.add_subplot(axes_class=PageAxes)
 
 
 def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SelectorComparison:
+class SelectorComparison(Shown):
     """What k selectors choose from the same designs.
 
     Attributes:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, counted, invalid, positive_number
 from pymoo_psi.pareto._indicators import hypervolume
 from pymoo_psi.pareto._ranking import UtopianFrame
@@ -30,7 +31,7 @@ _REFERENCE = 1.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Convergence:
+class Convergence(Shown):
     """What the first n tests would have decided, n doubling from row to row up to all of them.
 
     Distances are those of the ranking of all tests, so that rows can be compared.
@@ -67,6 +68,14 @@ class Convergence:
     moved: Array
     covering_radius: Array
     dimension: int
+
+    def __repr__(self) -> str:
+        """Return how many tests there are, and what the first half of them would have decided."""
+        half = f"no. {self.optimum[-2]}" if len(self.tests) > 1 else "none"
+        return (
+            f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]}, of the first "
+            f"half {half})"
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows, with index ``tests`` and a column for each other array.

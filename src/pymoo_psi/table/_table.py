@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     counted,
@@ -62,7 +63,7 @@ _BLOCKS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TestTable:
+class TestTable(Shown):
     """Every tested point of an investigation, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
@@ -810,6 +811,42 @@ class TestTable:
             if kind is Kind.CHOICE:  # the options themselves, not texts
                 columns[name] = column
         return pd.DataFrame(columns).set_index("test_point")
+
+    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        # Which are Pareto optimal is not asked of a million tests for ten rows.
+        frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns="pareto")
+        empty = [name for name in ("violated", "reason") if not frame[name].any()]
+        headings = {name: self.layout.label(name) for name in self.layout.columns}
+        return frame.drop(columns=empty).rename(columns=headings), len(self)
+
+    def to_latex(self, columns: Sequence[str] | None = None) -> str:
+        r"""Return the tests as a table of LaTeX, in the rows' order, with units in the headings.
+
+        It is a ``tabular`` with the rules of the package booktabs. Rows are chosen before:
+        ``table.rows(table.pareto()).to_latex()``.
+
+        Args:
+            columns: Names of the columns; variables and criteria unless given.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+
+        Example:
+            >>> layout = Layout.of(1, ["mass"], units={"mass": "kg"})
+            >>> table = TestTable.of([1, 2], [[0.125], [0.5]], [[12.5], [20.25]], layout=layout)
+            >>> print(table.to_latex())
+            \begin{tabular}{rrr}
+            \toprule
+            test point & $x_{1}$ & mass [kg] \\
+            \midrule
+            $1$ & $0.1250$ & $12.50$ \\
+            $2$ & $0.5000$ & $20.25$ \\
+            \bottomrule
+            \end{tabular}
+        """
+        names = self.layout.variables + self.layout.objectives if columns is None else columns
+        shown = [(self.layout.label(name), self.column(name).tolist()) for name in names]
+        return latex_table([("test point", self.numbers.tolist()), *shown])
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; :meth:`read_csv` reads it back without a change.

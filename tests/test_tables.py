@@ -1,0 +1,184 @@
+"""Tables for readers: HTML whose names are data, LaTeX that prints just the names and numbers."""
+
+import re
+import shutil
+import string
+import subprocess
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    TestTable,
+    compare,
+    compare_designs,
+    explain,
+    rank_of_efficiency,
+    representatives,
+)
+from pymoo_psi._tables import ROWS, escaped, latex_table
+from pymoo_psi.selection import SalukvadzeOptimum, compare_selectors
+from pymoo_psi.table import Layout, convergence
+
+EVIL = "<b>cost</b> & \"co\" <script>alert('1')</script>"
+
+
+@pytest.fixture(scope="module")
+def table():
+    rng = np.random.default_rng(3)
+    layout = Layout.of(["width"], [EVIL, "gain"], maximize=["gain"], units={"width": "mm<i>"})
+    F = np.column_stack([np.arange(40.0), -(np.arange(40.0) ** 2)])
+    return TestTable.of(1 + np.arange(40), rng.random((40, 1)), F, layout=layout)
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    algorithms = {EVIL: "psi", "psi": "psi"}
+    return compare(get_problem("bnh"), n_evaluations=16, algorithms=algorithms, polish=False)
+
+
+def shown(thing):
+    """The page that a notebook shows, as elements; markup from names would be among them."""
+    page = ET.fromstring(f"<div>{thing._repr_html_().replace('scoped', '')}</div>")
+    tags = {element.tag for element in page.iter()}
+    assert tags <= {"div", "p", "style", "table", "thead", "tbody", "tr", "th", "td"}
+    rows = [[cell.text or "" for cell in row] for row in page.iter("tr")]
+    return " ".join(p.text for p in page.iter("p")), rows
+
+
+def frame_of(table):
+    columns = table.layout.objectives
+    return pd.DataFrame({name: table.column(name) for name in columns})
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        lambda t: t,
+        lambda t: t.ranking(),
+        lambda t: convergence(t),
+        lambda t: explain(frame_of(t), 3, maximize=["gain"], units={"gain": "<i>"}),
+        lambda t: compare_designs(frame_of(t), [1, 2], maximize=["gain"]),
+        lambda t: representatives(frame_of(t), 3, maximize=["gain"]),
+        lambda t: compare_selectors(frame_of(t), {EVIL: SalukvadzeOptimum()}),
+    ],
+)
+def test_names_are_data_in_a_notebook(table, view):
+    text, rows = shown(view(table))
+    assert text.startswith(type(view(table)).__name__)
+    assert 1 < len(rows) <= ROWS + 2
+    assert EVIL in text + " ".join(" ".join(row) for row in rows) or "Convergence" in text
+
+
+def test_a_comparison_is_shown_with_the_users_names(comparison):
+    text, rows = shown(comparison)
+    assert [row[2] for row in rows] == ["algorithm", EVIL, "psi"]
+
+
+def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_first(table):
+    text, (heading, _, *rows) = shown(table)
+    assert f"The first {ROWS} of 40 rows" in text
+    assert heading == ["", "width [mm<i>]", EVIL, "gain (max)", "status"]
+    assert [row[0] for row in rows] == [str(n) for n in range(1, 1 + ROWS)]
+
+
+def test_a_ranking_shows_its_frames_first_rows(table):
+    ranking = table.ranking()
+    _, (heading, *rows) = shown(ranking)
+    frame = ranking.to_frame().head(ROWS)
+    assert [row[0] for row in rows] == [str(label) for label in frame.index]
+    assert [float(row[-1]) for row in rows] == frame["rank"].tolist()
+    np.testing.assert_allclose([float(row[3]) for row in rows], frame["mu1"], rtol=1e-4)
+
+
+def test_names_that_no_frame_can_hold_are_shown_nevertheless():
+    ranking = rank_of_efficiency(pd.DataFrame([[1, 2], [2, 1]], columns=["rank", "mu1"]))
+    assert shown(ranking)[1][0] == ["", "rank", "mu1", "mu1", "mu2", "mu3", "rank"]
+    few = representatives(pd.DataFrame([[1, 2], [2, 1]], columns=["share", "b"]), 1)
+    assert shown(few)[1] == []  # its frame refuses the name
+
+
+# LaTeX
+
+
+def read(text):
+    """What LaTeX prints of escaped text; whatever is no known command is a mistake."""
+    commands = {"textbackslash": "\\", "textasciitilde": "~", "textasciicircum": "^"}
+    printed = ""
+    for command, char, formula, plain in re.findall(
+        r"\\([a-z]+)\{\}|\\([{}$&%#_])|\$([<>|])\$|([^\\{}$&%#_~^<>|])", text
+    ):
+        printed += commands[command] if command else char + formula + plain
+    return printed
+
+
+def test_escaped_text_prints_just_itself():
+    assert read(escaped(string.punctuation + "aZ9")) == string.punctuation + "aZ9"
+    assert escaped("Δp in µm²\nand °C") == r"$\Delta$p in $\mu$m$^2$ and $^\circ$C"
+
+
+def cells(latex):
+    lines = latex.splitlines()
+    assert lines[0].startswith(r"\begin{tabular}{")
+    assert lines[1::1].index(r"\toprule") == 0
+    assert lines[3] == r"\midrule"
+    assert lines[-2:] == [r"\bottomrule", r"\end{tabular}"]
+    rows = [line.removesuffix(r" \\") for line in (lines[2], *lines[4:-2])]
+    rows = [re.split(r"(?<!\\) & ", row) for row in rows]
+    assert {len(row) for row in rows} == {len(lines[0]) - len(r"\begin{tabular}{}")}
+    return rows
+
+
+def test_numbers_of_a_column_have_decimals_that_tell_them_apart():
+    columns = [
+        ("far", [1000.01, 1000.03, 1000.02]),
+        ("wide", [0.001234, 4.4, -12.0]),
+        ("whole", [1.0, 20.0, 3.0]),
+        ("tiny", [1.25e-11, 3e-9, float("inf")]),
+        ("gap", [0.5, float("nan"), 0.25]),
+    ]
+    _, *rows = cells(latex_table(columns))
+    assert list(zip(*rows, strict=True)) == [
+        ("$1000.0100$", "$1000.0300$", "$1000.0200$"),
+        ("$0.00$", "$4.40$", "$-12.00$"),
+        ("$1$", "$20$", "$3$"),
+        (r"$1.25\cdot 10^{-11}$", r"$3\cdot 10^{-9}$", r"$\infty$"),
+        ("$0.5000$", "--", "$0.2500$"),
+    ]
+
+
+def test_headings_have_symbols_and_units():
+    columns = [(name, [1]) for name in ("f1 [mm]", "mu12", "x", "f1x", "50_% [N/mm²]", "f2 (max)")]
+    assert cells(latex_table(columns))[0] == [
+        "$f_{1}$ [mm]", r"$\mu_{12}$", "x", "f1x", r"50\_\% [N/mm$^2$]", "$f_{2}$ (max)",
+    ]  # fmt: skip
+
+
+def test_tables_are_those_of_the_frames(table):
+    _, *rows = cells(table.rows([4, 2]).to_latex(["gain"]))
+    assert rows == [["$5$", "$16$"], ["$3$", "$4$"]]
+    ranking = table.ranking()
+    (heading, *rows), frame = (
+        cells(ranking.to_latex(top=7, units={"gain": "%"})),
+        ranking.to_frame(),
+    )
+    assert heading[2] == r"gain [\%] (max)"
+    assert [float(row[0].strip("$")) for row in rows] == frame.index[:7].tolist()
+    assert [float(row[2].strip("$")) for row in rows] == frame["gain"].tolist()[:7]
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+def test_tables_compile(table, comparison, tmp_path):
+    odd = string.printable.replace("\0", "") + "Δµ²≤"
+    tables = [
+        table.to_latex(), table.ranking().to_latex(), comparison.to_latex(),
+        latex_table([(odd, [odd, 1]), ("f1", [1.5, float("nan")])]),
+    ]  # fmt: skip
+    head = r"\documentclass{article}\usepackage{booktabs}\begin{document}"
+    (tmp_path / "t.tex").write_text(head + "\n\n".join([*tables, r"\end{document}"]), "utf-8")
+    command = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "t.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
+    assert done.returncode == 0, done.stdout[-2000:]
