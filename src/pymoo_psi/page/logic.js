@@ -52,8 +52,11 @@ function decode(payload) {
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
   for (const column of columns) if (!data.by.has(column.field)) data.by.set(column.field, column)
   data.rowOf = new Map(data.ids.map((id, row) => [id, row]))
-  data.levels = new Levels(data.F, data.n)
+  data.levels = new Levels(data.F)
+  const optimal = rowsWhere(n, (i) => data.witness[i] < 0)
+  data.bySum = argsort(data.levels.sums, optimal)
   data.latest = data.witness.slice() // the dominator found last, see `frontOf`
+  data.last = null // the ranking before
   data.whole = ranked(data, new Uint8Array(data.total).fill(1))
   return data
 }
@@ -71,50 +74,56 @@ function called(data, row) {
 // ------------------------------------------------------------------------ order, rounding, dominance
 
 // The rows in the order of their values, NaN last; equal ones stay as they are. A radix sort of the
-// bits, as comparing functions take ten times as long for 100 000 rows.
+// bits, as a comparing function takes ten times as long for 100 000 rows.
 function argsort(values, rows) {
   const n = rows.length
-  if (n < 4096) {
-    const rank = (x) => (Number.isNaN(x) ? 1 : 0)
+  if (n < 2048) { // the tables below are not worth their time
+    const missing = (x) => (Number.isNaN(x) ? 1 : 0)
     return rows.slice().sort((a, b) =>
-      rank(values[a]) - rank(values[b]) || values[a] - values[b] || 0)
+      missing(values[a]) - missing(values[b]) || values[a] - values[b] || 0)
   }
-  const keys = new Uint32Array(2 * n)
-  const bits = new Float64Array(keys.buffer)
-  for (let k = 0; k < n; k++) bits[k] = values[rows[k]] + 0 // + 0: -0 equals 0
+  const sorted = new Float64Array(n)
+  for (let k = 0; k < n; k++) sorted[k] = values[rows[k]] + 0 // + 0: -0 equals 0
+  const words = new Uint32Array(sorted.buffer)
+  const keys = [new Uint32Array(n), new Uint32Array(n)] // the low halves and the high ones
   for (let k = 0; k < n; k++) {
-    const high = keys[2 * k + 1]
+    const [low, high] = [words[2 * k], words[2 * k + 1]]
     // As unsigned integers floats stand in order once negative ones are turned, others lifted.
-    if (high >>> 31 && bits[k] === bits[k]) {
-      keys[2 * k] = ~keys[2 * k]
-      keys[2 * k + 1] = ~high
-    } else {
-      keys[2 * k + 1] = (high | 0x80000000) >>> 0
-    }
+    const turned = high >>> 31 && sorted[k] === sorted[k]
+    keys[0][k] = turned ? ~low : low
+    keys[1][k] = turned ? ~high : high | 0x80000000
   }
-  let places = new Uint32Array(n).map((_, k) => k)
-  let sorted = new Uint32Array(n)
-  const counts = new Uint32Array(65536)
-  for (let digit = 0; digit < 4; digit++) { // 16 bits each, the lowest first
-    const word = digit >> 1
+  let places = new Uint32Array(n)
+  for (let k = 0; k < n; k++) places[k] = k
+  let next = new Uint32Array(n)
+  const ends = new Uint32Array(1 << 16)
+  for (let digit = 0; digit < 4; digit++) { // of 16 bits each, the lowest first
+    const key = keys[digit >> 1]
     const shift = 16 * (digit & 1)
-    counts.fill(0)
-    for (let k = 0; k < n; k++) counts[(keys[2 * k + word] >>> shift) & 65535]++
-    if (counts[(keys[word] >>> shift) & 65535] === n) continue // the same in all
-    for (let d = 0, sum = 0; d < 65536; d++) {
-      const count = counts[d]
-      counts[d] = sum
+    ends.fill(0)
+    for (let k = 0; k < n; k++) ends[(key[k] >>> shift) & 65535]++
+    if (ends[(key[0] >>> shift) & 65535] === n) continue // the same in all
+    for (let d = 0, sum = 0; d < 1 << 16; d++) {
+      const count = ends[d]
+      ends[d] = sum
       sum += count
     }
-    for (let k = 0; k < n; k++) {
-      const place = places[k]
-      sorted[counts[(keys[2 * place + word] >>> shift) & 65535]++] = place
-    }
-    [places, sorted] = [sorted, places]
+    for (let k = 0; k < n; k++) next[ends[(key[places[k]] >>> shift) & 65535]++] = places[k]
+    const former = places
+    places = next
+    next = former
   }
   const result = new Int32Array(n)
   for (let k = 0; k < n; k++) result[k] = rows[places[k]]
   return result
+}
+
+// The rows from 0 to n - 1 that a function accepts.
+function rowsWhere(n, accepts) {
+  const rows = new Int32Array(n)
+  let count = 0
+  for (let i = 0; i < n; i++) if (accepts(i)) rows[count++] = i
+  return rows.slice(0, count)
 }
 
 // How far a group of equal values reaches from its least one (pareto/_rounding.py).
@@ -140,17 +149,18 @@ function numbered(values, order, tolerance, numbers) {
 // Values of the objectives as integers, equal where the values are equal up to rounding: dominance
 // is told by comparing these.
 class Levels {
-  constructor(F, n) {
+  constructor(F) {
     this.ranks = []
     this.exact = [] // whether no two values of a column are equal up to rounding only
     this.chained = false
-    const rows = Int32Array.from(F[0], (_, i) => i)
+    const rows = rowsWhere(F[0].length, () => true)
     for (const values of F) {
       const order = argsort(values, rows)
       this.ranks.push(numbered(values, order, null, new Int32Array(rows.length)))
       let exact = true
       for (let k = 1; k < order.length; k++) {
-        const [before, value] = [values[order[k - 1]], values[order[k]]]
+        const before = values[order[k - 1]]
+        const value = values[order[k]]
         if (value === before || value > reachOf(before, NOISE * Math.abs(before))) continue
         exact = false
         // Each close to the next, the last far from the first: where such a chain is cut depends on
@@ -179,57 +189,57 @@ function sumsOf(ranks, rows) {
 
 function dominates(ranks, a, b) {
   let better = false
-  for (const column of ranks) {
-    if (column[a] > column[b]) return false
-    if (column[a] < column[b]) better = true
+  for (let j = 0; j < ranks.length; j++) {
+    const difference = ranks[j][a] - ranks[j][b]
+    if (difference > 0) return false
+    if (difference < 0) better = true
   }
   return better
-}
-
-const maskedRows = (mask, n) => {
-  let count = 0
-  for (let i = 0; i < n; i++) count += mask[i]
-  const rows = new Int32Array(count)
-  for (let i = 0, k = 0; i < n; i++) if (mask[i]) rows[k++] = i
-  return rows
 }
 
 // The rows that no row left dominates, in ascending order.
 //
 // A row that is Pareto optimal among all is so among fewer. Of each other row the file names one,
 // itself optimal among all, that dominates it: as long as this witness is left, nothing is to be
-// searched. Only rows that have lost theirs are compared, with the optimal rows left and with each
-// other; what was found to dominate them is kept for the next call, in which it is mostly left too.
-function frontOf(data, mask) {
-  const {n, witness, latest, levels} = data
-  const rows = maskedRows(mask, n)
+// searched. Only rows that have lost theirs are compared with the optimal rows left and with each
+// other. From call to call few designs come and go: a dominator that was found is kept for the next
+// call, and what was optimal in the last one is compared with designs that have come back only.
+function frontOf(data, mask, rows) {
+  const {witness, latest, levels} = data
+  const {chained} = levels // what dominates what is then not that of all rows
   const {ranks, sums} = levels.of(data.F, rows)
-  const free = [] // optimal, or without a witness
-  const optimal = []
-  for (const i of rows) {
-    if (levels.chained) free.push(i) // what dominates what is not that of all rows
-    else if (witness[i] < 0) optimal.push(i)
-    else if (!mask[witness[i]] && !mask[latest[i]]) free.push(i)
-  }
-  if (free.length === 0) return Int32Array.from(optimal)
-  // What dominates has the smaller sum, so that it comes first.
-  const bySum = (list) => argsort(sums, Int32Array.from(list))
-  const known = bySum(optimal)
-  const found = []
-  const dominator = (i, list) => {
-    for (const j of list) {
-      if (sums[j] >= sums[i]) return -1
-      if (dominates(ranks, j, i)) return j
+  const isOptimal = new Uint8Array(data.total)
+  const free = rows.filter((i) => {
+    if (chained) return true
+    isOptimal[i] = witness[i] < 0 ? 1 : 0
+    return !isOptimal[i] && !mask[witness[i]] && !mask[latest[i]]
+  })
+  if (free.length) {
+    const last = chained ? null : data.last
+    const known = chained ? [] : data.bySum.filter((i) => mask[i])
+    const isNew = (i) => last === null || !last.mask[i]
+    const lists = {all: [known, []], added: [known.filter(isNew), []]}
+    // What dominates has the smaller sum: it stands first in the lists, and is decided on before.
+    const dominator = (i, list) => {
+      for (let k = 0; k < list.length && sums[list[k]] < sums[i]; k++) {
+        if (dominates(ranks, list[k], i)) return list[k]
+      }
+      return -1
     }
-    return -1
+    for (const i of argsort(sums, free)) {
+      const [optimal, found] = last !== null && last.pareto[i] ? lists.added : lists.all
+      let by = dominator(i, optimal)
+      if (by < 0) by = dominator(i, found)
+      if (by >= 0) {
+        latest[i] = by
+        continue
+      }
+      isOptimal[i] = 1
+      lists.all[1].push(i)
+      if (isNew(i)) lists.added[1].push(i)
+    }
   }
-  for (const i of bySum(free)) {
-    let by = dominator(i, known)
-    if (by < 0) by = dominator(i, found)
-    if (by < 0) found.push(i)
-    else latest[i] = by
-  }
-  return Int32Array.from([...optimal, ...found]).sort()
+  return rows.filter((i) => isOptimal[i])
 }
 
 // The objectives of some rows, those equal up to rounding made the least of them (`settled`).
@@ -240,9 +250,7 @@ function settled(data, rows) {
     if (data.levels.exact[j]) return result
     let least = 0
     let reach = -Infinity
-    const places = Int32Array.from(rows, (_, k) => k)
-    const order = argsort(result, places)
-    order.forEach((place, k) => {
+    argsort(result, rowsWhere(rows.length, () => true)).forEach((place, k) => {
       const value = result[place]
       if (k === 0 || value > reach) {
         least = value
@@ -254,8 +262,19 @@ function settled(data, rows) {
   })
 }
 
-const leastOf = (array) => array.reduce((a, b) => Math.min(a, b), Infinity)
-const greatestOf = (array) => array.reduce((a, b) => Math.max(a, b), -Infinity)
+function leastOf(array) {
+  let least = Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
+  return least
+}
+
+function greatestOf(array) {
+  let greatest = -Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
+  return greatest
+}
+
+const sizeOf = (array) => Math.max(Math.abs(leastOf(array)), Math.abs(greatestOf(array)))
 
 // What differences are divided by; infinite where a span is none (`unit_lengths`).
 const lengthsOf = (low, high) => low.map((least, j) => {
@@ -264,6 +283,8 @@ const lengthsOf = (low, high) => low.map((least, j) => {
 })
 
 // ---------------------------------------------------------------------------- ranks of efficiency
+
+const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 
 // The geometric criteria of rows in units in which no square over- or underflows: `measured` of
 // pareto/_ranking.py, step by step.
@@ -303,7 +324,8 @@ class Frame {
     const mu = [0, 1, 2].map(() => new Float64Array(size))
     const d = new Float64Array(m)
     const across = new Float64Array(m)
-    for (const i of rows) {
+    for (let k = 0; k < rows.length; k++) {
+      const i = rows[k]
       for (let j = 0; j < m; j++) d[j] = ((F[j][i] - ideal[j]) / scale[j]) * lift
       const share = d[longest] / unit
       let along = 0
@@ -311,7 +333,9 @@ class Frame {
         across[j] = d[j] - share * line[j]
         along += across[j] * e[j]
       }
-      let [square, squareAcross, onLine] = [0, 0, 0]
+      let square = 0
+      let squareAcross = 0
+      let onLine = 0
       for (let j = 0; j < m; j++) {
         across[j] = (across[j] - along * e[j]) / acrossUnit
         d[j] /= unit
@@ -320,11 +344,10 @@ class Frame {
         onLine += d[j] * e[j]
       }
       // The squares, not the distance, may be too large for a float; NaN comes of infinite ones.
-      const far = (sum, parts) => (sum === Infinity ? Math.hypot(...parts) : Math.sqrt(sum))
-      mu[0][i] = far(square, d)
-      mu[1][i] = far(squareAcross, across)
-      mu[2][i] = onLine
-      for (const column of mu) if (Number.isNaN(column[i])) column[i] = Infinity
+      mu[0][i] = farIfNaN(square === Infinity ? Math.hypot(...d) : Math.sqrt(square))
+      mu[1][i] = farIfNaN(
+        squareAcross === Infinity ? Math.hypot(...across) : Math.sqrt(squareAcross))
+      mu[2][i] = farIfNaN(onLine)
     }
     return [mu, [unit / lift, acrossUnit / lift, unit / lift]]
   }
@@ -335,9 +358,7 @@ class Frame {
     const across = e2.map((_, j) =>
       Math.sqrt(e2.reduce((sum, value, k) => (k === j ? sum : sum + value), 0)))
     const sizes = front.map((column, j) => {
-      let size = Math.max(Math.abs(this.ideal[j]), Math.abs(this.nadir[j]))
-      for (const value of column) size = Math.max(size, Math.abs(value))
-      return Number.isFinite(this.lengths[j]) ? size / this.scale[j] : 0
+      return Number.isFinite(this.lengths[j]) ? sizeOf(column) / this.scale[j] : 0
     })
     return [e2.map(() => 1), across, this.direction].map((parts, k) =>
       LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * sizes[j]) / units[k])))
@@ -346,19 +367,23 @@ class Frame {
 
 // Mark the points (a, b) that no other dominates; of equal ones those of the least `other`.
 function nondominatedPair(a, b, other, front) {
-  const n = greatestOf(front.map((i) => a[i])) + 1
-  const best = new Int32Array(n).fill(2 ** 31 - 1)
-  const least = best.slice()
-  for (const i of front) if (b[i] < best[a[i]]) best[a[i]] = b[i]
-  const before = new Int32Array(n)
-  for (let k = 0, low = 2 ** 31 - 1; k < n; k++) {
-    before[k] = low
-    low = Math.min(low, best[k])
+  const none = 2 ** 31 - 1
+  let n = 0
+  for (let k = 0; k < front.length; k++) n = Math.max(n, a[front[k]] + 1)
+  const best = new Int32Array(n).fill(none)
+  for (let k = 0; k < front.length; k++) {
+    const i = front[k]
+    if (b[i] < best[a[i]]) best[a[i]] = b[i]
   }
-  const stays = (i) => b[i] === best[a[i]] && b[i] < before[a[i]]
-  for (const i of front) if (stays(i) && other[i] < least[a[i]]) least[a[i]] = other[i]
+  for (let level = 0, low = none; level < n; level++) { // only what is better than all before
+    if (best[level] < low) low = best[level]
+    else best[level] = -1
+  }
+  const staying = front.filter((i) => b[i] === best[a[i]])
+  const least = new Int32Array(n).fill(none)
+  for (const i of staying) least[a[i]] = Math.min(least[a[i]], other[i])
   const mask = new Uint8Array(a.length)
-  for (const i of front) if (stays(i) && other[i] === least[a[i]]) mask[i] = 1
+  for (const i of staying) if (other[i] === least[a[i]]) mask[i] = 1
   return mask
 }
 
@@ -368,21 +393,22 @@ function nondominatedPair(a, b, other, front) {
 //   pareto, rank          by row; the rank of a prototype and of a row not left is -1
 //   mu1, mu2, mu3         by row, of prototypes too
 //   ideal, nadir          in the user's own sense; [] if no row is left
-//   best                  the rows of the Salukvadze optimum
+//   best, isBest          the rows of the Salukvadze optimum; the same by row
 function ranked(data, mask) {
   const {n, total, F} = data
-  const rows = maskedRows(mask, n)
+  const rows = rowsWhere(n, (i) => mask[i])
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
   const empty = () => new Float64Array(total).fill(NaN)
   if (rows.length === 0) {
     return {mask, rows, count: 0, front: rows, byMu1: rows, pareto, rank, mu1: empty(),
-      mu2: empty(), mu3: empty(), ideal: [], nadir: [], best: [], frame: null, V: []}
+      mu2: empty(), mu3: empty(), ideal: [], nadir: [], best: [],
+      isBest: new Uint8Array(total), frame: null, V: []}
   }
-  const front = frontOf(data, mask)
+  const front = frontOf(data, mask, rows)
   const V = settled(data, front)
   const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
-  const all = Int32Array.from([...rows, ...Array.from({length: total - n}, (_, k) => n + k)])
+  const all = rowsWhere(total, (i) => mask[i] || i >= n)
   // Settled where a criterion has values that are equal up to rounding only.
   const measuredF = F.map((column, j) => {
     if (data.levels.exact[j]) return column
@@ -399,17 +425,24 @@ function ranked(data, mask) {
   const p13 = nondominatedPair(levels[0], levels[2], levels[1], front)
   const p23 = nondominatedPair(levels[1], levels[2], levels[0], front)
   for (const i of rows) rank[i] = 0
-  for (const i of front) {
+  for (let k = 0; k < front.length; k++) {
+    const i = front[k]
     pareto[i] = 1
     // P12 and P13 lie inside P23 but for the tolerance.
     rank[i] = 3 * (p23[i] | p12[i] | p13[i]) + 2 * p13[i] + p12[i]
   }
   const best = [...front.filter((i) => levels[0][i] === 0)]
-  mu.forEach((column, k) => { for (const i of all) column[i] *= units[k] })
+  const isBest = new Uint8Array(total)
+  for (const i of best) isBest[i] = 1
+  mu.forEach((column, k) => {
+    for (let i = 0; i < total; i++) column[i] = i >= n || mask[i] ? column[i] * units[k] : NaN
+  })
   const turned = (point) => point.map((value, j) =>
     (data.criteria[j].maximize ? -value : value) + 0)
+  data.last = {mask: mask.slice(), pareto} // the caller's mask may change
   return {mask, rows, count: rows.length, front, byMu1: orders[0], pareto, rank, mu1: mu[0],
-    mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, V}
+    mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest,
+    frame, V}
 }
 
 // ------------------------------------------------------------------------------------------ limits
@@ -495,40 +528,55 @@ function left(data, state) {
 
 // ------------------------------------------------------------------------------------- the orders
 
-// The rows shown, prototypes first, then the best design first; dominated designs come last.
+// All rows by a column, sorted once.
+const sortedOnce = new WeakMap()
+function byColumn(data, column) {
+  if (!sortedOnce.has(column)) {
+    sortedOnce.set(column, argsort(column.values, rowsWhere(data.n, () => true)))
+  }
+  return sortedOnce.get(column)
+}
+
+// The rows shown, prototypes first, then the best design first; dominated designs come last but
+// where they are sorted by a column.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
-  const ranks = state.ranks === null ? null : new Set(state.ranks)
-  const shows = (i) => ranking.pareto[i]
-    ? ranks === null || ranks.has(ranking.rank[i]) || (ranks.has(6) && ranking.best.includes(i))
-    : state.dominated
-  const shown = ranking.rows.filter(shows)
-  const prototypes = Array.from({length: data.total - data.n}, (_, k) => data.n + k)
-  const joined = (...lists) => Int32Array.from([prototypes, ...lists].flatMap((list) => [...list]))
-  if (by === "column") {
-    const column = values(data, ranking, data.by.get(name))
-    if (!down) return joined(argsort(column, shown))
-    // Sorted by the negative: equal values keep their order, and missing ones stay last.
-    const turned = new Float64Array(column.length)
-    for (const i of shown) turned[i] = -column[i]
-    return joined(argsort(turned, shown))
+  const {pareto, rank, mask, isBest} = ranking
+  const hasRank = [0, 1, 2, 3, 4, 5, 6].map((r) => state.ranks === null || state.ranks.includes(r))
+  const shows = (i) => mask[i] &&
+    (pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated)
+  const joined = (...lists) => {
+    const parts = [rowsWhere(data.total, (i) => i >= data.n), ...lists]
+    const result = new Int32Array(parts.reduce((sum, list) => sum + list.length, 0))
+    let at = 0
+    for (const list of parts) {
+      result.set(list, at)
+      at += list.length
+    }
+    return result
   }
-  const optimal = shown.filter((i) => ranking.pareto[i])
-  const dominated = shown.filter((i) => !ranking.pareto[i])
-  let key = ranking.mu1
-  let ordered
+  const turned = (list) => (down ? list.slice().reverse() : list)
+  if (by === "column") {
+    const column = data.by.get(name)
+    const array = values(data, ranking, column)
+    const sorted = column.role === "geometric" ? argsort(array, ranking.rows.filter(shows))
+      : byColumn(data, column).filter(shows)
+    // Missing values stay last in either direction.
+    const known = sorted.filter((i) => !Number.isNaN(array[i]))
+    return joined(turned(known), sorted.filter((i) => Number.isNaN(array[i])))
+  }
+  const dominated = ranking.rows.filter((i) => !pareto[i] && shows(i))
   if (by === "preference") {
     const {value, sum, best} = preference(data, ranking, state.preference)
     const chosen = new Set(best) // first, as rounding would order those that tie
-    key = value
-    ordered = [...best.filter(shows),
-      ...argsort(value, argsort(sum, optimal.filter((i) => !chosen.has(i))))]
-  } else {
-    const byMu1 = ranking.byMu1.filter(shows)
-    ordered = [6, 5, 4, 3, 2, 1, 0].flatMap((r) => [...byMu1.filter((i) => ranking.rank[i] === r)])
+    const others = ranking.front.filter((i) => !chosen.has(i) && shows(i))
+    const first = joined(best.filter(shows), argsort(value, argsort(sum, others)))
+    return joined(turned(first.subarray(data.total - data.n)), turned(argsort(value, dominated)))
   }
-  const lists = [ordered, argsort(key, dominated)]
-  return down ? joined(...lists.map((list) => [...list].reverse())) : joined(...lists)
+  const groups = [6, 5, 4, 3, 2, 1, 0].map((r) =>
+    ranking.byMu1.filter((i) => rank[i] === r && shows(i)))
+  const best = joined(...groups).subarray(data.total - data.n)
+  return joined(turned(best), turned(argsort(ranking.mu1, dominated)))
 }
 
 // The achievement function of every row left, max w (f - r) / range, the least of which is chosen,
@@ -551,34 +599,35 @@ function preference(data, ranking, {weights, aspiration}) {
   })
   let unit = 0 // so that no sum of terms overflows
   V.forEach((column, j) => {
-    for (const f of column) unit = Math.max(unit, Math.abs((f - point[j]) / frame.scale[j]))
+    for (const end of [leastOf(column), greatestOf(column)]) {
+      unit = Math.max(unit, Math.abs((end - point[j]) / frame.scale[j]))
+    }
   })
   unit ||= 1
-  const term = (f, j) => w[j] * ((f - point[j]) / frame.scale[j] / unit)
-  const fill = (i, f) => {
-    value[i] = -Infinity
-    sum[i] = 0
-    for (let j = 0; j < F.length; j++) {
-      const part = term(f(j), j)
-      value[i] = Math.max(value[i], part)
-      sum[i] += part
+  const measure = (columns, k, row) => {
+    let [most, total] = [-Infinity, 0]
+    for (let j = 0; j < columns.length; j++) {
+      const term = w[j] * ((columns[j][k] - point[j]) / frame.scale[j] / unit)
+      if (term > most) most = term
+      total += term
     }
+    value[row] = most
+    sum[row] = total
   }
-  for (const i of ranking.rows) fill(i, (j) => F[j][i])
-  for (let i = n; i < total; i++) fill(i, (j) => F[j][i])
-  front.forEach((i, k) => fill(i, (j) => V[j][k]))
+  for (const i of ranking.rows) measure(F, i, i)
+  for (let i = n; i < total; i++) measure(F, i, i)
+  for (let k = 0; k < front.length; k++) measure(V, k, front[k])
   const noise = V.map((column, j) => {
-    let size = Math.max(Math.abs(frame.ideal[j]), Math.abs(frame.nadir[j]))
-    for (const f of column) size = Math.max(size, Math.abs(f))
+    const size = sizeOf(column)
     const scaled = Number.isFinite(frame.lengths[j]) ? size / frame.scale[j] : 0
     return LAST_PLACES * w[j] * (Math.max(scaled, Math.abs(point[j] / frame.scale[j])) / unit)
   })
   const nearest = (list, key, tolerance) => {
-    const least = list.reduce((a, i) => Math.min(a, key[i]), Infinity)
-    return list.filter((i) => key[i] <= reachOf(least, tolerance))
+    const reach = reachOf(leastOf(Float64Array.from(list, (i) => key[i])), tolerance)
+    return list.filter((i) => key[i] <= reach)
   }
-  const first = nearest([...front], value, Math.max(...noise))
-  const best = nearest(first, sum, noise.reduce((a, b) => a + b, 0))
+  const first = nearest(front, value, Math.max(...noise))
+  const best = [...nearest(first, sum, noise.reduce((a, b) => a + b, 0))]
   for (const column of [value, sum]) for (let i = 0; i < total; i++) column[i] *= unit
   return {value, sum, best}
 }
@@ -666,11 +715,26 @@ function difference(data, gains, shares) {
   return parts.join("; ") || "equal in all criteria"
 }
 
+// The objectives of the front and of further rows, those equal up to rounding made the same.
+function withRows(data, ranking, rows) {
+  const {front, V} = ranking
+  if (data.levels.exact.every(Boolean)) { // as is usual: nothing to be copied
+    return {V, own: data.F.map((column) => rows.map((row) => column[row]))}
+  }
+  const all = new Int32Array(front.length + rows.length)
+  all.set(front)
+  all.set(rows, front.length)
+  const together = settled(data, all)
+  return {
+    V: together.map((column) => column.subarray(0, front.length)),
+    own: together.map((column) => [...column.subarray(front.length)]),
+  }
+}
+
 // Gains of rows against the first of them and shares of the ranges, a list each (`compared`).
 function gainsOf(data, ranking, rows) {
-  const own = settled(data, Int32Array.from([...ranking.front, ...rows]))
-  const at = ranking.front.length
-  const gains = rows.map((_, k) => own.map((column) => column[at] - column[at + k] + 0))
+  const {own} = withRows(data, ranking, rows)
+  const gains = rows.map((_, k) => own.map((column) => column[0] - column[k] + 0))
   const shares = gains.map((list) => list.map((gain, j) => shareOf(gain, ranking.frame.lengths[j])))
   return {gains, shares}
 }
@@ -708,10 +772,9 @@ function explain(data, ranking, row) {
   const {criteria} = data
   const m = criteria.length
   const n = front.length
-  const V = settled(data, Int32Array.from([...front, row]))
-  const own = V.map((column) => column[n])
-  const low = V.map((column) => leastOf(column.subarray(0, n)))
-  const behind = own.map((value, j) => value - low[j])
+  const {V, own: columns} = withRows(data, ranking, [row])
+  const own = columns.map(([value]) => value)
+  const behind = own.map((value, j) => value - leastOf(V[j]))
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const distance = new Float64Array(n)
   for (let j = 0; j < m; j++) {
@@ -720,27 +783,34 @@ function explain(data, ranking, row) {
       distance[k] += d * d
     }
   }
-  for (let k = 0; k < n; k++) {
-    distance[k] = Number.isNaN(distance[k]) ? Infinity : Math.sqrt(distance[k])
-  }
-  const places = Array.from({length: n}, (_, k) => k)
-  const nearest = (accepts) => {
+  for (let k = 0; k < n; k++) distance[k] = farIfNaN(Math.sqrt(distance[k]))
+  // The nearest designs that gain `step` in a column, all of them if several tie.
+  const nearest = (column, value, step) => {
     let least = Infinity
-    for (let k = 0; k < n; k++) if (distance[k] < least && accepts(k)) least = distance[k]
-    return places.filter((k) => distance[k] <= least * (1 + TIE) && accepts(k))
+    const gains = (k) => value - column[k] > 0 && value - column[k] >= step
+    for (let k = 0; k < n; k++) if (distance[k] < least && gains(k)) least = distance[k]
+    const found = []
+    for (let k = 0; k < n; k++) if (distance[k] <= least * (1 + TIE) && gains(k)) found.push(k)
+    return found
   }
   const neighbours = V.map((column, j) => {
-    let near = nearest((k) => own[j] - column[k] >= STEP * lengths[j])
-    if (!near.length) near = nearest((k) => column[k] < own[j])
+    let near = nearest(column, own[j], STEP * lengths[j])
+    if (!near.length) near = nearest(column, own[j], 0)
     return near.length ? front[near.reduce((a, k) => (column[k] < column[a] ? k : a))] : -1
   })
   let dominatedBy = -1
   if (!pareto[row]) {
-    // The least excess, not none: a chain of close values may be settled otherwise here.
-    const excess = places.map((k) =>
-      Math.max(0, ...V.map((column, j) => (column[k] - own[j]) / lengths[j] || 0)))
+    // The least excess, not none: a chain of close values may be settled otherwise here. Of those
+    // that share it the nearest is told.
+    const excess = new Float64Array(n)
+    for (let k = 0; k < n; k++) {
+      for (let j = 0; j < m; j++) {
+        excess[k] = Math.max(excess[k], (V[j][k] - own[j]) / lengths[j] || 0)
+      }
+    }
     const least = leastOf(excess)
-    dominatedBy = front[nearest((k) => excess[k] === least)[0]]
+    const accepted = excess.map((value) => (value === least ? 0 : 1))
+    dominatedBy = front[nearest(accepted, 0.5, 0)[0]]
   }
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
@@ -781,18 +851,19 @@ function explain(data, ranking, row) {
 }
 
 // What a design is among the others, as a sentence.
-function standing(data, {front, best, rank, pareto, mask, ...ranking}, row, dominatedBy) {
+function standing(data, ranking, row, dominatedBy) {
+  const {front, best, isBest, rank, mask} = ranking
   const name = capital(called(data, row))
   const all = counted(front.length, "Pareto-optimal design")
   if (row >= data.n) return `${name} is not among the designs that are ranked.`
   if (!mask[row]) return `${name} is beyond the limits.`
   if (dominatedBy >= 0) {
-    const {gains, shares} = gainsOf(data, {front, ...ranking}, [row, dominatedBy])
+    const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
     const by = difference(data, gains[1], shares[1])
     return `${name} is dominated: ${called(data, dominatedBy)} is ${by}.`
   }
   if (front.length === 1) return `${name} is the only Pareto-optimal design.`
-  if (pareto[row] && best.includes(row)) {
+  if (isBest[row]) {
     if (best.length === 1) {
       return `${name} is the Salukvadze optimum: the nearest of ${all} to the ideal point.`
     }
@@ -827,7 +898,7 @@ function verdict(data, ranking) {
   const worst = told.criteria.reduce((a, b) => (b.share > a.share ? b : a))
   const bad = worst.share > BAD && ranking.front.length > 1
   const first = data.whole.best[0]
-  const differ = !data.whole.best.includes(told.row)
+  const differ = !data.whole.isBest[told.row]
   const sentence = differ &&
     `Without limits it would be ${called(data, first)}. ` +
     compare(data, data.whole, [told.row], first).sentences[0]
@@ -850,7 +921,7 @@ const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 
 const NEARLY = ", up to 1 % of the range"
 
 function cautions(data, ranking) {
-  const {front, frame, V, best, mu1, rank} = ranking
+  const {front, frame, V, best, isBest, mu1, rank} = ranking
   if (ranking.count === 0) return []
   const {criteria, normalize} = data
   const n = front.length
@@ -892,7 +963,6 @@ function cautions(data, ranking) {
   }
 
   const mu = Float64Array.from(front, (i) => mu1[i])
-  const isBest = new Set(best)
   const places = Array.from({length: n}, (_, k) => k)
   const optimum = front.indexOf(best[0])
   const limit = mu[optimum] * (1 + NEAR)
@@ -913,13 +983,13 @@ function cautions(data, ranking) {
     found.push(`${near.length} of ${n} Pareto-optimal designs are within 1 % of the least ` +
       "distance to the ideal point, as on a sphere around it: a preference must choose.")
   } else {
-    const different = places.filter((k) => isBest.has(front[k]) && apart(k)[0] > 0)
+    const different = places.filter((k) => isBest[front[k]] && apart(k)[0] > 0)
     if (different.length) {
       const more = different.length > 1 ? ` and ${different.length - 1} more` : ""
       found.push(`${capital(name(optimum))} is as near to the ideal point as ` +
         `${name(different[0])}${more}.`)
     }
-    const others = near.filter((k) => !isBest.has(front[k]) && apart(k)[0] > ELSEWHERE)
+    const others = near.filter((k) => !isBest[front[k]] && apart(k)[0] > ELSEWHERE)
     if (others.length) {
       const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
       const more = others.length > 1 ? `, one of ${others.length} such designs,` : ""
@@ -952,14 +1022,14 @@ function cautions(data, ranking) {
 
 // On which single extreme design the optimum hangs most, as a sentence; "" if on none.
 function hangingOn(data, ranking, D, varying) {
-  const {front, best, mask, V} = ranking
+  const {front, best, isBest, mask, V} = ranking
   const {criteria} = data
   const roles = new Map()
   for (const j of varying) {
     for (const [role, share] of [["best", 0], ["worst", 1]]) {
       const at = []
       for (let k = 0; k < front.length && at.length < 2; k++) if (D[j][k] === share) at.push(k)
-      if (at.length === 1 && !best.includes(front[at[0]]) && !roles.has(at[0])) {
+      if (at.length === 1 && !isBest[front[at[0]]] && !roles.has(at[0])) {
         roles.set(at[0], `the ${role} in ${criteria[j].name}`)
       }
     }
@@ -971,7 +1041,7 @@ function hangingOn(data, ranking, D, varying) {
     without[front[k]] = 0
     const other = ranked(data, without)
     const found = nearestOf(other)
-    if (found.some((row) => best.includes(row))) continue
+    if (found.some((row) => isBest[row])) continue
     const {lengths} = other.frame
     let closest = null // of the pairs of a new optimum and an old one
     for (const row of found) {
@@ -1203,7 +1273,7 @@ const named = (value) => Array.isArray(value) ? value.map(inert)
 
 const markOf = (data, ranking, i) => i >= data.n ? "prototype"
   : !ranking.mask[i] ? "rejected"
-  : ranking.best.includes(i) ? "Salukvadze optimum"
+  : ranking.isBest[i] ? "Salukvadze optimum"
   : ranking.pareto[i] ? "" : "dominated"
 
 // Rows as CSV, every digit of the numbers, with ranks under the limits. The comment above says what
