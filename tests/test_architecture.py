@@ -24,7 +24,7 @@ LAYERS = [
         {"problems", "evaluation", "parallel", "algorithms", "selection"},
     ),
     ("experiments", {"comparison", "paper"}),
-    ("faces", {"plots", "page", "cli", "__main__"}),
+    ("faces", {"plots", "page", "report", "cli", "__main__"}),
 ]
 LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
 # Outside packages that belong to some layers only.

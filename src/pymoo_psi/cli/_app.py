@@ -125,6 +125,16 @@ Criteria: TypeAlias = Annotated[
 Relaxed: TypeAlias = Annotated[
     list[str] | None, typer.Option(metavar="G,…", help="Constraints to leave out.")
 ]
+Units: TypeAlias = Annotated[
+    list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
+]
+Preferences: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="P",
+        help="weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff.",
+    ),
+]
 DecimalMark: TypeAlias = Annotated[
     str | None, typer.Option(metavar=".|,", help="Decimal mark of the file [as its numbers tell].")
 ]
@@ -383,13 +393,7 @@ def rank(
         _path("FILE", "Write all designs, .csv or .json."),
     ] = None,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
-    prefer: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="P",
-            help="weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff.",
-        ),
-    ] = None,
+    prefer: Preferences = None,
     representatives: Annotated[
         int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
     ] = None,
@@ -425,9 +429,7 @@ def page(
     formulation: FormulationFile = None,
     criterion: Criteria = None,
     relax: Relaxed = None,
-    units: Annotated[
-        list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
-    ] = None,
+    units: Units = None,
     prototype: Annotated[
         Path | None,
         _path("FILE.csv", "Existing designs to compare with."),
@@ -453,6 +455,46 @@ def page(
     return run_page(
         file, columns, written,
         prototype=prototype, normalize=not no_normalize, title=title, out=out,
+    )  # fmt: skip
+
+
+@app.command()
+def report(
+    file: Designs,
+    out: Annotated[Path, _path("FILE.html", "Write the report here.")] = Path("report.html"),
+    objectives: Objectives = None,
+    variables: Variables = None,
+    maximize: Maximize = None,
+    limits: Limits = None,
+    formulation: FormulationFile = None,
+    criterion: Criteria = None,
+    relax: Relaxed = None,
+    units: Units = None,
+    prefer: Preferences = None,
+    design: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
+    ] = None,
+    no_normalize: PlainDistances = False,
+    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
+    decimal: DecimalMark = None,
+    thousands: ThousandsMark = None,
+    encoding: Encoding = None,
+    skip_rows: SkippedRows = None,
+    drop_incomplete: DropIncomplete = False,
+) -> int:
+    """Report on tests and the choice among them: one HTML file to be read and printed."""
+    from pymoo_psi.cli._options import ColumnOptions, FileOptions
+    from pymoo_psi.cli._report import run_report
+
+    columns = ColumnOptions(
+        objectives or (), maximize or (), variables or (), units or (), limits or (),
+        formulation, criterion or (), relax or (),
+    )  # fmt: skip
+    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
+    return run_report(
+        file, columns, written,
+        normalize=not no_normalize, prefer=prefer or (), design=design, title=title, out=out,
     )  # fmt: skip
 
 

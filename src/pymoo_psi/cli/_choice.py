@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -25,9 +24,9 @@ from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.cli._options import names_in, parts_of
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.pareto import EfficiencyRanking, cautions
-from pymoo_psi.pareto._explanation import compared, explained
+from pymoo_psi.pareto._explanation import explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
-from pymoo_psi.pareto._sentences import label, percent, wrapped
+from pymoo_psi.pareto._sentences import label, measured_in, percent, wrapped
 from pymoo_psi.selection import (
     CompromiseProgramming,
     HighTradeoff,
@@ -35,15 +34,11 @@ from pymoo_psi.selection import (
     Lexicographic,
     ReferencePoint,
 )
+from pymoo_psi.selection._agreement import choices_of
 from pymoo_psi.selection._selectors import RankingSelector
 
 _LINES = 7  # of reasons: what a reader takes in at a glance
 _METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
-
-
-def labelled(ranking: EfficiencyRanking, labels: Sequence[str]) -> EfficiencyRanking:
-    """Return a ranking whose designs are called as the command calls them."""
-    return replace(ranking, objectives=replace(ranking.objectives, labels=labels))
 
 
 def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
@@ -57,16 +52,10 @@ def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
     return told
 
 
-def scale_text(ranking: EfficiencyRanking) -> str:
-    """Return in what the distances are measured."""
-    if ranking.frame.normalize:
-        return "Normalised: distances in units of the ranges; plain ones by --no-normalize."
-    return "Not normalised: plain distances, as in the paper (--no-normalize)."
-
-
 def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
     """Print how it was measured, why the optimum, and what speaks against relying on it."""
-    say(scale_text(ranking))
+    option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
+    say(f"{measured_in(ranking)}{option}.")
     say(wrapped(reasons(ranking, units)))
     for caution in cautions(ranking):
         say(wrapped([f"Caution: {caution}"]))
@@ -143,18 +132,8 @@ def say_preferences(
 ) -> None:
     """Print what each preference chooses, and what it gains and loses against the optimum."""
     optimum = int(ranking.salukvadze[0])
-    for entry, selector in preferences.items():
-        chosen = selector.chosen(ranking.objectives)
-        if len(chosen) == 0:
-            text = "no design stands out."
-        elif optimum in chosen:
-            text = f"{label(ranking, optimum)}, the optimum itself."
-        else:
-            (text,) = compared(ranking, [optimum, int(chosen[0])], units).sentences
-            text = f"{text[:1].lower()}{text[1:]}"
-        if len(chosen) > 1:
-            text += f" It is the first of {len(chosen)} that are chosen."
-        say(wrapped([f"{entry}: {text}"]))
+    for entry, chosen in choices_of(preferences, ranking).items():
+        say(wrapped([f"{entry}: {instead(ranking, chosen, optimum, units)}"]))
 
 
 def say_representatives(ranking: EfficiencyRanking, k: int) -> None:

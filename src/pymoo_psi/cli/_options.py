@@ -154,22 +154,55 @@ def designs_of(
     if not columns.formulated:
         return _with_roles(written.read(path), columns, written)
     found, missing = written.opened(path)
+    asked = _asked(found, columns)
     if isinstance(found, TestTable):
-        layout = found.layout
-        names, constraints = layout.columns, layout.constraints
-        asked = columns.asked(names, layout.objectives, layout.maximized, constraints)
+        names = found.layout.columns
         judged = found.under(asked)
         file = designs_of_tests(path, judged, missing)
         # What limits leave of a column says nothing that the column does not.
         limits = {*judged.layout.inequalities}.difference(names)
         file = replace(file, columns={n: c for n, c in file.columns.items() if n not in limits})
     else:
-        told = found.roles(() if columns.objectives or columns.formulation else None)
-        known = found.known or told
-        asked = columns.asked(found.names, told.objectives, known.maximize)
         file = found.under(asked)
     # What the formulation says of objectives and senses is in the file now.
     return _with_roles(file, replace(columns, objectives=(), maximize=()), written)
+
+
+def formulated_in(
+    path: Path, columns: ColumnOptions, written: FileOptions
+) -> tuple[TestTable, Limits, list[str] | None, list[str]]:
+    """Read all tests, or designs as such, under what the options ask for but limits.
+
+    Returns:
+        The tests, the limits, what their designs are called if not by test point, and what to
+        tell about the choice of columns and rows.
+
+    Raises:
+        PsiError: The file holds no designs, or an option names no column of it.
+        OSError: It cannot be opened.
+    """
+    found, missing = written.opened(path)
+    asked = _asked(found, columns)
+    unlimited = replace(asked, limits={})
+    if isinstance(found, TestTable):
+        plain = unlimited == Formulation() or (found.status == "failed").all()
+        table = found if plain else found.under(unlimited)
+        return table, asked.limits, None, [f"{missing}."] if missing else []
+    file = found if unlimited == Formulation() else found.under(unlimited)
+    if file is not found:  # then it knows its objectives and senses
+        columns = replace(columns, objectives=(), maximize=())
+    file, roles, remarks = _with_roles(file, columns, written)
+    return file.as_tests(roles), asked.limits, file.called(roles.objectives), remarks
+
+
+def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation:
+    """Return what the options ask of the columns of tests, or of designs."""
+    if isinstance(found, TestTable):
+        layout = found.layout
+        names, constraints = layout.columns, layout.constraints
+        return columns.asked(names, layout.objectives, layout.maximized, constraints)
+    told = found.roles(() if columns.objectives or columns.formulation else None)
+    return columns.asked(found.names, told.objectives, (found.known or told).maximize)
 
 
 def _with_roles(

@@ -14,7 +14,6 @@ import pandas as pd
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted, integer
 from pymoo_psi.cli._choice import (
-    labelled,
     preferences_in,
     reasons,
     say_choice,
@@ -25,6 +24,7 @@ from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
 from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
+from pymoo_psi.pareto._sentences import labelled
 from pymoo_psi.table import DesignFile
 from pymoo_psi.table._design_file import Roles, unfit
 
@@ -67,9 +67,7 @@ def run_rank(
     more = [name for name in names if name in roles.maximize]
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
     frame = _ranked(file, file.cells, ranking)
-    # A criterion may be called "row"; then the rows of the file are told.
-    rows = file.rows if "row" in names else frame["row"].sort_index().to_numpy()
-    ranking = labelled(ranking, [f"row {row}" for row in rows])
+    ranking = labelled(ranking, file.called(names))
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)
@@ -112,8 +110,9 @@ def _print(
     names = list(roles.objectives)
     best = ranked.head(top)
     n, found = len(ranking.rank), len(ranking.salukvadze)
-    labels = ranking.objectives.labels
-    optimum = ", ".join(labels[i].removeprefix("row ") for i in ranking.salukvadze[:5])
+    # A criterion may be called "row"; then the rows of the file are told.
+    rows = file.rows if "row" in names else ranked["row"].sort_index().to_numpy()
+    optimum = ", ".join(str(rows[i]) for i in ranking.salukvadze[:5])
     if roles.label not in (None, "row", "") and found == 1:
         optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
     say(

@@ -21,7 +21,7 @@ from pymoo_psi.algorithms import nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
-from pymoo_psi.cli._choice import labelled, say_choice
+from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._options import ColumnOptions, box_text, numbers_in, share_in
 from pymoo_psi.cli._output import judged, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
@@ -29,6 +29,7 @@ from pymoo_psi.evaluation._failures import untolerant
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
+from pymoo_psi.pareto._sentences import labelled
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS

@@ -445,6 +445,26 @@ def compared(
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), units, gains, shares)
 
 
+def instead(ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[Any, str]) -> str:
+    """Return what a selector has chosen, and what that gives and takes against a design.
+
+    Args:
+        ranking: Of all designs.
+        chosen: The rows that the selector has chosen, the first one to be told of; none or more.
+        row: The design, in most cases the optimum.
+        units: Units of criteria by name.
+    """
+    if not len(chosen):
+        return "no design stands out."
+    if row in chosen:
+        optimum = ", the optimum itself" if row in ranking.salukvadze else ""
+        text = f"{label(ranking, row)}{optimum}."
+    else:
+        (text,) = compared(ranking, [row, int(chosen[0])], units).sentences
+        text = f"{text[:1].lower()}{text[1:]}"
+    return text + (f" It is the first of {len(chosen)} that are chosen." if len(chosen) > 1 else "")
+
+
 def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Array, Array, Array]:
     """Return the Pareto-optimal rows, their values, those of ``rows``, and the ranges.
 

@@ -4,9 +4,22 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from pymoo_psi.pareto._ranking import EfficiencyRanking
+
+
+def labelled(ranking: EfficiencyRanking, labels: Sequence[str]) -> EfficiencyRanking:
+    """Return a ranking whose designs have other names."""
+    return replace(ranking, objectives=replace(ranking.objectives, labels=labels))
+
+
+def measured_in(ranking: EfficiencyRanking) -> str:
+    """Return in what the distances of a ranking are measured."""
+    if ranking.frame.normalize:
+        return "Normalised: distances in units of the ranges"
+    return "Not normalised: plain distances, as in the paper"
 
 
 def label(ranking: EfficiencyRanking, row: int) -> str:

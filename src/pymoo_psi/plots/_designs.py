@@ -262,6 +262,21 @@ def prototype_look(name: str) -> dict[str, Any]:
     }
 
 
+def design_look() -> dict[str, Any]:
+    """Return how the design that was chosen looks, above all others, with its label."""
+    return {
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 9.0,
+        "markerfacecolor": "none",
+        "markeredgecolor": _PROTOTYPE.colour,
+        "markeredgewidth": 1.6,
+        "path_effects": [withStroke(linewidth=3.0, foreground="white")],
+        "zorder": _PROTOTYPE.level + 1,
+        "label": "chosen design",
+    }
+
+
 def draw_plane(axes: Axes, plane: Plane, wide: int) -> None:
     """Draw the designs, each group with a marker of its own, the limits with what is beyond them.
 

@@ -83,12 +83,21 @@ def draw_histogram(
     return axes
 
 
-def draw_bars(axes: Axes, found: Histogram, *, numbers: bool) -> None:
-    """Draw the bars of each group, and over them how many designs they are."""
+def draw_bars(axes: Axes, found: Histogram, *, numbers: bool, tested: bool = True) -> None:
+    """Draw the bars of each group, and over them how many designs they are.
+
+    Args:
+        axes: The axes.
+        found: What is counted.
+        numbers: Write the numbers over the bins.
+        tested: Draw the tested designs, too; not where some are in no bin.
+    """
     edges = found.edges
     width = np.diff(edges)
     top = 1.0
     for group, (start, end) in _PARTS.items():
+        if group == "tested" and not tested:
+            continue
         counts = getattr(found, group)
         heights = 100.0 * counts / max(int(counts.sum()), 1)  # 0 where the group is empty
         top = max(top, heights.max(initial=0))

@@ -21,6 +21,7 @@ from pymoo_psi.plots._designs import (
     checked_table,
     criteria_plane,
     design_groups,
+    design_look,
     draw_plane,
     group_look,
     label_axes,
@@ -54,7 +55,8 @@ def table_page(
     Args:
         table: A test table.
         limits: Limits on columns.
-        variables: Names or indices of the variables on the page; all by default.
+        variables: Names or indices of the variables on the page; all by default. On a page of
+            histograms alone there may be other columns among them, by name.
         criteria: Names or indices of the criteria; all by default, none for histograms alone.
             Constraints and further outputs may be among them, by name.
         margin: The axes of criteria reach beyond the feasible designs and the prototype by this
@@ -76,8 +78,11 @@ def table_page(
     """
     layout = checked_table(table).layout
     _check_margin(margin)
-    columns = _chosen(variables, layout.variables, layout.variable)
     rows = _criteria(criteria, layout)
+    others = () if rows else layout.columns[len(layout.variables) :]
+    columns = _chosen(
+        variables, layout.variables, lambda key: key if key in others else layout.variable(key)
+    )
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(columns), len(rows)) > _MATRIX:
@@ -90,7 +95,7 @@ def table_page(
         tops = grid.ravel()[: len(columns)]
         for ax, j in zip(tops, columns, strict=True):
             found = histogram(table, j, limits=limits)
-            draw_bars(ax, found, numbers=False)
+            draw_bars(ax, found, numbers=False, tested=j not in others)
             label = layout.label(found.variable)
             label_axes(ax, wide, (label, ax.get_ylabel()), found.values)
         for ax in tops:
@@ -117,6 +122,7 @@ def criteria_page(
     limits: Limits | None = None,
     *,
     criteria: Sequence[Key] | None = None,
+    design: int | None = None,
     margin: float = 1.0,
     title: str = "",
 ) -> Figure:
@@ -127,12 +133,13 @@ def criteria_page(
         limits: Limits on columns.
         criteria: Names or indices of two to seven criteria; all by default. Constraints and
             further outputs may be among them, by name.
+        design: Number of a test point to be marked, such as the one that was chosen.
         margin: As for :func:`table_page`.
         title: What the table is of.
 
     Raises:
-        ArgumentValueError: A criterion is not in the table, there are too few or too many, or the
-            margin is below 0.
+        ArgumentValueError: A criterion or the design is not in the table, there are too few or too
+            many criteria, or the margin is below 0.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
@@ -149,6 +156,9 @@ def criteria_page(
     if not 2 <= len(chosen) <= _MATRIX + 1:
         rule = f"from 2 to {_MATRIX + 1} to draw in pairs"
         raise invalid("criteria", rule, len(chosen), "name those to be drawn")
+    if design is not None and design not in table.numbers:
+        raise invalid("design", "the number of a test point of the table", design)
+    marked = table.rows(table.numbers == design)
     wide = len(chosen) - 1
     group = design_groups(table, limits)
     hidden = []
@@ -157,10 +167,13 @@ def criteria_page(
             for ax, first in zip(grid[k], chosen[: k + 1], strict=False):
                 plane = criteria_plane(table, first, second, limits, group)
                 hidden.append(_draw_near(ax, plane, wide, margin))
+                if len(marked):
+                    ax.plot(marked.column(first), marked.column(second), **design_look())
             for ax in grid[k, k + 1 :]:
                 ax.set_axis_off()
         _share_axes(grid)
-        design_legends(figure, grid, table, group)
+        marks = [] if design is None else [design_look()]
+        design_legends(figure, grid, table, group, marks=marks)
         figure.suptitle(_heading(table, title, any(hidden)))
     return figure
 
@@ -171,8 +184,8 @@ def _check_margin(margin: float) -> None:
 
 
 def _chosen(
-    keys: Sequence[Key] | None, names: tuple[str, ...], index: Callable[[Key], int]
-) -> list[int]:
+    keys: Sequence[Key] | None, names: tuple[str, ...], index: Callable[[Key], Any]
+) -> list[Any]:
     return list(range(len(names))) if keys is None else [index(key) for key in keys]
 
 
@@ -231,6 +244,7 @@ def design_legends(
     table: TestTable | None = None,
     group: NDArray[np.str_] | None = None,
     *,
+    marks: Sequence[dict[str, Any]] = (),
     title: str = "",
 ) -> None:
     """Put under the axes what their lines mean, and what bars if there are any.
@@ -248,6 +262,7 @@ def design_legends(
         looks = [group_look(name, len(members)) for name, members in members_of(group).items()]
         if table.prototype is not None:
             looks.append(prototype_look(table.prototype.name))
+        looks += marks
         lines = {look["label"]: Line2D([], [], **look) for look in looks} | limits
     if bars:
         side, ncols = ("left", 1) if lines else ("center", 3)

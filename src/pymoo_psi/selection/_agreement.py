@@ -176,6 +176,19 @@ def compare_selectors(
     """
     _require_selectors(selectors)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    chosen = choices_of(selectors, ranking)
+    # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
+    sets = [set(choice.tolist()) for choice in chosen.values()]
+    agreement = np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])
+    return SelectorComparison(chosen, ranking, agreement)
+
+
+def choices_of(
+    selectors: Mapping[str, Any], ranking: EfficiencyRanking
+) -> dict[str, NDArray[np.intp]]:
+    """Return the rows that each selector chooses among the Pareto-optimal ones of a ranking."""
+    if selectors:
+        _require_selectors(selectors)
     front = np.flatnonzero(ranking.pareto)
     objectives = ranking.objectives.rows(front)
     chosen = {}
@@ -186,10 +199,7 @@ def compare_selectors(
             with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
                 answer = selector.do(objectives.minimized)
         chosen[name] = front[_indices(name, answer, len(front))]
-    # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
-    sets = [set(choice.tolist()) for choice in chosen.values()]
-    agreement = np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])
-    return SelectorComparison(chosen, ranking, agreement)
+    return chosen
 
 
 def _require_selectors(selectors: object) -> None:

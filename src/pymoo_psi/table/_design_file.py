@@ -182,6 +182,13 @@ class DesignFile:
         """The column with the designs' numbers or names, as far as its name tells."""
         return guessed_roles(self.names, lambda name: False).label
 
+    def called(self, objectives: Sequence[str]) -> list[str]:
+        """``(n,)`` what sentences call the designs: by test point, or row, of file or column."""
+        for name, word in (("test_point", "test point"), ("row", "row")):
+            if name in self.columns and name not in objectives:
+                return [f"{word} {cell}" for cell in _plain(self.columns[name]).tolist()]
+        return [f"row {row}" for row in self.rows]
+
     def roles(
         self, objectives: Sequence[str] | None = None, variables: Sequence[str] | None = None
     ) -> Roles:
@@ -360,6 +367,37 @@ class DesignFile:
         values = dict(zip(objectives, self.values(objectives).T, strict=True)) if objectives else {}
         plain = {name: values.get(name, _plain(column)) for name, column in self.columns.items()}
         return pd.DataFrame(plain)
+
+    def as_tests(self, roles: Roles) -> TestTable:
+        """Return the designs as a test table, each of them feasible, numbered by rows of the file.
+
+        A variable that a design lacks is left out, and so is an output that is no number.
+
+        Raises:
+            ArgumentValueError: A cell of an objective holds no finite number, or a column has a
+                name that no column of a test table can have.
+        """
+        F = self.values(roles.objectives)
+        cells = {
+            name: _plain(self.columns[name]).tolist()
+            for name in roles.variables
+            if not any(map(is_blank, self.columns[name].cells))
+        }
+        rows = zip(*cells.values(), strict=True) if cells else [()] * len(F)
+        outputs = {
+            name: numbers
+            for name in roles.outputs
+            if (numbers := self.columns[name].numbers) is not None
+        }
+        layout = Layout.of(
+            list(cells),
+            roles.objectives,
+            outputs=list(outputs),
+            maximize=[name for name in roles.maximize if name in {*roles.objectives, *outputs}],
+            units={name: column.unit for name, column in self.columns.items()},
+        )
+        X = [list(row) for row in rows] if cells else np.empty((len(F), 0))
+        return TestTable.of(self.rows, X, F * layout.sign, outputs=outputs, layout=layout)
 
     def _where(self, i: int) -> str:
         if i < 0:

@@ -45,14 +45,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Histogram:
-    """How many designs have a variable in each of k bins.
+    """How many designs have a variable, or another column, in each of k bins.
 
     Attributes:
-        variable: Name of the variable.
+        variable: Name of the variable or column.
         edges: ``(k + 1,)`` edges of the bins; the last bin holds its upper edge. If the variable
             takes single values only, the places -1/2, 1/2, … at which these are drawn.
         values: The k values of an integer, a binary variable or a choice, one to a bin; empty for
-            a real variable.
+            a real variable, and for another column.
         tested: ``(k,)`` numbers of tested designs.
         feasible: ``(k,)`` numbers of feasible ones within the limits.
         pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
@@ -125,12 +125,14 @@ def histogram(
 
     Args:
         table: The tests.
-        variable: Name or index of the variable.
+        variable: Name or index of the variable; or name of a criterion, constraint or output, the
+            bins of which span the feasible designs, and all if there is none: what lies beyond is
+            in no bin.
         bins: Equal bins of the box of a real variable; others have one bin for each value.
         limits: Limits on columns.
 
     Raises:
-        ArgumentValueError: There is no such variable or criterion, or no bin.
+        ArgumentValueError: There is no such column, or no bin.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.0], [0.75], [1.0]], [[1], [2], [3]])
@@ -139,9 +141,18 @@ def histogram(
         (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
     """
     bins = integer("bins", bins, minimum=1)
+    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
+    values: tuple[Any, ...] = ()
+    others = table.layout.columns[len(table.layout.variables) :]
+    if isinstance(variable, str) and variable in others:
+        place = table.column(variable)
+        known = np.isfinite(place)
+        shown = known & masks[1] if (known & masks[1]).any() else known
+        edges = _equal_bins(*_range(place[shown], np.nan, np.nan), bins)
+        tested, feasible, pareto = (_counts(place[mask & known], edges) for mask in masks)
+        return Histogram(variable, edges, values, tested, feasible, pareto)
     j = table.layout.variable(variable)
     column = table.X[:, j]
-    values: tuple[Any, ...] = ()
     if table.kinds[j] is Kind.REAL:
         place = column.astype(np.float64)
         edges = _equal_bins(*_range(place, table.layout.lower[j], table.layout.upper[j]), bins)
@@ -150,7 +161,6 @@ def histogram(
         seat = {(type(value), value): k for k, value in enumerate(values)}
         place = np.array([seat[type(value), value] for value in column.tolist()], dtype=np.float64)
         edges = np.asarray(np.arange(len(values) + 1) - 0.5, dtype=np.float64)
-    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
     tested, feasible, pareto = (_counts(place[mask], edges) for mask in masks)
     return Histogram(table.layout.variables[j], edges, values, tested, feasible, pareto)
 

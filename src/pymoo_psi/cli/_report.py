@@ -1,0 +1,63 @@
+"""``pymoo-psi report``: from a study, a table or a file of designs to the report on a choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime, timezone
+from importlib.metadata import version
+from pathlib import Path
+
+from pymoo_psi.cli._choice import preferences_in
+from pymoo_psi.cli._options import ColumnOptions, FileOptions, formulated_in, units_in
+from pymoo_psi.cli._output import require_output, say
+from pymoo_psi.report import decision_report
+
+
+def run_report(
+    path: Path,
+    columns: ColumnOptions,
+    written: FileOptions,
+    *,
+    normalize: bool,
+    prefer: Sequence[str],
+    design: int | None,
+    title: str | None,
+    out: Path,
+) -> int:
+    """Write the report and say where it is.
+
+    Args:
+        path: A study, a table of all tests, or a file of designs.
+        columns: What its columns are, and the limits.
+        written: How it is written.
+        normalize: Measure each criterion in units of its range.
+        prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
+        design: Number of the test point, or row of the file, that is chosen.
+        title: Heading of the report; the file's name unless given.
+        out: The HTML file to write.
+
+    Returns:
+        0, or 1 if no design is feasible; the report then says what stands in the way.
+    """
+    require_output(out, (".html", ".htm"), path)
+    table, limits, labels, remarks = formulated_in(path, columns, written)
+    units = {**table.layout.units, **units_in(columns.units, table.layout.columns)}
+    table = replace(table, layout=replace(table.layout, units=units))
+    selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
+    today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
+    report = decision_report(
+        table,
+        limits,
+        normalize=normalize,
+        design=design,
+        selectors=selectors or None,
+        labels=labels,
+        title=title or path.stem,
+        about=[f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}", *remarks],
+    )
+    report.save(out)
+    for remark in remarks:
+        say(remark)
+    say(f"{report!r}: open {out} in a browser, or print it")
+    return 0 if report.ranking is not None else 1

@@ -1,0 +1,518 @@
+"""What a report says: each section from the tests, their ranking and what was chosen."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import counted
+from pymoo_psi.errors import PsiError
+from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
+from pymoo_psi.pareto._explanation import explained, instead
+from pymoo_psi.pareto._representatives import representatives_of
+from pymoo_psi.pareto._sentences import label, labelled, listed, measured_in, percent
+from pymoo_psi.plots import criteria_page, draw_feasibility, sensitivity_page, table_page
+from pymoo_psi.plots._style import new_page
+from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
+from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
+from pymoo_psi.selection._agreement import choices_of
+from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
+from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table.analysis import constraint_costs
+
+Rows = NDArray[np.intp]
+
+_REASONS = 12  # of failures that are told one by one
+_HISTOGRAMS = 18  # in a picture, as high as half a page
+_PAIRS = 5  # criteria in pairs of which axes on paper are still readable
+_LEAD = 7  # criteria that a sentence can hold
+_FEW = 5  # representatives, side by side on paper
+_GAINS = 4  # criteria that a limit costs most in
+# Sensitivities and rules of more tests say the same and take long; the first points of a sequence
+# are an investigation of their own.
+_ENOUGH = 8192
+_VOLUME = 5  # criteria up to which a hypervolume takes seconds
+
+_WORDS = (
+    "Design: one set of values of all variables. Criterion: a quantity by which designs are "
+    "judged, less or more of which is better.",
+    "Feasible: computed without failure, with every constraint met and every limit kept.",
+    "Pareto optimal: feasible, and no other feasible design is at least as good in every criterion "
+    "and better in one. Only such designs are worth choosing.",
+    "Range of a criterion: from its best to its worst value among the Pareto-optimal designs.",
+    "Ideal point U: the best value of each criterion, as a rule of different designs. No design "
+    "reaches it.",
+    "Salukvadze optimum: the Pareto-optimal design nearest to the ideal point.",
+    "Rank of efficiency: from 6, the optimum, down to 0; a higher one is nearer to the ideal "
+    "point, or to the line from there to the worst values.",
+    "Knee: where the Pareto set bulges most towards the ideal point: from there each gain costs "
+    "more than elsewhere. Chebyshev: the design whose worst criterion, in units of the ranges, is "
+    "the least bad.",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What is reported on.
+
+    Attributes:
+        table: The tests.
+        limits: Limits on their columns.
+        labels: ``(n,)`` what the tests are called.
+        rows: ``(k,)`` which of them are feasible with finite criteria, each design once.
+        ranking: The ranking of these; ``None`` if there are none.
+        chosen: Which of them is chosen.
+        choices: What selectors choose of them, by name.
+    """
+
+    table: TestTable
+    limits: Limits
+    labels: Sequence[str]
+    rows: Rows
+    ranking: EfficiencyRanking | None
+    chosen: int
+    choices: Mapping[str, Rows]
+
+    @classmethod
+    def of(
+        cls,
+        table: TestTable,
+        limits: Limits,
+        labels: Sequence[str],
+        normalize: bool,
+        selectors: Mapping[str, Any] | None,
+    ) -> Case:
+        """Rank the feasible designs, and ask the selectors."""
+        rows = np.flatnonzero(table.eligible(limits))
+        rows = rows[table.rows(rows).repeats == 0]
+        if len(rows) == 0:
+            return cls(table, limits, labels, rows, None, 0, {})
+        layout = table.layout
+        # All feasible designs, as `rank` has them: without a design of the Pareto set those that
+        # it dominates may come into it, which cautions tell of.
+        own = pd.DataFrame(table.F[rows] * layout.sign, columns=list(layout.objectives))
+        more = [name for name in layout.objectives if name in layout.maximized]
+        ranking = rank_of_efficiency(own, normalize=normalize, maximize=more)
+        ranking = labelled(ranking, [labels[row] for row in rows])
+        if selectors is None:
+            other = "plain distances" if normalize else "distances in units of the ranges"
+            selectors = {
+                "knee": Knee(),
+                "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
+                other: SalukvadzeOptimum(normalize=not normalize),
+            }
+        choices = choices_of(selectors, ranking) if selectors else {}
+        return cls(table, limits, labels, rows, ranking, int(ranking.salukvadze[0]), choices)
+
+    def choosing(self, row: int) -> Case:
+        """Return the case with another design chosen."""
+        return replace(self, chosen=row)
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units of the criteria."""
+        layout = self.table.layout
+        return {name: layout.units[name] for name in layout.objectives if name in layout.units}
+
+    def named(self, name: str) -> str:
+        """Return the name of a column with its unit."""
+        unit = self.table.layout.units.get(name, "")
+        return f"{name} [{unit}]" if unit else name
+
+    def amount(self, name: str, value: float) -> str:
+        """Return a value of a column with its unit."""
+        unit = self.table.layout.units.get(name, "")
+        return f"{_number(value)} {unit}".strip()
+
+
+def sections_of(case: Case) -> tuple[Section, ...]:
+    """Return all sections that have something to say."""
+    makers: tuple[tuple[str, Callable[[Case], Iterator[Part]]], ...] = (
+        ("The choice", _choice),
+        ("What was tested", _tests),
+        ("What failed, and why", _failures),
+        ("Limits and what each costs", _limits),
+        ("Where the designs lie", _places),
+        ("The Pareto set", _pareto),
+        ("What else could be chosen", _alternatives),
+        ("Whether more tests would change the choice", _enough),
+        ("What drives the criteria, and where designs are feasible", _drives),
+        ("Words", lambda _: iter([Items(_WORDS)])),
+    )
+    found = [Section(title, tuple(make(case))) for title, make in makers]
+    return tuple(section for section in found if section.parts)
+
+
+def _choice(case: Case) -> Iterator[Part]:
+    table, ranking = case.table, case.ranking
+    layout = table.layout
+    if ranking is None:
+        n, failed = len(table), int((table.status == "failed").sum())
+        told = f"None of {counted(n, 'design')} is feasible, so that there is nothing to choose"
+        yield f"{told}: {failed} failed." if failed else f"{told}."
+        violated, names = table.violations(case.limits)
+        if violated.any():
+            rejects = violated.sum(axis=0)
+            j = int(rejects.argmax())
+            alone = int((violated[:, j] & (violated.sum(axis=1) == 1)).sum())
+            yield (
+                f"What stands in the way: {names[j]} rejects most, {rejects[j]} designs, {alone} "
+                f"of them alone. What each limit rejects, and how near designs come, is below."
+            )
+        return
+    why = explained(ranking, case.chosen, case.units)
+    if len(layout.objectives) <= _LEAD:
+        own = zip(layout.objectives, ranking.objectives.values[case.chosen], strict=True)
+        values = (f"{name} {case.amount(name, value)}" for name, value in own)
+        yield f"Chosen is {label(ranking, case.chosen)}, with {listed([*values])}."
+    yield Items(why.sentences)
+    found = cautions(ranking)
+    if found:
+        yield Items(tuple(f"Caution: {caution}" for caution in found), marked=True)
+    elif ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
+        yield (
+            "No caution: the choice hangs on no single design, no other one is nearly as near to "
+            "the ideal point, and it lies at no edge of the set."
+        )
+    yield f"{measured_in(ranking)}."
+    yield Cells(
+        ("criterion", "better", "chosen", "best", "worst", "behind", "of range"),
+        tuple(
+            (
+                case.named(name), "more" if name in layout.maximized else "less",
+                *map(_number, numbers), "—" if np.isnan(share) else percent(share),
+            )
+            for name, *numbers, share in zip(
+                layout.objectives, ranking.objectives.values[case.chosen], ranking.ideal,
+                ranking.nadir, why.behind, why.shares, strict=True,
+            )
+        ),
+        "Best and worst of the Pareto-optimal designs.",
+    )  # fmt: skip
+    row = case.rows[case.chosen]
+    others = (*layout.variables, *layout.outputs)
+    cells = tuple((case.named(name), _value(table.column(name)[row])) for name in others)
+    if cells:
+        what = "Variables and further outputs" if layout.outputs else "Variables"
+        shown = label(ranking, case.chosen)
+        yield Cells(("name", "value"), cells, f"{what} of {shown}.")
+
+
+def _tests(case: Case) -> Iterator[Part]:
+    table, layout, problem = case.table, case.table.layout, case.table.problem
+    if problem is not None:
+        parameters = problem.get("parameters") or {}
+        told = [("Problem", problem.get("problem")), ("points", problem.get("sampling")),
+                ("key", problem.get("key"))]  # fmt: skip
+        told += [(str(name), value) for name, value in parameters.items()]
+        yield "; ".join(f"{name}: {value}" for name, value in told if value is not None) + "."
+    if layout.experiments:
+        yield f"Experiments: {', '.join(name for name, _ in layout.experiments)}."
+    feasible = table.feasible(case.limits)
+    violated, _ = table.violations(case.limits)
+    k = len(layout.constraints)
+    infeasible = violated[:, :k].any(axis=1)
+    steps = [
+        ("designs", len(table)),
+        ("failed", (table.status == "failed").sum()),
+        ("violate a constraint", infeasible.sum()),
+        ("are beyond a limit only", (violated[:, k:].any(axis=1) & ~infeasible).sum()),
+        ("feasible", feasible.sum()),
+        ("without finite criteria, or tested once more", feasible.sum() - len(case.rows)),
+        ("Pareto optimal", 0 if case.ranking is None else case.ranking.pareto.sum()),
+    ]
+    always = ("designs", "feasible", "Pareto optimal")
+    yield Cells(
+        ("", "number", "share"),
+        tuple(
+            (name, f"{n}", percent(n / len(table))) for name, n in steps if n or name in always
+        ),
+    )  # fmt: skip
+    if layout.variables:
+        rows = [_variable(case, j, feasible) for j in range(len(layout.variables))]
+        head = ("variable", "kind", "box", "tested", "feasible")
+        yield Cells(head, tuple(rows), "Where variables lie: from the least to the greatest value.")
+
+
+def _variable(case: Case, j: int, feasible: NDArray[np.bool_]) -> tuple[str, ...]:
+    layout, kind = case.table.layout, case.table.kinds[j]
+    name, column = case.named(layout.variables[j]), case.table.X[:, j]
+    parts = (column, column[feasible])
+    if kind in (Kind.CHOICE, Kind.BINARY):
+        texts = [", ".join(map(str, values_in_order(part))) for part in parts]
+        return name, kind.value, "—", *(text or "—" for text in texts)
+    ends = [(float(part.min()), float(part.max())) if len(part) else () for part in parts]
+    box = (float(layout.lower[j]), float(layout.upper[j]))
+    spans = [" to ".join(map(_number, pair)) or "—" for pair in (box, *ends)]
+    return name, kind.value, "—" if np.isnan(box).all() else spans[0], *spans[1:]
+
+
+def _failures(case: Case) -> Iterator[Part]:
+    reasons = case.table.reasons
+    if not reasons:
+        return
+    counts = Counter(" ".join(reason.split()) for reason in reasons.values())
+    example: dict[str, int] = {}
+    for number, reason in reasons.items():
+        example.setdefault(" ".join(reason.split()), number)
+    n = len(case.table)
+    failed = counted(len(reasons), "design")
+    yield f"{failed} of {n} could not be computed, and count as infeasible."
+    at = dict(zip(case.table.numbers.tolist(), case.labels, strict=True))
+    top = counts.most_common(_REASONS)
+    rows = [(f"{k}", reason[:400], at[example[reason]]) for reason, k in top]
+    if rest := len(counts) - len(top):
+        left = len(reasons) - sum(k for _, k in top)
+        rows.append((f"{left}", counted(rest, "other reason"), ""))
+    yield Cells(("designs", "reason", "first"), tuple(rows))
+
+
+def _limits(case: Case) -> Iterator[Part]:
+    table, layout = case.table, case.table.layout
+    costs = constraint_costs(table, case.limits)
+    if not len(costs):
+        yield "There are neither constraints nor limits."
+        return
+    m, none = len(layout.objectives), case.ranking is None
+    rows = []
+    for name, lower, upper, rejects, alone, *best in costs.itertuples(name=None):
+        constraint = name in layout.constraints
+        text = name if constraint else _limit(case, name, lower, upper)
+        last = _reached(case, name, lower, upper) if none else _gain(case, best[: 2 * m])
+        rows.append((text, f"{rejects}", f"{alone}", last if none or alone else "nothing"))
+    head = ("constraint or limit", "rejects", "it alone", "without it the best would be")
+    if none:
+        head = (*head[:3], "nearest value")
+    yield Cells(head, tuple(rows))
+    notes = ["Designs may violate several; only those that one alone rejects are what it costs."]
+    if layout.inequalities:
+        notes.append("A constraint is met where its value is 0 or less.")
+    if layout.equalities:
+        notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
+    yield " ".join(notes)
+
+
+def _limit(case: Case, name: str, lower: float, upper: float) -> str:
+    """Return a limit as one writes it."""
+    low = f"{_number(lower)} ≤ " if np.isfinite(lower) and np.isfinite(upper) else ""
+    if np.isfinite(upper):
+        return f"{low}{name} ≤ {case.amount(name, upper)}"
+    return f"{name} ≥ {case.amount(name, lower)}"
+
+
+def _reached(case: Case, name: str, lower: float, upper: float) -> str:
+    """Return the value of a column that comes nearest to a limit."""
+    values = case.table.column(name)
+    values = values[np.isfinite(values)].astype(np.float64)
+    if not len(values):
+        return "—"
+    over = np.maximum(np.maximum(lower - values, values - upper), 0)
+    return case.amount(name, float(values[over.argmin()])) if over.min() else "kept by some"
+
+
+def _gain(case: Case, best: Sequence[float]) -> str:
+    """Return in which criteria designs that a limit alone rejects are better than the feasible.
+
+    Args:
+        case: The case.
+        best: For each criterion the best value of the feasible designs, and of those rejected.
+    """
+    assert case.ranking is not None
+    layout, gains = case.table.layout, []
+    spans = np.abs(case.ranking.nadir - case.ranking.ideal)
+    for j, name in enumerate(layout.objectives):
+        now, then = best[2 * j : 2 * j + 2]
+        gain = (now - then) * layout.sign[j]
+        if gain > 0:
+            text = f"{name} {case.amount(name, then)} instead of {_number(now)}"
+            gains.append((gain / spans[j] if spans[j] else np.inf, text))
+    gains.sort(key=lambda pair: -pair[0])
+    told = [text for _, text in gains[:_GAINS]]
+    told += [f"and {len(gains) - _GAINS} more"] if len(gains) > _GAINS else []
+    return "; ".join(told) or "no better in any criterion"
+
+
+def _places(case: Case) -> Iterator[Part]:
+    layout = case.table.layout
+    if case.ranking is None:
+        return
+    groups = [("variables", layout.variables), ("criteria", layout.objectives)]
+    for what, names in groups:
+        for start in range(0, len(names), _HISTOGRAMS):
+            part = names[start : start + _HISTOGRAMS]
+            draw = partial(table_page, case.table, case.limits, variables=part, criteria=())
+            span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
+            beyond = "" if what == "variables" else " Axes span the feasible designs."
+            yield Picture(
+                draw,
+                f"Histograms of the {what}{span}: what share of the tested, feasible and "
+                f"Pareto-optimal designs each interval holds.{beyond}",
+            )
+
+
+def _pareto(case: Case) -> Iterator[Part]:
+    ranking = case.ranking
+    if ranking is None:
+        return
+    names, n = case.table.layout.objectives, int(ranking.pareto.sum())
+    if len(names) == 1:
+        yield "By one criterion there is one best value: designs have nothing to weigh."
+        return
+    yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {_are(n)} Pareto optimal."
+    drawn, which = names, ""
+    if len(names) > _PAIRS:
+        shares = np.nan_to_num(explained(ranking, case.chosen, {}).shares)
+        drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
+        which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
+    number = int(case.table.numbers[case.rows[case.chosen]])
+    yield Picture(
+        partial(criteria_page, case.table, case.limits, criteria=drawn, design=number),
+        f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}",
+    )
+
+
+def _alternatives(case: Case) -> Iterator[Part]:
+    ranking = case.ranking
+    if ranking is None or ranking.pareto.sum() < 2 or len(case.table.layout.objectives) < 2:
+        return
+    told = [
+        f"{name}: {instead(ranking, chosen, case.chosen, case.units)}"
+        for name, chosen in case.choices.items()
+    ]
+    if case.chosen not in ranking.salukvadze:
+        optimum = instead(ranking, ranking.salukvadze, case.chosen, case.units)
+        told.insert(0, f"Salukvadze optimum: {optimum}")
+    if told:
+        yield "By other preferences:"
+        yield Items(tuple(told))
+    few = representatives_of(ranking, _FEW)
+    if len(few.rows) < 2:
+        return
+    names = [label(ranking, int(row)) for row in few.rows]
+    shares = ("stands for", *map(percent, few.shares))
+    rows = [
+        (case.named(name), *map(_number, values))
+        for name, values in zip(
+            case.table.layout.objectives, ranking.objectives.values[few.rows].T, strict=True
+        )
+    ]
+    n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
+    what = f"{len(few.rows)} for {n}, the optimum first: each stands for those nearest to it"
+    what += f", none of which is farther than {few.radius:.3g}." if few.radius else "."
+    yield Cells(("", *names), (shares, *rows), what)
+
+
+def _enough(case: Case) -> Iterator[Part]:
+    if case.ranking is None or (why := _uneven(case)):
+        if case.ranking is not None:
+            yield f"Not told: {why}."
+        return
+    if len(case.table.layout.objectives) > _VOLUME:
+        yield f"Not told: with more than {_VOLUME} criteria the volume takes too long to compute."
+        return
+    try:
+        steps = convergence(case.table, case.limits, normalize=case.ranking.frame.normalize)
+    except PsiError as error:
+        yield f"Not told: {error}."
+        return
+    yield steps.verdict()
+    at = dict(zip(case.table.numbers.tolist(), case.labels, strict=True))
+    yield Cells(
+        ("tests", "feasible", "Pareto optimal", "best design", "distance to U", "volume"),
+        tuple(
+            (f"{n}", f"{feasible}", f"{pareto}", at.get(best, "—"), _number(mu), percent(volume))
+            for n, feasible, pareto, best, mu, volume in zip(
+                steps.tests.tolist(), steps.feasible, steps.pareto, steps.optimum.tolist(),
+                steps.mu1, steps.hypervolume, strict=True,
+            )
+        ),
+        "What the first tests would have chosen; the volume that their Pareto set dominates.",
+    )  # fmt: skip
+
+
+def _uneven(case: Case) -> str:
+    """Say why tests are not those of a sequence, spread evenly over one box; empty if they are."""
+    experiments = [name for name, _ in case.table.layout.experiments]
+    sampling = str((case.table.problem or {}).get("sampling") or "")
+    if len(experiments) > 1:
+        return f"the tests are of {len(experiments)} experiments, {listed(experiments)}"
+    if not sampling:
+        return "of these designs nobody knows how they were spread over the box"
+    if "then proposals" in sampling or "an algorithm" in sampling:
+        return "an algorithm has chosen the tests, so that they are not spread evenly over the box"
+    return ""
+
+
+def _drives(case: Case) -> Iterator[Part]:
+    table, layout = case.table, case.table.layout
+    if not layout.variables:
+        return
+    if why := _uneven(case):
+        yield f"Not told: {why}."
+        return
+    if len(table) > _ENOUGH:
+        table = table.rows(np.arange(_ENOUGH))
+        yield f"By the first {_ENOUGH} of {len(case.table)} tests, which suffice for it."
+    limited = [name for name in bounds_of(case.limits, layout) if name not in layout.variables]
+    names = dict.fromkeys((*layout.objectives, *layout.constraints, *limited))
+    try:
+        found = sensitivities(table, list(names))
+        yield Picture(
+            partial(sensitivity_page, found),
+            "First-order sensitivities: what share of the variance of a column each variable "
+            "explains alone, with 95 % bands; what they lack to 1 is interaction.",
+        )
+        lost = (table.status == "failed").mean()
+        if lost > 0.05:  # more than bands of a few hundredths can hide
+            yield (
+                f"{percent(lost)} of the tests failed: the others are not spread evenly, which "
+                f"sensitivities take for granted, so that these are rough."
+            )
+    except PsiError as error:
+        yield f"No sensitivities: {error}."
+    feasible = table.feasible(case.limits)
+    if feasible.all() or not feasible.any():
+        yield f"{'All' if feasible.all() else 'None'} of {counted(len(table), 'test')} feasible."
+        return
+    try:
+        rules = feasibility_rules(table, case.limits)
+    except PsiError as error:
+        yield f"No rules of feasibility: {error}."
+        return
+    if rules.importance:
+        yield "Where designs are feasible:"
+        yield Items(tuple(map(str, rules.rules)))
+    else:
+        yield "No condition on few variables tells feasible designs from others."
+    if rules.importance and len(layout.variables) > 1:
+        caption = "The two variables that decide most on feasibility."
+        yield Picture(partial(_feasibility, table, case.limits), caption)
+
+
+def _feasibility(table: TestTable, limits: Limits) -> Figure:
+    with new_page(90.0, width=120.0) as figure:
+        draw_feasibility(table, limits, ax=figure.add_subplot())
+    return figure
+
+
+def _number(value: float) -> str:
+    return f"{value:.5g}" if np.isfinite(value) else "—"
+
+
+def _value(value: Any) -> str:
+    return _number(value) if isinstance(value, float) else str(value)
+
+
+def _are(n: int) -> str:
+    return "is" if n == 1 else "are"

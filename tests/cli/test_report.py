@@ -1,0 +1,121 @@
+"""The command's report says what ``rank`` and ``solve`` print of the same file and options."""
+
+import re
+from html import unescape
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi.cli import main
+from pymoo_psi.report import _document
+
+COST = np.linspace(1, 9, 41)
+CARS = pd.DataFrame({"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5})
+
+
+def said(command, capsys, *words):
+    """The sentences on the choice that a command prints, one long line."""
+    assert main([command, *map(str, words)]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    start = text.index("ormalised: ")
+    return text[start:].partition(". ")[2].replace(" Caution: ", "\n").split("\n")
+
+
+def texts(path):
+    """The text of a report, and its items and paragraphs."""
+    html = path.read_text("utf-8")
+    parts = re.findall(r"<(?:p|li)[^>]*>(.*?)</(?:p|li)>", html)
+    return [unescape(part).replace("\N{NO-BREAK SPACE}%", " %") for part in parts]
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    """Leave pictures out, which take most of the time."""
+    monkeypatch.setattr(_document, "_image", lambda figure: "data:image/svg+xml;base64,")
+
+
+@pytest.fixture
+def cars(tmp_path):
+    file = tmp_path / "cars.csv"
+    CARS.to_csv(file, index=False)
+    return file
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("studies") / "tests.db"
+    assert main(["solve", "bnh", "--points", "128", "--study", str(path)]) == 0
+    return path
+
+
+def check(reported, printed):
+    """Every sentence that a command prints of reasons and cautions is one of the report."""
+    reasons, *told = printed
+    left = reasons
+    for part in reported:
+        left = left.replace(part, "", 1)
+    assert left.strip() == ""
+    assert [f"Caution: {text}" for text in told] == [p for p in reported if "Caution: " in p]
+
+
+@pytest.mark.parametrize("options", [
+    ["--maximize", "range [km]", "--objectives", '"cost, k€",range [km]'],
+    ["--maximize", "range [km]", "--objectives", '"cost, k€",range [km]', "--no-normalize"],
+    ["--maximize", "range [km]", "--objectives", '"cost, k€",range [km]', "--limits", '"cost, k€<=6"'],
+])  # fmt: skip
+def test_a_file_of_designs_is_told_as_by_rank(cars, tmp_path, capsys, options):
+    out = tmp_path / "report.html"
+    printed = said("rank", capsys, cars, *options)
+    assert main(["report", str(cars), "--out", str(out), *options]) == 0
+    check(texts(out), printed)
+
+
+@pytest.mark.parametrize("options", [[], ["--limits", "f1<=60,x1>=1"], ["--relax", "g1"]])
+def test_a_study_is_told_as_by_rank(study, tmp_path, capsys, options):
+    out = tmp_path / "report.html"
+    printed = said("rank", capsys, study, *options)
+    assert main(["report", str(study), "--out", str(out), *options]) == 0
+    check(texts(out), printed)
+
+
+def test_preferences_are_told_as_by_rank(study, tmp_path, capsys):
+    out = tmp_path / "report.html"
+    prefer = ["--prefer", "knee", "--prefer", "weights:f1=1,f2=9", "--prefer", "tradeoff"]
+    assert main(["rank", str(study), *prefer]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert main(["report", str(study), "--out", str(out), *prefer]) == 0
+    told = [t for t in texts(out) if t.startswith(("knee: ", "weights:", "tradeoff: "))]
+    assert len(told) == 3
+    assert all(text in printed for text in told)
+
+
+def test_a_choice_of_ones_own(study, tmp_path, capsys):
+    out = tmp_path / "report.html"
+    assert main(["report", str(study), "--out", str(out), "--design", "5", "--title", "Mine"]) == 0
+    assert any(text.startswith("Chosen is test point 5, with f1 ") for text in texts(out))
+    assert "<h1>Mine</h1>" in out.read_text("utf-8")
+
+
+def test_no_feasible_design_is_code_1_and_a_report(study, tmp_path, capsys):
+    out = tmp_path / "report.html"
+    assert main(["report", str(study), "--out", str(out), "--limits", "f1<=-1"]) == 1
+    assert "no feasible design" in capsys.readouterr().out
+    assert any("What stands in the way: f1 rejects most" in text for text in texts(out))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--out", "report.pdf"], "--out must be a file with the suffix .html or .htm"),
+        (["--design", "1000"], "design must be the number of a feasible test point, got 1000"),
+        (["--limits", "f3<=1"], "--limits must be one of"),
+        (["--prefer", "cheap"], "--prefer must be one of"),
+        (["--units", "f9=kg"], "--units must be one of"),
+    ],
+)
+def test_mistakes(study, capsys, tmp_path, monkeypatch, options, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", str(study), *options]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.html"))

@@ -1,0 +1,320 @@
+"""The report says what the library says, of any table, as text and nothing else."""
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from pymoo_psi import (
+    CompromiseProgramming,
+    Formulation,
+    PsiError,
+    TestTable,
+    VectorizedSphereChute,
+    cautions,
+    compare_designs,
+    explain,
+    investigate,
+    lp_tau,
+    representatives,
+)
+from pymoo_psi.report import _document, decision_report
+from pymoo_psi.report._document import Cells, Items, Picture
+from pymoo_psi.table import Layout
+from pymoo_psi.table.analysis import constraint_costs
+
+
+class Reader(HTMLParser):
+    """What a browser finds in a document: elements, and texts without their marks."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.tags, self.texts, self.attributes = [], [], []
+        self.feed(html)
+        self.text = " ".join(" ".join(self.texts).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_data(self, data):
+        if self.tags and self.tags[-1] != "style":
+            self.texts.append(data)
+
+
+def beams(n=96, **more):
+    """Beams by width and height: light and stiff ones are wanted, some break, some have no mesh."""
+    X = [20, 40] + lp_tau(n, 2) * [40, 120]
+    mass, stiffness = X.prod(axis=1) / 100, X[:, 0] * X[:, 1] ** 3 / 1e4
+    layout = Layout.of(
+        ["width", "height"], ["mass", "stiffness"], outputs=["stress"], maximize=["stiffness"],
+        units={"mass": "kg", "stress": "MPa", "width": "mm"}, lower=[20, 40], upper=[60, 160],
+    )  # fmt: skip
+    slender = np.flatnonzero(X[:, 1] > 4 * X[:, 0]) + 1
+    return TestTable.of(
+        range(1, n + 1), X, np.column_stack([mass, -stiffness]), layout=layout,
+        outputs={"stress": 3e7 / (X[:, 0] * X[:, 1] ** 2)},
+        reasons={int(number): "no mesh: too slender" for number in slender}, **more,
+    )  # fmt: skip
+
+
+LIMITS = {"mass": 55, "stress": 70}
+
+
+def section(report, title):
+    (found,) = [part for part in report.sections if part.title == title]
+    return found
+
+
+def lines(report, title):
+    """All texts of a section: paragraphs, items, and rows of its tables."""
+    found = []
+    for part in section(report, title).parts:
+        if isinstance(part, str):
+            found.append(part)
+        elif isinstance(part, Items):
+            found += part.lines
+        elif isinstance(part, Cells):
+            found += [" | ".join(row) for row in part.rows]
+    return found
+
+
+@pytest.fixture(scope="module")
+def beam():
+    return decision_report(beams(), LIMITS, title="Beams")
+
+
+@pytest.fixture(scope="module")
+def html(beam):
+    return beam.html()
+
+
+def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
+    table = beams()
+    rows = np.flatnonzero(table.eligible(LIMITS))
+    own = pd.DataFrame(table.F[rows] * [1, -1], columns=["mass", "stiffness"])
+    own.index = [f"test point {number}" for number in table.numbers[rows]]
+    optimum = int(beam.ranking.salukvadze[0])
+    why = explain(own, optimum, maximize=["stiffness"], units={"mass": "kg"})
+    said = lines(beam, "The choice")
+    assert set(why.sentences) <= set(said)
+    told = [line for line in said if line.startswith("Caution: ")]
+    assert told == [f"Caution: {caution}" for caution in cautions(beam.ranking)]
+    assert np.array_equal(rows[[optimum]], np.flatnonzero(table.pareto(LIMITS))[
+        table.ranking(LIMITS).salukvadze
+    ])  # fmt: skip
+
+
+def test_another_design_is_explained_as_itself():
+    table = beams()
+    numbers = table.numbers[table.eligible(LIMITS)]
+    best, other = numbers[decision_report(table, LIMITS).ranking.salukvadze[0]], numbers[-1]
+    assert best != other
+    report = decision_report(table, LIMITS, design=int(other))
+    assert any(
+        line.startswith(f"Chosen is test point {other}, with")
+        for line in lines(report, "The choice")
+    )
+    told = lines(report, "What else could be chosen")[1]
+    assert told.startswith(
+        f"Salukvadze optimum: test point {best} against test point {other}: better"
+    )
+
+
+def test_counts_add_up(beam):
+    steps = dict(line.split(" | ")[:2] for line in lines(beam, "What was tested")[:5])
+    n = {name: int(number) for name, number in steps.items()}
+    table = beams()
+    assert n["designs"] == len(table) == n["failed"] + n["are beyond a limit only"] + n["feasible"]
+    assert n["failed"] == len(table.reasons) > 0
+    assert n["Pareto optimal"] == table.pareto(LIMITS).sum()
+    assert lines(beam, "What failed, and why")[1:] == [
+        f"{len(table.reasons)} | no mesh: too slender | test point {min(table.reasons)}"
+    ]
+
+
+def test_a_limit_costs_what_would_be_had_without_it(beam):
+    """The best of all designs that keep the others: what a ranking without the limit has."""
+    table = beams()
+    costs = constraint_costs(table, LIMITS)
+    free = table.feasible({"stress": 70})
+    now, then = (table.column("stiffness")[mask].max() for mask in (table.feasible(LIMITS), free))
+    assert then > now
+    mass = next(line for line in lines(beam, "Limits and what each costs") if "mass" in line)
+    assert mass == (
+        f"mass ≤ 55 kg | {costs['rejects']['mass']} | {costs['alone']['mass']} | "
+        f"stiffness {then:.5g} instead of {now:.5g}"
+    )
+
+
+def test_alternatives_are_those_of_the_selectors(beam):
+    table = beams()
+    own = pd.DataFrame(table.F * [1, -1], columns=["mass", "stiffness"], index=table.numbers)
+    own = own[table.eligible(LIMITS)]
+    chosen = int(CompromiseProgramming(np.inf).do(own, maximize=["stiffness"])[0])
+    optimum = int(beam.ranking.salukvadze[0])
+    told = next(t for t in lines(beam, "What else could be chosen") if t.startswith("chebyshev"))
+    name = f"test point {own.index[chosen]}"
+    if chosen == optimum:
+        assert told.endswith(f"{name}, the optimum itself.")
+    else:
+        two = compare_designs(own, [optimum, chosen], maximize=["stiffness"], units={"mass": "kg"})
+        assert two.difference(1) in told
+    few = representatives(own, 5, maximize=["stiffness"])
+    (table,) = [p for p in section(beam, "What else could be chosen").parts if isinstance(p, Cells)]
+    assert table.head[1:] == tuple(f"test point {own.index[row]}" for row in few.rows)
+
+
+def test_a_formulation_and_limits_beside_it_make_the_same_choice():
+    """Limits among the constraints, as `under` puts them, or as limits: only the words differ."""
+    plain = decision_report(beams(), LIMITS)
+    under = decision_report(beams().under(Formulation(limits=LIMITS)))
+    assert lines(plain, "The choice") == lines(under, "The choice")
+    assert lines(plain, "What else could be chosen") == lines(under, "What else could be chosen")
+
+
+EVIL = "<script>alert(1)</script> & \"'$x_{$ <b>"
+
+
+def test_names_reasons_and_titles_are_text():
+    layout = Layout.of(
+        [f"v {EVIL}"], [f"a {EVIL}", f"b {EVIL}"], [f"g {EVIL}"], units={f"a {EVIL}": EVIL}
+    )
+    X, F = lp_tau(16, 1), np.column_stack([lp_tau(16, 1)[:, 0], (1 - lp_tau(16, 1)[:, 0]) ** 2])
+    reasons = {3: f"{EVIL} \x01"}
+    table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
+    html = decision_report(table, {0: 0.8}, title=EVIL, about=[EVIL], labels=[EVIL] * 16).html()
+    found = Reader(html)
+    assert not {"script", "b"} & {*found.tags}
+    assert found.text.count("<script>alert(1)</script> & \"'$x_{$ <b>") > 9
+    assert "\x01" not in html
+    assert f"{EVIL} \N{REPLACEMENT CHARACTER}" in found.text
+
+
+def test_nothing_is_loaded_and_nothing_runs(html):
+    found = Reader(html)
+    assert not {"script", "link", "iframe", "object"} & {*found.tags}
+    addresses = [value for name, value in found.attributes if name in ("src", "href", "srcset")]
+    assert addresses
+    assert all(address.startswith("data:image/svg+xml;base64,") for address in addresses)
+    policies = [value for name, value in found.attributes if "default-src" in (value or "")]
+    assert policies == [
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'"
+    ]
+    assert not re.search(r"url\(|@import", html)
+    assert all(name[:2] != "on" for name, _ in found.attributes)
+
+
+def test_pictures_have_words_for_those_who_do_not_see_them(html):
+    found = Reader(html)
+    alts = [value for name, value in found.attributes if name == "alt"]
+    assert found.tags.count("img") == len(alts) == found.tags.count("figcaption")
+    assert all(len(alt) > 20 for alt in alts)
+
+
+def test_many_marks_are_one_image():
+    """A drawing of each of 10^5 marks would be 10 MB that a printer takes minutes for."""
+    sizes = {}
+    for n in (900, 90_000):
+        figure = Figure()
+        figure.add_subplot().plot(*lp_tau(n, 2).T, linestyle="none", marker="o")
+        sizes[n] = len(_document._image(figure))
+    assert 100_000 < sizes[900] < 200_000  # a hundred bytes a mark, and the axes
+    assert sizes[90_000] < 2 * sizes[900]
+
+
+def test_no_feasible_design_tells_what_stands_in_the_way():
+    report = decision_report(beams(), {"mass": 5.0, "stress": 70})
+    assert report.ranking is None
+    said = lines(report, "The choice")
+    assert "None of 96 designs is feasible, so that there is nothing to choose" in said[0]
+    assert said[1].startswith("What stands in the way: mass rejects most")
+    table = beams()
+    ok = table.status == "ok"
+    least = table.column("mass")[ok].min()
+    rows = lines(report, "Limits and what each costs")
+    assert rows[0].endswith(f"| {least:.5g} kg")
+    assert rows[1].endswith("| kept by some")
+    assert "Feasible" in Reader(report.html()).text
+
+
+def test_all_failed():
+    table = TestTable.of([1, 2], [[0.1], [0.2]], [[np.nan], [np.nan]], reasons={1: "no", 2: "no"})
+    report = decision_report(table)
+    assert report.ranking is None
+    assert lines(report, "What failed, and why")[1:] == ["2 | no | test point 1"]
+    assert report.html()
+
+
+@pytest.mark.parametrize(
+    ("X", "F"),
+    [
+        ([[0.1]], [[2.0]]),  # one design, one criterion
+        ([[0.1]], [[2.0, 1.0]]),
+        ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one criterion, a tie
+        ([[0.1], [0.2]], [[1.0, 2.0], [1.0, 2.0]]),  # equal
+        ([[0.1], [0.2], [0.3]], [[1.0, 3.0, 0.0], [2.0, 2.0, 0.0], [3.0, 1.0, 0.0]]),  # constant
+        (np.empty((3, 0)), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]),  # no variables
+        ([{"m": "iron", "n": 3, "on": True}, {"m": "wood", "n": 4, "on": False}], [[1, 2], [2, 1]]),
+        ([[1e300], [-1e300]], [[1e300, 0.0], [-1e300, 1e-300]]),
+    ],
+)
+def test_small_and_odd_tables(X, F):
+    n = len(F)
+    report = decision_report(TestTable.of(range(1, n + 1), X, F))
+    text = Reader(report.html()).text
+    assert "Test point" in text
+    assert "nan" not in text.replace("dominan", "")
+
+
+def test_many_criteria_and_variables_are_all_told():
+    X = lp_tau(64, 40)
+    F = np.abs(X[:, :15] - X[:, 15:30])
+    report = decision_report(TestTable.of(range(1, 65), X, F))
+    assert {f"f{j + 1}" for j in range(15)} | {f"x{j + 1}" for j in range(40)} <= {
+        line.partition(" | ")[0] for line in lines(report, "The choice")
+    }
+    pictures = [p for p in section(report, "The Pareto set").parts if isinstance(p, Picture)]
+    assert "Of 15 criteria the 5 in which the choice is farthest behind" in pictures[0].caption
+
+
+def test_what_tests_cannot_tell_is_said():
+    """Of designs from anywhere, or chosen by an algorithm, shares of variance would be wrong."""
+    title = "What drives the criteria, and where designs are feasible"
+    assert lines(decision_report(beams()), title) == [
+        "Not told: of these designs nobody knows how they were spread over the box."
+    ]
+
+
+def test_sequences_tell_sensitivities_rules_and_convergence():
+    table = investigate(VectorizedSphereChute(0.4, model="rolling"), 128)
+    report = decision_report(table)
+    assert any(isinstance(p, Picture) for p in section(report, report.sections[-2].title).parts)
+    said = lines(report, "Whether more tests would change the choice")
+    assert said[0].startswith("More tests are")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"design": 999}, "design must be the number of a feasible test point, got 999"),
+        ({"design": 0}, "design must be an integer >= 1"),
+        ({"labels": ["a"]}, "labels must be 96, one for each test, got 1"),
+        ({"limits": {"mas": 3}}, "did you mean 'mass'"),
+        ({"selectors": {"x": 3}}, r"selectors\['x'\] must be an object with .do"),
+        ({"normalize": "no"}, "normalize must be"),
+    ],
+)
+def test_mistakes(arguments, message):
+    with pytest.raises(PsiError, match=message):
+        decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
+
+
+def test_only_a_table_with_tests_and_criteria():
+    with pytest.raises(PsiError, match="table must be"):
+        decision_report(np.zeros((3, 2)))
+    with pytest.raises(PsiError, match="with tests and criteria"):
+        decision_report(TestTable.empty())
