@@ -14,6 +14,7 @@ from pymoo_psi.algorithms import _blocks
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
 from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.parallel._tasks import AHEAD
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -191,7 +192,7 @@ def test_blocks_under_way_are_few(monkeypatch):
             under_way -= 1
             numbers += table.numbers.tolist()
     assert sorted(numbers) == list(range(1, 4001))
-    assert most <= 2 * _blocks._IN_FLIGHT
+    assert most <= 2 * AHEAD
 
 
 def test_a_run_of_many_cores_that_is_to_stop_stores_the_failure(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi.parallel._cost import LONGEST_CHUNK, Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.parallel._cost import LONGEST_CHUNK, Cost, chunk_size
 from pymoo_psi.parallel._joblib_runner import evaluate_here
 
 
@@ -64,20 +64,19 @@ def test_a_first_design_of_minutes_is_believed():
     assert cost.known
 
 
-def test_the_overhead_is_the_least_of_the_last():
-    overhead = Overhead()
-    overhead.add(elapsed=1.5, busy=2.0, workers=2)
-    assert overhead.seconds == 0.1
-    for _ in range(5):
-        overhead.add(elapsed=1.5, busy=2.0, workers=2)
-    assert overhead.seconds == 0.5
+def known(seconds):
+    cost = Cost()
+    for _ in range(3):
+        cost.add(1, seconds)
+    return cost
 
 
 def test_cheap_designs_are_not_worth_sending():
-    assert not worth_sending(100, 1e-5, 2, 0.01)
-    assert worth_sending(100, 1e-2, 2, 0.01)
-    assert not worth_sending(100, 1e-2, 2, 0.3), "when sending takes longer than all of it"
-    assert not worth_sending(10**9, 60.0, 1, 0.0), "when there is one worker"
+    assert not known(1e-5).worth_sending(100, 2, 0.01)
+    assert known(1e-2).worth_sending(100, 2, 0.01)
+    assert not known(1e-2).worth_sending(100, 2, 0.3), "when sending takes longer than all of it"
+    assert not known(60.0).worth_sending(10**9, 1, 0.0), "when there is one worker"
+    assert not Cost().worth_sending(10**9, 2, 0.0), "when nothing is known"
 
 
 class Clock:
@@ -117,7 +116,7 @@ def test_a_dear_model_is_left_after_three_designs():
 
     def enough(left):
         asked.append(left)
-        return cost.known and worth_sending(left, cost.seconds, 2, 0.01)
+        return cost.worth_sending(left, 2, 0.01)
 
     assert len(here(clock, 100, cost, enough)) == 3
     assert asked == [100, 99, 98, 97]
@@ -130,6 +129,6 @@ def test_a_model_that_becomes_dear_is_noticed_within_a_call():
     clock.seconds = 0.01
 
     def enough(left):
-        return worth_sending(left, cost.seconds, 2, 0.01)
+        return cost.worth_sending(left, 2, 0.01)
 
     assert 0 < len(here(clock, 500, cost, enough)) <= 300

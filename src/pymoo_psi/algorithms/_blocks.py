@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Generator, Iterator
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
@@ -35,10 +35,6 @@ from pymoo_psi.table._layout import Limits
 LEAST = 64
 # Blocks without a study: so many for each worker that the last ones end at about the same time.
 _BLOCKS = 8
-# Blocks for each worker that are evaluated, wait for a worker, or wait here: two of them are sent
-# ahead, and as many may arrive while this process is busy with earlier ones.
-_IN_FLIGHT = 4
-
 Rows: TypeAlias = "range | NDArray[np.intp]"
 
 
@@ -149,7 +145,10 @@ def arriving(
                     missing.append(rows)
                 elif len(stored) < len(rows):
                     missing.append(start + np.flatnonzero(~np.isin(numbers, stored.numbers)))
-        for block in _evaluated(model, points, missing, block_size, n_jobs):
+        blocks = stack.enter_context(
+            closing(_evaluated(model, points, missing, block_size, n_jobs))
+        )
+        for block in blocks:
             if model.stored:
                 memory.keep(block.table, block.seconds)
                 kept = block.table.rows(block.kept)
@@ -164,7 +163,7 @@ def arriving(
 
 def _evaluated(
     model: _Model, points: Points, missing: deque[Rows], block_size: int, n_jobs: int
-) -> Iterator[_Block]:
+) -> Generator[_Block]:
     """Evaluate rows of a run in blocks, and give these in the order in which they end."""
     workers = 1 if n_jobs == 1 else active_workers(n_jobs).count
     size = block_size
@@ -173,29 +172,22 @@ def _evaluated(
     elif workers > 1:
         n = sum(map(len, missing))
         size = min(size, max(LEAST, -(-n // (_BLOCKS * workers))))
-    sent = received = 0
 
     def blocks() -> Iterator[Cut]:
-        # It ends where too many blocks are on their way, and goes on when they have been received:
-        # joblib has no other way to hold back workers that are faster than this process.
-        nonlocal sent
-        while missing and sent - received < _IN_FLIGHT * workers:
+        while missing:
             rows = missing.popleft()
             if len(rows) > size:
                 missing.appendleft(rows[size:])
-            sent += 1
             yield points.cut(rows[:size])
 
-    while missing:
-        for block in (
-            _on_workers(model, blocks(), n_jobs) if workers > 1 else map(model.tested, blocks())
-        ):
-            received += 1
-            yield block
-            if model.stored:
-                # The first designs, which load libraries, say little: at most 100 times as many.
-                fitting = SECONDS / max(block.seconds, 1e-9)
-                size = max(LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
+    for block in (
+        _on_workers(model, blocks(), n_jobs) if workers > 1 else map(model.tested, blocks())
+    ):
+        yield block
+        if model.stored:
+            # The first designs, which load libraries, say little: at most 100 times as many.
+            fitting = SECONDS / max(block.seconds, 1e-9)
+            size = max(LEAST, min(block_size, int(min(fitting, 100 * len(block.kept)))))
 
 
 def _on_workers(model: _Model, blocks: Iterator[Cut], n_jobs: int) -> Iterator[_Block]:

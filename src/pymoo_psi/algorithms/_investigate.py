@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from contextlib import closing
 from os import PathLike
 from typing import Any
 
@@ -155,15 +156,15 @@ def investigate(
             done += tested
             bar(done / len(plan.points))
 
-        for table, _ in tested(
-            plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs, show=show
-        ):
-            tables.append(table)
-            size += len(table)
-            if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
-                front = by_number(tables)
-                tables = [front.rows(kept.mask(front))]
-                size = least = len(tables[0])
+        blocks = tested(plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs, show=show)
+        with closing(blocks):
+            for table, _ in blocks:
+                tables.append(table)
+                size += len(table)
+                if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
+                    front = by_number(tables)
+                    tables = [front.rows(kept.mask(front))]
+                    size = least = len(tables[0])
     found = by_number(tables)
     if keep == "pareto":
         found = found.rows(kept.mask(found))
@@ -180,8 +181,10 @@ def tested(
     block_size: int,
     n_jobs: int,
     show: Callable[[TestTable, int], None],
-) -> Iterator[tuple[TestTable, int]]:
+) -> Generator[tuple[TestTable, int]]:
     """Test all points of a plan and give what is kept of each block, blocks in any order.
+
+    Whoever may leave amid them closes this, which ends the workers.
 
     Args:
         plan: What is tested.
@@ -396,18 +399,19 @@ class Investigation:
         self._group_began, computed = time.monotonic(), 0.0
         while self._waiting:
             results = stream_designs(self.problem, self._waiting, one_by_one=self.stop)
-            for index, values, seconds in results:
-                self._called[index] = True
-                self._arrive(index, values, seconds)
-                computed += seconds
-                if (
-                    (self.stop and values["failure"])
-                    or computed >= COMPUTED
-                    or time.monotonic() - self._group_began >= SECONDS
-                ):
-                    self._flush()
-                    computed = 0.0
-                yield True
+            with closing(results):
+                for index, values, seconds in results:
+                    self._called[index] = True
+                    self._arrive(index, values, seconds)
+                    computed += seconds
+                    if (
+                        (self.stop and values["failure"])
+                        or computed >= COMPUTED
+                        or time.monotonic() - self._group_began >= SECONDS
+                    ):
+                        self._flush()
+                        computed = 0.0
+                    yield True
 
     def _in_pieces(self) -> Iterator[bool]:
         """Evaluate points of vectorised models, or by a runner that takes batches.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -315,11 +315,12 @@ def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult
         def show(table: TestTable, _: int) -> None:
             bar.block(table)
 
-        for table, evaluated in tested(
-            plan, Keep(), stop=False, block_size=size, n_jobs=jobs, show=show
-        ):
-            tables.append(table)
-            n_new += evaluated
+        with closing(
+            tested(plan, Keep(), stop=False, block_size=size, n_jobs=jobs, show=show)
+        ) as blocks:
+            for table, evaluated in blocks:
+                tables.append(table)
+                n_new += evaluated
     return _of_table(problem, by_number(tables), asked, n_new)
 
 

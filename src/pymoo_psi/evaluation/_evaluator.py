@@ -8,7 +8,7 @@ missing, of another shape, masked, complex, NaN, or infinite though the design i
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
@@ -87,7 +87,7 @@ def streams(problem: Any) -> bool:
     )
 
 
-def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Iterator[Result]:
+def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Generator[Result]:
     """Evaluate the designs of a queue and give the values of each as soon as they are there.
 
     A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.

@@ -1,9 +1,20 @@
-"""Which workers joblib's configuration asks for: ours, threads, or those of a cluster."""
+"""The workers that joblib's configuration asks for: ours, threads, or those of a cluster."""
 
 from __future__ import annotations
 
+import threading
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from time import perf_counter
+from typing import Any
+
+from pymoo_psi.errors import EvaluationError
+from pymoo_psi.parallel._cost import Cost, chunk_size
+from pymoo_psi.parallel._outcome import Function, Result, Waiting, evaluate_to_travel
+from pymoo_psi.parallel._pool import ProcessPool
 
 # joblib is imported in the functions that need it: a worker, which imports this, does not.
 
@@ -53,3 +64,91 @@ def _cores() -> int:
     from joblib import cpu_count
 
     return int(cpu_count())
+
+
+def by_joblib(
+    f: Function,
+    waiting: Waiting,
+    workers: Workers,
+    cost: Cost,
+    *,
+    timeout: float | None = None,
+    retries: int = 1,
+    watch: bool = False,
+) -> Generator[Result]:
+    """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched.
+
+    Args:
+        f: What to evaluate.
+        waiting: The designs; they are taken from it.
+        workers: What joblib is to use.
+        cost: What a design takes, as measured so far; it takes further measurements.
+        timeout: Seconds that the evaluation of a watched design may take; None is any number.
+        retries: How many times a watched design whose process died is tried again.
+        watch: Evaluate each design in a process beside the worker, which can be ended.
+    """
+    from joblib import Parallel, delayed
+
+    under_way: dict[int, Any] = {}
+
+    def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
+        while waiting:
+            # asked each time, since the cost becomes known on the way
+            size = chunk_size(len(waiting), workers.count, cost.seconds)
+            chunk = [waiting.popleft() for _ in range(size)]
+            under_way.update(chunk)
+            yield delayed(evaluate)(f, chunk)
+
+    def results(evaluate: Callable[..., Any]) -> Iterator[Result]:
+        while waiting:  # joblib asks for no more tasks once there were none
+            # One at a time: joblib would send many together that have been short so far.
+            parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+            chunks = iter(parallel(tasks(evaluate)))
+            try:
+                for chunk in chunks:
+                    for index, values, seconds in chunk:
+                        del under_way[index]
+                        cost.add(1, seconds)
+                        yield index, values, seconds
+            finally:
+                with warnings.catch_warnings():
+                    # Of results that nobody reads: who stops amid a run knows that.
+                    warnings.simplefilter("ignore", UserWarning)
+                    if isinstance(chunks, Generator):
+                        chunks.close()
+
+    watched = partial(_watched_chunk, timeout=timeout, retries=retries)
+    try:
+        yield from results(watched if watch else _chunk)
+    except EvaluationError:
+        raise
+    except Exception:  # a cluster has an error of its own for a worker that is lost
+        if watch or workers.kind == "threads":
+            raise
+        waiting.extendleft(reversed(under_way.items()))
+        under_way.clear()
+        yield from results(watched)
+
+
+def _chunk(f: Function, designs: list[tuple[int, Any]]) -> list[Result]:
+    """Evaluate a chunk, in a worker of joblib."""
+    done = []
+    for index, design in designs:
+        began = perf_counter()
+        values = evaluate_to_travel(f, design)
+        done.append((index, values, perf_counter() - began))
+    return done
+
+
+_of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
+
+
+def _watched_chunk(
+    f: Function, designs: list[tuple[int, Any]], timeout: float | None, retries: int
+) -> list[Result]:
+    """Evaluate a chunk in a process beside the worker of a cluster."""
+    if not hasattr(_of_this_thread, "pool"):
+        _of_this_thread.pool = ProcessPool()
+    pool: ProcessPool = _of_this_thread.pool
+    done = pool.run(f, deque(designs), Cost(), workers=1, timeout=timeout, retries=retries)
+    return list(done)

@@ -11,10 +11,6 @@ from collections import deque
 LONGEST_CHUNK = 0.1
 SHORTEST_CHUNK = 0.005
 
-# To start workers takes about a second, but only once in a run: for a first batch it is spread over
-# ten of them, as an algorithm has at least. A stream may be the whole run.
-START_SECONDS = 1.0
-_FIRST_OVERHEAD = START_SECONDS / 10
 _REMEMBERED = 5  # measurements: enough for a median, few enough to follow a model that changes
 _TRUSTED = 3  # measurements whose median survives one slow import
 _TRUSTED_AT_ONCE = 1.0  # a first design that takes so many seconds is not an import alone
@@ -43,38 +39,17 @@ class Cost:
         """Whether the measurements can be relied on."""
         return len(self._samples) >= _TRUSTED or self.seconds >= _TRUSTED_AT_ONCE
 
+    def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
+        """Return whether workers surely save at least twice what sending costs.
 
-class Overhead:
-    """The seconds that sending a batch takes beyond the evaluations: the least of the last ones.
+        Twice, because both are estimates, and a batch in this process cannot go wrong.
 
-    The least, because a busy machine only ever adds to it.
-    """
-
-    def __init__(self) -> None:
-        self._samples: deque[float] = deque([_FIRST_OVERHEAD], maxlen=_REMEMBERED)
-
-    def add(self, elapsed: float, busy: float, workers: int) -> None:
-        """Add a batch that took ``elapsed`` seconds, its evaluations ``busy`` seconds in all."""
-        self._samples.append(max(elapsed - busy / workers, 0.0))
-
-    @property
-    def seconds(self) -> float:
-        """Seconds a batch."""
-        return min(self._samples)
-
-
-def worth_sending(designs: int, cost: float, workers: int, overhead: float) -> bool:
-    """Return whether workers save at least twice what sending costs.
-
-    Twice, because both are estimates, and a batch in this process cannot go wrong.
-
-    Args:
-        designs: How many designs there are.
-        cost: Seconds a design.
-        workers: How many workers there are.
-        overhead: Seconds that sending takes.
-    """
-    return designs * cost * (1 - 1 / workers) > 2 * overhead
+        Args:
+            designs: How many designs there are.
+            workers: How many workers there are.
+            overhead: Seconds that sending takes.
+        """
+        return self.known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
 
 def chunk_size(remaining: int, workers: int, cost: float) -> int:

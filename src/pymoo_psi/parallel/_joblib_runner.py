@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -15,14 +14,13 @@ import numpy as np
 
 from pymoo_psi._validation import boolean, integer, job_count, positive_number
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._backend import Workers, active_workers
-from pymoo_psi.parallel._cost import START_SECONDS, Cost, Overhead, chunk_size, worth_sending
+from pymoo_psi.parallel._backend import active_workers, by_joblib
+from pymoo_psi.parallel._cost import Cost
 from pymoo_psi.parallel._outcome import (
     Function,
     Result,
     Values,
     Waiting,
-    evaluate_to_travel,
     one_line,
     raise_again,
     same_folder,
@@ -31,6 +29,11 @@ from pymoo_psi.parallel._outcome import (
 from pymoo_psi.parallel._pool import ProcessPool
 
 GLANCE = 1e-3  # seconds between two looks at the cost: long beside a look, short beside sending
+# To start workers takes about a second, but only once in a run: for a first batch it is spread over
+# ten of them, as an algorithm has at least. A stream may be the whole run.
+_START_SECONDS = 1.0
+# What a batch takes beyond the evaluations: some messages, and the wait for the slowest chunk.
+_BATCH_SECONDS = 0.005
 
 
 class JoblibRunner:
@@ -82,6 +85,8 @@ class JoblibRunner:
         True
     """
 
+    _pool: ProcessPool
+
     def __init__(
         self,
         n_jobs: int = -1,
@@ -100,7 +105,7 @@ class JoblibRunner:
         """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
         waiting = deque(enumerate(X))
         results: list[Any] = [None] * len(waiting)
-        for index, values, _ in self._results(f, waiting, starting=0.0):
+        for index, values, _ in self._results(f, waiting, _START_SECONDS / 10):
             results[index] = values
         return results
 
@@ -134,38 +139,36 @@ class JoblibRunner:
             1 {'F': 4.0}
             2 {'F': 6.0}
         """
-        return self._results(f, waiting, starting=0.0 if self._idle else START_SECONDS)
+        return self._results(f, waiting, _START_SECONDS)
 
-    def _results(self, f: Function, waiting: Waiting, *, starting: float) -> Iterator[Result]:
-        """Give what :meth:`stream` gives; to start workers takes so many seconds at least."""
+    def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
+        """Give what :meth:`stream` gives; to start workers takes so many seconds."""
         if not waiting:
             return
         workers = active_workers(self.n_jobs)
-
-        def enough(remaining: int) -> bool:
-            overhead = max(starting, self._overhead.seconds)
-            return self._cost.known and worth_sending(
-                remaining, self._cost.seconds, workers.count, overhead
-            )
-
         here = self.in_process and self.timeout is None
-        # A time limit asks for processes that can be ended, which on this machine are our own.
-        by_joblib = {
-            "cluster": True,
-            "loky": self.timeout is None,
-            "threads": here,
-            "processes": False,
-        }[workers.kind]
         try:
             if here and workers.kind != "cluster":
+
+                def enough(remaining: int) -> bool:
+                    overhead = _BATCH_SECONDS if self._started else starting
+                    return self._cost.worth_sending(remaining, workers.count, overhead)
+
                 yield from evaluate_here(f, waiting, self._cost, enough)
-            if waiting:
-                began, busy = perf_counter(), 0.0
-                send = self._by_joblib if by_joblib else self._in_processes
-                for result in send(f, waiting, workers):
-                    busy += result[2]
-                    yield result
-                self._overhead.add(perf_counter() - began, busy, workers.count)
+            if not waiting:
+                return
+            self._started = True
+            # A time limit asks for processes that can be ended, which on this machine are our own.
+            lasting = workers.kind == "loky" and self.timeout is None
+            if workers.kind == "cluster" or lasting or (workers.kind == "threads" and here):
+                # Where a cluster has one worker, joblib uses none and calls the function here.
+                watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
+                run = partial(by_joblib, f, waiting, workers, self._cost, watch=watch)
+            else:
+                if self._pool.owner != os.getpid():
+                    self._pool = ProcessPool()
+                run = partial(self._pool.run, f, waiting, self._cost, workers=workers.count)
+            yield from run(timeout=self.timeout, retries=self.retries)
         except EvaluationError as error:
             raise_again(error)
 
@@ -180,62 +183,8 @@ class JoblibRunner:
 
     def _forget(self) -> None:
         self._cost = Cost()
-        self._overhead = Overhead()
-        self._idle: list[ProcessPool] = []
-
-    def _in_processes(self, f: Function, waiting: Waiting, workers: Workers) -> Iterator[Result]:
-        """Evaluate in worker processes, each of which can be ended alone."""
-        # Each call has a pool to itself: another may come from a thread, or from a callback that
-        # evaluates designs while a stream is being read.
-        pool = self._idle.pop() if self._idle else ProcessPool()
-        if pool.owner != os.getpid():
-            pool = ProcessPool()
-        yield from pool.run(
-            f,
-            waiting,
-            workers=workers.count,
-            timeout=self.timeout,
-            retries=self.retries,
-            cost=self._cost,
-        )
-        self._idle[:] = [pool]
-
-    def _by_joblib(self, f: Function, waiting: Waiting, workers: Workers) -> Iterator[Result]:
-        """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched."""
-        from joblib import Parallel, delayed
-
-        under_way: dict[int, Any] = {}
-        watched = partial(_watched_chunk, timeout=self.timeout, retries=self.retries)
-        # Where a cluster has one worker, joblib uses none and calls the function here.
-        watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
-
-        def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
-            while waiting:
-                # asked each time, since the cost becomes known on the way
-                size = chunk_size(len(waiting), workers.count, self._cost.seconds)
-                chunk = [waiting.popleft() for _ in range(size)]
-                under_way.update(chunk)
-                yield delayed(evaluate)(f, chunk)
-
-        def results(evaluate: Callable[..., Any]) -> Iterator[Result]:
-            while waiting:  # joblib asks for no more tasks once there were none
-                parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
-                for done in parallel(tasks(evaluate)):
-                    for index, values, seconds in done:
-                        del under_way[index]
-                        self._cost.add(1, seconds)
-                        yield index, values, seconds
-
-        try:
-            yield from results(watched if watch else _chunk)
-        except EvaluationError:
-            raise
-        except Exception:  # a cluster has an error of its own for a worker that is lost
-            if watch or workers.kind == "threads":
-                raise
-            waiting.extendleft(reversed(under_way.items()))
-            under_way.clear()
-            yield from results(watched)
+        self._pool = ProcessPool()
+        self._started = False
 
 
 def evaluate_here(
@@ -282,27 +231,3 @@ def evaluate_here(
             culprit = block[len(found)][1]
             raise EvaluationError(culprit, one_line(raised), raised) from raised
         cost.add(size, seconds)
-
-
-def _chunk(f: Function, designs: list[tuple[int, Any]]) -> list[Result]:
-    """Evaluate a chunk, in a worker of joblib."""
-    done = []
-    for index, design in designs:
-        began = perf_counter()
-        values = evaluate_to_travel(f, design)
-        done.append((index, values, perf_counter() - began))
-    return done
-
-
-_of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
-
-
-def _watched_chunk(
-    f: Function, designs: list[tuple[int, Any]], timeout: float | None, retries: int
-) -> list[Result]:
-    """Evaluate a chunk in a process beside the worker of a cluster."""
-    if not hasattr(_of_this_thread, "pool"):
-        _of_this_thread.pool = ProcessPool()
-    pool: ProcessPool = _of_this_thread.pool
-    done = pool.run(f, deque(designs), workers=1, timeout=timeout, retries=retries, cost=Cost())
-    return list(done)

@@ -24,7 +24,8 @@ import subprocess
 import sys
 import weakref
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field
 from multiprocessing import connection, spawn, util
 from time import monotonic
 from typing import Any
@@ -56,9 +57,11 @@ _THREAD_LIMITS = (
 
 
 class ProcessPool:
-    """Worker processes that stay alive between batches and are replaced one by one.
+    """Worker processes that stay alive between runs and are replaced one by one.
 
-    They end with the pool, with the interpreter, and with an error or an interrupt amid a batch.
+    They end with the pool, with the interpreter, and with an error or an interrupt amid a run.
+    Several runs may go on at the same time: one from another thread, or from a callback that
+    evaluates designs while a stream is being read.
 
     Attributes:
         owner: The number of the process that may use it: a fork must not.
@@ -73,21 +76,21 @@ class ProcessPool:
         self,
         function: Function,
         waiting: Waiting,
+        cost: Cost,
         *,
         workers: int,
         timeout: float | None = None,
         retries: int = 1,
-        cost: Cost,
-    ) -> Iterator[Result]:
-        """Evaluate designs; give the results as they come. One run at a time has the pool.
+    ) -> Generator[Result]:
+        """Evaluate designs; give the results as they come.
 
         Args:
             function: What to evaluate; it is pickled, from ``__main__`` by value.
             waiting: The designs, taken when a worker is free; more may come meanwhile.
+            cost: What a design takes, as measured so far; it takes further measurements.
             workers: How many processes to use.
             timeout: Seconds that the evaluation of a design may take; None is any number.
             retries: How many times a design whose process died is tried again.
-            cost: What a design takes, as measured so far; it takes further measurements.
 
         Raises:
             EvaluationError: A design raised, or was lost and the function has no ``lost``.
@@ -101,16 +104,16 @@ class ProcessPool:
                 "files, locks and connections out of it, or run it without workers"
             ) from error
         limit = math.inf if timeout is None else timeout
-        batch = _Batch(function, pickled, waiting, workers, limit, retries, cost, self._idle)
+        run = _Run(function, pickled, waiting, cost, workers, limit, retries, self._idle)
         try:
-            yield from batch.results()
+            yield from run.results()
         except BaseException:
-            for worker in batch.workers:
+            for worker in run.workers:
                 worker.disconnect()
-            for worker in batch.workers:  # all of them end at the same time
+            for worker in run.workers:  # all of them end at the same time
                 worker.kill()
             raise
-        self._idle.extend(batch.workers)
+        self._idle.extend(run.workers)
 
 
 def _dismiss(idle: list[_Worker], owner: int) -> None:
@@ -131,8 +134,8 @@ class _Worker:
     Attributes:
         process: What Popen started: the guard of the process that evaluates, except on Windows.
         pipe: Where it is talked to.
+        started: Whether it has told anything yet.
         loaded: The pickled function that it has, or is loading.
-        pid: The number of the process that evaluates; 0 until it has told it.
         ready: Whether it has loaded the function.
         at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
@@ -141,8 +144,7 @@ class _Worker:
     def __init__(self, threads: int) -> None:
         self.pipe, theirs = connection.Pipe()
         self.loaded = b""
-        self.pid = 0
-        self.ready = False
+        self.started = self.ready = False
         self.at: Waiting = deque()
         self.deadline = math.inf
         try:
@@ -171,7 +173,7 @@ class _Worker:
         empties, it cannot watch the time.
         """
         if self.loaded == function and not self.ready:
-            return  # it is loading since the last batch
+            return  # it is loading since the last run
         self.ready, self.deadline = False, monotonic() + max(timeout, _START)
         self.tell("function", None if self.loaded == function else function)
         self.loaded = function
@@ -195,7 +197,7 @@ class _Worker:
         try:
             message: tuple[Any, ...] = cloudpickle.loads(data)
         except Exception as error:
-            return (self.pid, "unreadable", self.at[0][0] if self.at else -1, one_line(error))
+            return "unsent", one_line(error)
         return message
 
     def end(self, patience: float = _PATIENCE) -> str:
@@ -242,28 +244,22 @@ def _inheriting(handle: int) -> dict[str, Any]:
     return {"pass_fds": (handle,), "start_new_session": True}
 
 
-class _Batch:
-    """One call: which designs wait, which are under way where, and how often one was tried."""
+@dataclass
+class _Run:
+    """One run: which designs wait, which are under way where, and how often one was tried."""
 
-    def __init__(
-        self,
-        function: Function,
-        pickled: bytes,
-        waiting: Waiting,
-        workers: int,
-        timeout: float,
-        retries: int,
-        cost: Cost,
-        idle: list[_Worker],
-    ) -> None:
-        self.function, self.pickled, self.waiting = function, pickled, waiting
-        self.timeout, self.retries, self.cost, self.idle = timeout, retries, cost, idle
-        self.n_workers = workers
-        self.threads = max(1, (os.cpu_count() or 1) // workers)
-        self.workers: list[_Worker] = []
-        self.again: Waiting = deque()  # designs whose worker died, each tried alone
-        self.deaths: Counter[int] = Counter()
-        self.false_starts = 0
+    function: Function
+    pickled: bytes
+    waiting: Waiting
+    cost: Cost
+    n_workers: int
+    timeout: float
+    retries: int
+    idle: list[_Worker]
+    workers: list[_Worker] = field(default_factory=list)
+    again: Waiting = field(default_factory=deque)  # whose worker died, each tried alone
+    deaths: Counter[int] = field(default_factory=Counter)
+    false_starts: int = 0
 
     def results(self) -> Iterator[Result]:
         """Give the result of every design as it comes, until none waits or is under way."""
@@ -274,9 +270,12 @@ class _Batch:
 
     def _hire(self) -> None:
         """Take a worker that is idle, or start one."""
-        worker = self.idle.pop(0) if self.idle else _Worker(self.threads)
+        try:
+            worker = self.idle.pop(0)
+        except IndexError:  # other threads take them, too
+            worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
         if worker.loaded not in (b"", self.pickled) and not worker.ready:
-            worker.kill()  # still loading the function of another batch
+            worker.kill()  # still loading the function of another run
             return
         self.workers.append(worker)
         worker.load(self.pickled, self.timeout)
@@ -305,26 +304,24 @@ class _Batch:
             size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
             worker.at.extend(self.waiting.popleft() for _ in range(size))
         worker.deadline = monotonic() + self.timeout
-        worker.tell("designs", list(worker.at))
+        worker.tell("designs", [design for _, design in worker.at])
 
     def _listen(self, worker: _Worker) -> Iterator[Result]:
         try:
-            pid, kind, *content = worker.receive()
+            kind, *content = worker.receive()
         except EOFError:
             yield from self._died(worker)
             return
+        worker.started = True
         if kind == "ready":
-            worker.pid, worker.ready, worker.deadline = pid, True, math.inf
+            worker.ready, worker.deadline = True, math.inf
             return
         if kind == "unusable":
             raise WorkerError(
                 f"a worker process cannot load the problem: {content[0]}; define it in a module "
                 "that can be imported, or in the main script"
             )
-        index, *content = content
-        if not worker.at or (pid, index) != (worker.pid, worker.at[0][0]):
-            return  # values of another process or design are nobody's
-        _, design = worker.at.popleft()
+        index, design = worker.at.popleft()
         worker.deadline = monotonic() + self.timeout if worker.at else math.inf
         if kind == "done":
             values, seconds = content
@@ -345,22 +342,22 @@ class _Batch:
             )
         index, design = worker.at.popleft()
         worker.kill()
-        self._replace(worker)
+        self._dismiss(worker)
         yield self._lost(index, design, f"timed out after {self.timeout:g} s")
 
     def _died(self, worker: _Worker) -> Iterator[Result]:
         how = worker.end()
-        if not worker.at:  # no design is to blame
-            self.false_starts += not worker.pid
+        at = worker.at.popleft() if worker.at else None
+        self._dismiss(worker)
+        if at is None:  # no design is to blame
+            self.false_starts += not worker.started
             if self.false_starts >= _FALSE_STARTS:
                 raise WorkerError(
                     f"worker processes end before they begin ({how}); see what they print, "
                     "or run the problem without workers"
                 )
-            self._replace(worker)
             return
-        index, design = worker.at.popleft()
-        self._replace(worker)
+        index, design = at
         self.deaths[index] += 1
         if self.deaths[index] <= self.retries:
             self.again.append((index, design))
@@ -368,15 +365,13 @@ class _Batch:
         times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
         yield self._lost(index, design, f"its worker process died ({how}{times})")
 
+    def _dismiss(self, worker: _Worker) -> None:
+        """Give what an ended worker had still to do back to all; another takes its place."""
+        self.waiting.extendleft(reversed(worker.at))
+        self.workers.remove(worker)
+
     def _lost(self, index: int, design: Any, reason: str) -> Result:
         """Return what the function has for a lost design; most have nothing, which is an error."""
         if not hasattr(self.function, "lost"):
             raise EvaluationError(design, reason)
         return index, self.function.lost(design, reason), 0.0
-
-    def _replace(self, worker: _Worker) -> None:
-        """Start another worker, and give what this one had still to do back to all."""
-        self.waiting.extendleft(reversed(worker.at))
-        new = _Worker(self.threads)
-        self.workers[self.workers.index(worker)] = new
-        new.load(self.pickled, self.timeout)

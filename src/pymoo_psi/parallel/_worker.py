@@ -8,11 +8,10 @@ what the model started. On Linux the guard finds these also where they left the 
 On Windows there is no guard: there a worker ends itself.
 
 Messages to the worker: ``("function", pickled)``, where None is the function it has;
-``("designs", [(index, design), ...])``; ``("leave", None)``. Messages from it begin with the number
-of its process: ``(pid, "ready")``, or ``(pid, "unusable", text)`` for a function that cannot be
-loaded; for each design, as soon as it is done, ``(pid, "done", index, values, seconds)``,
-``(pid, "raised", index, reason, exception, traceback)`` or ``(pid, "unsent", index, text)`` if its
-values cannot be.
+``("designs", [design, ...])``; ``("leave", None)``. Messages from it: ``("ready",)``, or
+``("unusable", text)`` for a function that cannot be loaded; for each design, in turn and as soon as
+it is done, ``("done", values, seconds)``, ``("raised", reason, exception, traceback)`` or
+``("unsent", text)`` if its values cannot be.
 """
 
 from __future__ import annotations
@@ -118,11 +117,10 @@ def _serve(pipe: Any) -> None:
     from pymoo_psi.errors import EvaluationError
     from pymoo_psi.parallel._outcome import evaluate_to_travel, one_line
 
-    me = os.getpid()
     function: Any = None
 
     def tell(*message: Any) -> None:
-        pipe.send_bytes(cloudpickle.dumps((me, *message)))
+        pipe.send_bytes(cloudpickle.dumps(message))
 
     while True:
         kind, content = cloudpickle.loads(pipe.recv_bytes())
@@ -136,17 +134,17 @@ def _serve(pipe: Any) -> None:
             else:
                 tell("ready")
             continue
-        for index, design in content:
+        for design in content:
             start = time.perf_counter()
             try:
                 values = evaluate_to_travel(function, design)
             except EvaluationError as error:
-                tell("raised", index, error.reason, error.original, error.trace)
+                tell("raised", error.reason, error.original, error.trace)
                 continue
             try:
-                tell("done", index, values, time.perf_counter() - start)
+                tell("done", values, time.perf_counter() - start)
             except Exception as error:  # before a byte is sent; if the pool is gone, this fails too
-                tell("unsent", index, one_line(error))
+                tell("unsent", one_line(error))
 
 
 if __name__ == "__main__":
