@@ -1,22 +1,16 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
-import copy
 import importlib
-import pickle
 import sys
 from types import SimpleNamespace
 
-import dill
 import numpy as np
 import pytest
-from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from pymoo.util.archive import MultiObjectiveArchive
-from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi import (
     PSI,
@@ -138,20 +132,6 @@ def test_single_objective_returns_the_best():
     assert result.F[0] == result.algorithm.table.F.min()
 
 
-def test_nothing_feasible_follows_pymoos_rule():
-    class Impossible(Unbounded):
-        def __init__(self):
-            Problem.__init__(self, n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"], out["G"] = x, 1 + x[:, :1]
-
-    assert minimize(Impossible(), PSI(16)).F is None
-    least = minimize(Impossible(), PSI(16), return_least_infeasible=True)
-    assert least.G.tolist() == [[1.0]]
-    assert least.opt.get("test_point").tolist() == [1]
-
-
 def test_a_design_without_finite_objectives_is_not_pareto_optimal():
     class Broken(Unbounded):
         def _evaluate(self, x, out, *args, **kwargs):
@@ -167,23 +147,6 @@ def test_verbose_and_progress(capsys):
     out = capsys.readouterr().out
     assert "feasible" in out
     assert "200" in out
-
-
-def test_callback_and_history():
-    class Counter(Callback):
-        def __init__(self):
-            super().__init__()
-            self.seen = []
-
-        def update(self, algorithm):
-            self.seen.append((algorithm.n_gen, algorithm.n_tested, len(algorithm.opt)))
-
-    result = minimize(CHUTE, PSI(100, block_size=30), callback=Counter(), save_history=True)
-    seen = result.algorithm.callback.seen
-    assert [tested for _, tested, _ in seen] == [30, 60, 90, 100]
-    assert [n for n, _, _ in seen] == [1, 2, 3, 4]
-    assert [len(entry.pop) for entry in result.history] == [30, 60, 90, 100]
-    assert [len(entry.opt) for entry in result.history] == [size for _, _, size in seen]
 
 
 def test_individuals_are_those_of_pymoos_own_loop():
@@ -209,12 +172,6 @@ def test_individuals_stay_the_same_and_own_their_values():
     algorithm.pop[0].F[:] = 0.0
     algorithm.pop[0].X[:] = 0.0
     assert algorithm.table.equals(minimize(CHUTE, PSI(60)).algorithm.table)
-
-
-def test_an_archive_is_filled():
-    archive = MultiObjectiveArchive()
-    result = minimize(CHUTE, PSI(60, archive=archive, block_size=20))
-    assert len(result.archive) == len(result.opt)
 
 
 def test_asking_and_telling_can_take_turns_with_next():
@@ -259,52 +216,6 @@ def test_the_problems_callback_is_called_with_each_block():
     assert sizes == [(20, 20), (20, 20), (10, 10)]
 
 
-@pytest.mark.parametrize("termination", [("n_gen", 4), ("n_gen", 100), ("n_eval", 10**6)])
-@pytest.mark.parametrize("before", [2, 3, 9])
-def test_pymoos_checkpoint_recipe_ends(termination, before):
-    """https://pymoo.org/misc/checkpoint.html, also when no points are left."""
-    algorithm = PSI(70, block_size=20)
-    minimize(CHUTE, algorithm, ("n_gen", before), copy_algorithm=False)
-    checkpoint = dill.loads(dill.dumps(algorithm))
-    checkpoint.termination = termination_from_tuple(termination)
-    result = minimize(CHUTE, checkpoint, copy_algorithm=False, verbose=False)
-    direct = minimize(CHUTE, PSI(70, block_size=20))
-    assert result.algorithm.table.equals(direct.algorithm.table)
-    np.testing.assert_array_equal(result.F, direct.F)
-    assert result.algorithm.evaluator.n_eval == 70
-
-
-@pytest.mark.parametrize(
-    ("termination", "tested"),
-    [(("n_gen", 2), 60), (("n_eval", 50), 60), (("time", 1e-9), 30), (None, 100)],
-)
-def test_terminations_stop_it_early(termination, tested):
-    result = minimize(CHUTE, PSI(100, block_size=30), termination)
-    assert len(result.algorithm.table) == tested
-    check_pareto_set(result, CHUTE)
-    own = PSI(100, block_size=30, termination=termination)
-    assert len(minimize(CHUTE, own).algorithm.table) == tested
-
-
-def test_ask_and_tell_with_evaluation_outside():
-    problem = get_problem("bnh")
-    algorithm = PSI(100, block_size=40)
-    algorithm.setup(problem)
-    sizes = []
-    while algorithm.has_next():
-        block = algorithm.ask()
-        again = algorithm.ask()
-        assert again.get("test_point").tolist() == block.get("test_point").tolist()
-        F, G = problem.evaluate(block.get("X"))
-        block.set("F", F, "G", G)
-        algorithm.tell(infills=block)
-        sizes.append(len(block))
-    assert sizes == [40, 40, 20]
-    assert algorithm.ask() is None
-    result, direct = algorithm.result(), minimize(problem, PSI(100))
-    np.testing.assert_array_equal(result.F, direct.F)
-
-
 def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
@@ -321,24 +232,6 @@ def test_telling_something_else_is_refused():
     algorithm.tell(infills=first)
     with pytest.raises(PsiError, match="infills must be the test points asked for, from number 41"):
         algorithm.tell(infills=first)
-
-
-def test_copies_go_their_own_way():
-    algorithm = PSI(100, block_size=40)
-    algorithm.setup(CHUTE)
-    algorithm.next()
-    for copied in (copy.deepcopy(algorithm), pickle.loads(pickle.dumps(algorithm))):
-        copied.next()
-        assert (algorithm.n_tested, copied.n_tested) == (40, 80)
-        np.testing.assert_array_equal(copied.run().F, minimize(CHUTE, PSI(100)).F)
-
-
-def test_runs_do_not_share_state():
-    algorithm = PSI(50)
-    first = minimize(CHUTE, algorithm)
-    second = minimize(CHUTE, algorithm)
-    assert algorithm.n_tested == 0
-    np.testing.assert_array_equal(first.F, second.F)
 
 
 def test_limits_on_criteria():

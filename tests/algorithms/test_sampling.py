@@ -6,7 +6,6 @@ import sqlite3
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
@@ -22,19 +21,6 @@ from pymoo_psi import (
 )
 
 PROBLEM = get_problem("zdt1", n_var=4)
-
-
-def test_lp_tau_points_start_an_algorithm():
-    for algorithm in (
-        NSGA2(pop_size=30, sampling=LPTauSampling(first=2)),
-        DE(pop_size=30, sampling=LPTauSampling(first=2)),
-    ):
-        problem = PROBLEM if isinstance(algorithm, NSGA2) else get_problem("rastrigin", n_var=4)
-        result = minimize(problem, algorithm, ("n_gen", 1), save_history=True, seed=1)
-        started = result.history[0].pop.get("X")
-        lower, upper = problem.bounds()
-        expected = lower + (upper - lower) * lp_tau(30, 4, first=2)
-        np.testing.assert_array_equal(np.sort(started, axis=0), np.sort(expected, axis=0))
 
 
 @pytest.mark.parametrize("engine", ["sobol", "halton", "latin_hypercube", "lhs", "poisson_disk"])

@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableMating,
+    MixedVariableSampling,
+)
 from pymoo.core.population import Population
 from pymoo.core.termination import NoTermination
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.crossover.ux import UX
+from pymoo.operators.mutation.bitflip import BitflipMutation
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.repair.rounding import RoundingRepair
+from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
+from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi._validation import integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem, seed_ties
-
-# With one of these a user takes care of variables that are not real.
-_OPERATORS = {"sampling", "crossover", "mutation", "mating", "repair"}
 
 
 def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs: Any) -> Any:
     """Minimise a problem by pymoo's NSGA-III with exactly ``n_evaluations`` evaluations.
 
     The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both
-    more designs and more generations; the last generation is cut to the budget.
+    more designs and more generations; the last generation is cut to the budget. Variables that
+    are integer, binary or of several types have the operators that pymoo names for them.
 
     Args:
         problem: A pymoo problem with two or more objectives.
@@ -37,7 +48,7 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
 
     Raises:
         ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
-            objective, or variables for which pymoo's NSGA3 wants operators of their own.
+            objective, or integer variables with other bounds than integers.
         ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
 
     Example:
@@ -57,23 +68,50 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
             problem.n_obj,
             "use one of pymoo's single-objective algorithms",
         )
-    named = getattr(problem, "vars", None)
-    if not _OPERATORS & kwargs.keys() and (named or problem.vtype not in (None, float)):
-        raise invalid(
-            "the variables of problem",
-            "real, in a vector, for NSGA-III as it is",
-            Received("others"),
-            "give operators that suit them (sampling, crossover, mutation), or use PSI",
-        )
     if seed is not None:
         integer("seed", seed, minimum=0)
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
+    kwargs = operators(problem, kwargs) | kwargs
     # pymoo's default would end a run by its own criteria, before the budget is used up
     kwargs.setdefault("termination", NoTermination())
     return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
+
+
+def operators(problem: Any, given: Collection[str] = ()) -> dict[str, Any]:
+    """Return what pymoo's genetic algorithms need for variables that are not real in a vector.
+
+    As its documentation has it (pages *Mixed Variable Problem*, *Discrete Variables* and *Binary
+    Variables*); with NSGA-III's own selection, since pymoo's mating for mixed variables draws
+    parents at random.
+
+    Args:
+        problem: A pymoo problem.
+        given: Names of operators that a user gives.
+
+    Raises:
+        ArgumentValueError: A bound of an integer variable is no integer.
+    """
+    if getattr(problem, "vars", None):
+        same = MixedVariableDuplicateElimination()
+        found = {"sampling": MixedVariableSampling(), "eliminate_duplicates": same}
+        if not {"mating", "crossover", "mutation"} & set(given):  # pymoo takes no two of them
+            selection = TournamentSelection(func_comp=comp_by_cv_then_random)
+            found["mating"] = MixedVariableMating(selection, eliminate_duplicates=same)
+        return found
+    if problem.vtype is int:
+        for bound in np.concatenate(problem.bounds()).tolist():
+            if bound != round(bound):  # pymoo would round designs to values outside the box
+                raise invalid("bounds of integer variables", "whole numbers for NSGA-III", bound)
+        whole = {"vtype": float, "repair": RoundingRepair()}
+        sampling, crossover, mutation = IntegerRandomSampling(), SBX(**whole), PM(**whole)
+    elif problem.vtype is bool:
+        sampling, crossover, mutation = BinaryRandomSampling(), UX(), BitflipMutation()
+    else:
+        return {}
+    return {"sampling": sampling, "crossover": crossover, "mutation": mutation}
 
 
 def population_size(n_obj: int, n_evaluations: int) -> int:

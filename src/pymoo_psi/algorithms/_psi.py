@@ -177,7 +177,8 @@ class PSI(Algorithm):
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
         problem, self.stop = untolerant(problem, self.stop)
-        run_options = {k: v for k, v in kwargs.items() if k not in ("verbose", "progress")}
+        known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
+        run_options = {k: v for k, v in kwargs.items() if k not in known}
         require_known_keywords("PSI.setup", Algorithm, run_options)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
         self._whole = given is None
@@ -211,7 +212,8 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        numbers = self._investigation.numbers[self.n_tested :][: self._block()]
+        size = self._block()  # before the numbers are looked at, of which it may make more
+        numbers = self._investigation.numbers[self.n_tested :][:size]
         if len(numbers) == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):

@@ -27,6 +27,7 @@ with the budget as that of :func:`pymoo_psi.nsga3` does.
 
 from __future__ import annotations
 
+import copy
 import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -37,12 +38,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 
-from pymoo_psi._validation import invalid, known_name
+from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
-from pymoo_psi.algorithms._nsga3 import population_size, reference_directions, run_within_budget
+from pymoo_psi.algorithms._nsga3 import (
+    operators,
+    population_size,
+    reference_directions,
+    run_within_budget,
+)
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
 
@@ -84,11 +91,12 @@ def named_algorithms(
     """Return the algorithms asked for.
 
     Args:
-        algorithms: Names; or a mapping from names of the user's to such names, or to functions
-            that take a number of evaluations and return a new pymoo algorithm.
+        algorithms: Names; or a mapping from names of the user's to such names, to pymoo
+            algorithms, of which each run takes a copy, or to functions that take a number of
+            evaluations and return a new one.
 
     Raises:
-        ArgumentValueError: A name is unknown, or there is none.
+        ArgumentValueError: A name is unknown, there is none, or an algorithm has begun.
         ArgumentTypeError: The argument is something else.
     """
     if isinstance(algorithms, str) or not isinstance(algorithms, Collection):
@@ -104,9 +112,14 @@ def _named(name: str, what: Any) -> NamedAlgorithm:
     if isinstance(what, type):
         hint = f"lambda n: {what.__name__}(...)"
         raise ArgumentTypeError(
-            f"algorithms[{name!r}] must be a name or a function, got the class "
+            f"algorithms[{name!r}] must be a name, an algorithm or a function, got the class "
             f"{what.__name__}; give {hint}, where n is the number of evaluations"
         )
+    if isinstance(what, Algorithm):
+        if what.problem is not None:
+            shown = Received(f"{type(what).__name__} set up for {what.problem.name()}")
+            raise invalid(f"algorithms[{name!r}]", "an algorithm that has not begun", shown)
+        return NamedAlgorithm(name, partial(_made, lambda _: copy.deepcopy(what)))
     if callable(what):
         return NamedAlgorithm(name, partial(_made, what))
     known_name("algorithms", what, {*_OURS, *_PYMOO})
@@ -190,6 +203,7 @@ def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Arra
         options["ref_dirs"] = reference_directions(problem.n_obj, size)
     if "pop_size" in arguments:
         options["pop_size"] = size
+    options |= operators(problem)
     return _searched(cls(**options), problem, n_evaluations, seed)
 
 

@@ -264,9 +264,10 @@ def compare(
         n_evaluations: The budgets, each 1 or more.
         seeds: The seeds, or their number n for 1 to n. A deterministic algorithm, such as
             ``"psi"``, runs once.
-        algorithms: Names, or a mapping from names of your own to such names or to functions that
-            take the number of evaluations and return a pymoo algorithm:
-            ``{"psi": "psi", "small": lambda n: NSGA2(pop_size=20)}``. The names are ``"psi"``,
+        algorithms: Names, or a mapping from names of your own to such names, to pymoo algorithms,
+            or to functions that take the number of evaluations and return one:
+            ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
+            algorithm is copied for each run. The names are ``"psi"``,
             ``"nsga3"``, ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
             NSGA-III), ``"psi-scrambled"`` and ``"psi-scrambled+nsga3"`` (scrambled Sobol' points
             for the LPτ points, which begin with the corner and the middle of the box, where many

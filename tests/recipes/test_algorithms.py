@@ -1,0 +1,454 @@
+"""The recipes of pymoo's documentation, each with every algorithm of ours.
+
+A test names the page that it follows. However a run is made, looked at, stopped or taken up again,
+its table is that of ``minimize(problem, algorithm, seed=1)``.
+"""
+
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from multiprocessing.pool import ThreadPool
+
+import dill
+import joblib
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
+from pymoo.constraints.as_obj import ConstraintsAsObjective
+from pymoo.constraints.as_penalty import ConstraintsAsPenalty
+from pymoo.core.callback import Callback
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.individual import Individual
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.population import Population
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.repair import Repair
+from pymoo.core.termination import NoTermination
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.indicators.hv import Hypervolume
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.problems.static import StaticProblem
+from pymoo.termination import get_termination
+from pymoo.termination.collection import TerminationCollection
+from pymoo.termination.default import (
+    DefaultMultiObjectiveTermination,
+    DefaultSingleObjectiveTermination,
+)
+from pymoo.termination.ftol import MultiObjectiveSpaceTermination
+from pymoo.termination.max_gen import MaximumGenerationTermination
+from pymoo.termination.robust import RobustTermination
+from pymoo.termination.xtol import DesignSpaceTermination
+from pymoo.util.archive import MultiObjectiveArchive
+from pymoo.util.display.column import Column
+from pymoo.util.display.multi import MultiObjectiveOutput
+from pymoo.util.display.output import Output
+from pymoo.util.display.single import SingleObjectiveOutput
+from pymoo.util.misc import termination_from_tuple
+from pymoo.util.running_metric import RunningMetric
+
+try:
+    from pymoo.parallelization import (
+        DaskParallelization,
+        JoblibParallelization,
+        StarmapParallelization,
+    )
+except ImportError:  # until pymoo 0.6.1.5
+    from pymoo.core.problem import (
+        DaskParallelization,
+        JoblibParallelization,
+        StarmapParallelization,
+    )
+
+    def joblib_threads():
+        return JoblibParallelization(joblib.Parallel(2, backend="threading"), joblib.delayed)
+else:
+
+    def joblib_threads():
+        return JoblibParallelization(n_jobs=2, backend="threading")
+
+
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, QMCSampling, SurrogatePSI
+
+# Each tests 28 designs in three iterations.
+ALGORITHMS = {
+    "PSI": lambda **options: PSI(28, block_size=12, **options),
+    "PSI of scrambled points": lambda **options: PSI(
+        28, block_size=12, sampling=QMCSampling(), **options
+    ),
+    "SurrogatePSI": lambda **options: SurrogatePSI(28, n_points=12, **options),
+}
+N, ITERATIONS = 28, 3
+BNH = get_problem("bnh")
+
+
+class Plane(ElementwiseProblem):
+    """The constrained problem of the pages on constraints and on parallelisation."""
+
+    def __init__(self, n_eq=0, least=1.0, **kwargs):
+        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, n_eq_constr=n_eq, xl=0, xu=2, **kwargs)
+        self.least = least
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"], out["G"] = x[0] ** 2 + x[1] ** 2, self.least - (x[0] + x[1])
+        if self.n_eq_constr:
+            out["H"] = 3 * x[0] - x[1]
+
+
+class Mixed(ElementwiseProblem):
+    """The problem of the page on mixed variables, with one or two objectives."""
+
+    def __init__(self, n_obj=2):
+        variables = {
+            "b": Binary(),
+            "x": Choice(options=["nothing", "multiply"]),
+            "y": Integer(bounds=(-2, 2)),
+            "z": Real(bounds=(-5, 5)),
+        }
+        super().__init__(vars=variables, n_obj=n_obj)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        factor = (100 if X["b"] else 1) * (10 if X["x"] == "multiply" else 1)
+        first, second = X["z"] ** 2 + X["y"] ** 2, (X["z"] + 2) ** 2 + (X["y"] - 1) ** 2
+        out["F"] = [first, factor * second][: self.n_obj]
+
+
+@pytest.fixture(params=ALGORITHMS)
+def make(request):
+    return ALGORITHMS[request.param]
+
+
+@cache
+def table_of(make):
+    return minimize(BNH, make(), seed=1).algorithm.table
+
+
+# interface/minimize, interface/result, algorithms/usage
+
+
+def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make):
+    algorithm = make()
+    first, second = minimize(BNH, algorithm, seed=1), minimize(BNH, algorithm, seed=1)
+    assert (algorithm.problem, algorithm.n_tested) == (None, 0)
+    assert first.algorithm.table.equals(second.algorithm.table)
+    assert first.problem is BNH
+    assert first.exec_time > 0
+    np.testing.assert_array_equal(first.F, first.opt.get("F"))
+
+
+def test_the_algorithm_itself_may_run(make):
+    algorithm = make()
+    result = minimize(BNH, algorithm, seed=1, copy_algorithm=False)
+    assert result.algorithm is algorithm
+    assert algorithm.table.equals(table_of(make))
+
+
+def test_the_next_function(make):
+    algorithm = make()
+    algorithm.setup(BNH, seed=1, verbose=False)
+    evaluated = []
+    while algorithm.has_next():
+        algorithm.next()
+        evaluated.append(algorithm.evaluator.n_eval)
+    assert (len(evaluated), evaluated[-1]) == (ITERATIONS, N)
+    assert algorithm.table.equals(table_of(make))
+    assert len(algorithm.result().pop) == N
+
+
+def test_asking_and_telling(make):
+    algorithm = make()
+    algorithm.setup(BNH, seed=1)
+    while algorithm.has_next():
+        population = algorithm.ask()
+        asked_again = algorithm.ask()
+        np.testing.assert_array_equal(population.get("X"), asked_again.get("X"))
+        algorithm.evaluator.eval(BNH, population)
+        algorithm.tell(infills=population)
+    assert algorithm.ask() is None
+    assert algorithm.evaluator.n_eval == N
+    assert algorithm.table.equals(table_of(make))
+
+
+def test_asking_and_telling_without_the_problem(make):
+    """The user evaluates, the loop decides on the end, and an evaluator takes the values in."""
+    problem = Problem(n_var=2, n_obj=2, n_ieq_constr=2, xl=BNH.xl, xu=BNH.xu)
+    algorithm = make()
+    algorithm.setup(problem, termination=NoTermination(), seed=1)
+    for _ in range(ITERATIONS):
+        population = algorithm.ask()
+        F, G = BNH.evaluate(population.get("X"))
+        Evaluator().eval(StaticProblem(problem, F=F, G=G), population)
+        algorithm.tell(infills=population)
+    np.testing.assert_array_equal(algorithm.table.X, table_of(make).X)
+    np.testing.assert_array_equal(algorithm.table.F, table_of(make).F)
+
+
+def test_nothing_feasible(make):
+    problem = Plane(least=5.0)
+    assert minimize(problem, make(), seed=1).F is None
+    least = minimize(problem, make(), seed=1, return_least_infeasible=True)
+    assert least.CV[0] == least.pop.get("CV").min() == 5 - least.X.sum() > 0
+
+
+def test_an_archive(make):
+    result = minimize(BNH, make(archive=MultiObjectiveArchive()), seed=1)
+    assert result.algorithm.table.equals(table_of(make))
+    assert sorted(result.archive.get("test_point")) == sorted(result.opt.get("test_point"))
+
+
+# interface/callback, interface/display, misc/convergence, getting_started/part_4
+
+
+class Seen(Callback):
+    def __init__(self):
+        super().__init__()
+        self.data["best"], self.evaluated = [], []
+
+    def notify(self, algorithm):
+        self.data["best"].append(algorithm.pop.get("F").min())
+        self.evaluated.append((algorithm.n_gen, algorithm.evaluator.n_eval, len(algorithm.opt)))
+
+
+def test_a_callback_and_the_history_see_every_iteration(make):
+    callback, volume = Seen(), Hypervolume(ref_point=np.array([140.0, 50.0]))
+    result = minimize(BNH, make(), seed=1, callback=callback, save_history=True)
+    seen, history = result.algorithm.callback, result.history
+    assert seen.evaluated == [
+        (k, entry.evaluator.n_eval, len(entry.opt)) for k, entry in enumerate(history, 1)
+    ]
+    assert seen.evaluated[-1][:2] == (ITERATIONS, N)
+    assert seen.data["best"] == [entry.pop.get("F").min() for entry in history]
+    assert sum(len(entry.off) for entry in history) == len(history[-1].pop) == N
+    volumes = [volume.do(entry.opt.get("F")) for entry in history]
+    assert volumes == sorted(volumes)  # every test is kept, so that nothing is lost
+    np.testing.assert_array_equal(history[-1].opt.get("F"), result.F)
+    assert (history[0].opt.get("CV") <= 0).all()
+
+
+def test_the_running_metric(make):
+    metric = RunningMetric()
+    minimize(BNH, make(), seed=1, callback=metric)
+    assert len(metric.delta_f) == ITERATIONS
+    assert metric.delta_f[-1] == 0 < metric.delta_f[0]
+
+
+class Spread(Output):
+    def __init__(self):
+        super().__init__()
+        self.x_mean = Column("x_mean", width=13)
+        self.columns += [self.x_mean]
+
+    def update(self, algorithm):
+        super().update(algorithm)
+        self.x_mean.set(np.mean(algorithm.pop.get("X")))
+
+
+@pytest.mark.parametrize(
+    ("output", "problem", "column"),
+    [
+        (None, BNH, "tested"),
+        (Spread, BNH, "x_mean"),
+        (MultiObjectiveOutput, BNH, "n_nds"),
+        (SingleObjectiveOutput, Plane(), "f_min"),
+    ],
+    ids=["our own", "a user's", "of several objectives", "of one"],
+)
+def test_outputs(make, output, problem, column, capsys):
+    options = {} if output is None else {"output": output()}
+    minimize(problem, make(), seed=1, verbose=True, **options)
+    lines = capsys.readouterr().out.splitlines()
+    heading, *rows = ([cell.strip() for cell in line.split("|")] for line in lines if "|" in line)
+    assert column in heading
+    assert [row[:2] for row in rows][-1] == [str(ITERATIONS), str(N)]
+
+
+# interface/termination
+
+
+@pytest.mark.parametrize(
+    ("termination", "iterations"),
+    [
+        (("n_gen", 2), 2),
+        (("n_eval", 13), 2),
+        (get_termination("n_gen", 100), 3),
+        (get_termination("time", "00:05:00"), 3),
+        (("time", 1e-9), 1),
+        (TerminationCollection(get_termination("n_gen", 2), get_termination("time", 300)), 2),
+        (DefaultMultiObjectiveTermination(n_max_gen=2), 2),
+        (DefaultMultiObjectiveTermination(), 3),
+        (RobustTermination(DesignSpaceTermination(tol=1e9), period=1), 2),
+        (RobustTermination(MultiObjectiveSpaceTermination(tol=1e9, n_skip=0), period=1), 2),
+        (NoTermination(), 3),
+        (None, 3),
+    ],
+    ids=lambda value: value if isinstance(value, int) else type(value).__name__,
+)
+def test_terminations(make, termination, iterations):
+    result = minimize(BNH, make(), copy.deepcopy(termination), seed=1, pf=BNH.pareto_front())
+    assert len(result.algorithm._blocks) == iterations
+    table = result.algorithm.table
+    assert result.opt.get("test_point").tolist() == table.numbers[table.pareto()].tolist()
+    own = minimize(BNH, make(termination=copy.deepcopy(termination)), seed=1)
+    assert own.algorithm.table.equals(result.algorithm.table)
+    rows = np.arange(len(own.algorithm.table))
+    assert table_of(make).rows(rows).equals(own.algorithm.table)
+
+
+def test_a_termination_for_one_objective(make):
+    result = minimize(Plane(), make(), DefaultSingleObjectiveTermination(n_max_gen=2), seed=1)
+    assert len(result.algorithm._blocks) == 2
+    assert result.F.shape == (1,)
+
+
+# misc/checkpoint
+
+
+@pytest.mark.parametrize("before", [1, 2, 9])
+@pytest.mark.parametrize("after", [("n_gen", 20), ("n_eval", 10**6)])
+def test_checkpoints_of_functional_runs(make, before, after, tmp_path):
+    algorithm = make()
+    minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
+    with open(tmp_path / "checkpoint", "wb") as file:
+        dill.dump(algorithm, file)
+    with open(tmp_path / "checkpoint", "rb") as file:
+        checkpoint = dill.load(file)
+    checkpoint.termination = (
+        MaximumGenerationTermination(20) if after[0] == "n_gen" else termination_from_tuple(after)
+    )
+    result = minimize(BNH, checkpoint, seed=1, copy_algorithm=False, verbose=False)
+    assert result.algorithm.table.equals(table_of(make))
+    assert result.algorithm.evaluator.n_eval == N
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [lambda a: dill.loads(dill.dumps(a)), lambda a: pickle.loads(pickle.dumps(a)), copy.deepcopy],
+    ids=["dill", "pickle", "deepcopy"],
+)
+def test_copies_go_their_own_way(make, copied):
+    algorithm = make()
+    algorithm.setup(BNH, seed=1, termination=("n_gen", 20))
+    algorithm.next()
+    tested, other = algorithm.n_tested, copied(algorithm)
+    while other.has_next():
+        other.next()
+    assert (algorithm.n_tested, other.n_tested) == (tested, N)
+    assert other.table.equals(table_of(make))
+    assert algorithm.run().F.tolist() == other.result().F.tolist()
+
+
+def test_a_text_file_starts_another_algorithm(make, tmp_path):
+    """Designs that were evaluated before cost the new run nothing."""
+    table_of(make).to_csv(tmp_path / "tests.csv")
+    stored = type(table_of(make)).read_csv(tmp_path / "tests.csv")
+    population = Population.new("X", stored.X)
+    Evaluator().eval(StaticProblem(BNH, F=stored.F, G=stored.G), population)
+    result = minimize(BNH, NSGA2(pop_size=10, sampling=population), ("n_gen", 1), seed=1)
+    assert result.algorithm.evaluator.n_eval == 0
+    assert {tuple(f) for f in result.F} <= {tuple(f) for f in stored.F}
+
+
+# customization/initialization, getting_started/part_3
+
+
+@pytest.mark.parametrize("part", ["pop", "opt", "X"])
+def test_its_designs_start_another_algorithm(make, part):
+    """As a population they come evaluated, as an array of designs they do not."""
+    found = minimize(BNH, make(), seed=1)
+    start = getattr(found, part)
+    result = minimize(BNH, NSGA2(pop_size=len(start), sampling=start), ("n_gen", 1), seed=1)
+    assert result.algorithm.evaluator.n_eval == (len(found.X) if part == "X" else 0)
+    assert sorted(result.F.tolist()) == sorted(found.F.tolist())
+
+
+# customization/mixed, constraints
+
+
+@pytest.mark.parametrize("n_obj", [1, 2])
+def test_mixed_variables(make, n_obj):
+    result = minimize(Mixed(n_obj), make(), seed=1)
+    assert {x["x"] for x in result.pop.get("X")} == {"nothing", "multiply"}
+    np.testing.assert_array_equal(
+        Mixed(n_obj).evaluate(np.atleast_1d(result.X)), np.atleast_2d(result.F)
+    )
+    survival = {} if n_obj == 1 else {"survival": RankAndCrowdingSurvival()}
+    genetic = MixedVariableGA(pop_size=N, sampling=result.pop, **survival)
+    went_on = minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1)
+    assert went_on.algorithm.evaluator.n_eval == N
+    assert went_on.F.min() <= result.F.min()
+
+
+def test_constraints_as_they_are_as_penalty_and_as_objective(make):
+    feasible = minimize(Plane(), make(), seed=1)
+    assert feasible.G[0] <= 0
+    assert feasible.F[0] == feasible.pop.get("F")[feasible.pop.get("CV")[:, 0] <= 0].min()
+    punished = minimize(ConstraintsAsPenalty(Plane(), penalty=100.0), make(), seed=1)
+    found = Evaluator().eval(Plane(), Individual(X=punished.X))
+    assert found.CV[0] < 0.1
+    both = minimize(ConstraintsAsObjective(Plane()), make(), seed=1).F
+    assert both.shape[1] == 2
+    assert both[:, 0].min() == 0
+
+
+def test_equations_are_met_by_luck_only_and_the_nearest_design_can_be_had(make):
+    problem = Plane(n_eq=1)
+    least = minimize(problem, make(), seed=1, return_least_infeasible=True)
+    X = least.pop.get("X")
+    violation = np.maximum(np.abs(3 * X[:, 0] - X[:, 1]) - 1e-4, 0) + np.maximum(
+        1 - X.sum(axis=1), 0
+    )
+    assert least.CV[0] == pytest.approx(violation.min())
+
+
+def test_a_repair_is_refused_as_it_would_move_test_points(make):
+    with pytest.raises(TypeError, match="got an unknown keyword argument 'repair'"):
+        make(repair=Repair())
+
+
+# parallelization
+
+
+class Pooled(Problem):
+    """The vectorised problem of the page on custom parallelisation."""
+
+    def __init__(self, pool):
+        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, xl=0, xu=2)
+        self.pool = pool
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.array(self.pool.starmap(lambda x: (x**2).sum(), [[x] for x in X]))
+        out["G"] = 1 - X.sum(axis=1)
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with ThreadPool(2) as threads:
+        yield threads
+
+
+@pytest.fixture(scope="module")
+def runners(pool):
+    """pymoo's interfaces and ours, each as a runner of single designs."""
+    with ThreadPoolExecutor(2) as client:  # all that pymoo asks of a client of Dask
+        yield {
+            "starmap": StarmapParallelization(pool.starmap),
+            "joblib": joblib_threads(),
+            "dask": DaskParallelization(client),
+            "ours": JoblibRunner(n_jobs=2),
+        }
+
+
+@pytest.mark.parametrize("name", ["starmap", "joblib", "dask", "ours"])
+@pytest.mark.parametrize("wrap", [None, FailureTolerant], ids=["plain", "tolerant"])
+def test_runners_change_no_result(make, runners, name, wrap):
+    problem = Plane(elementwise_runner=runners[name])
+    table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table
+    assert table.equals(minimize(Plane(), make(), seed=1).algorithm.table)
+
+
+def test_a_vectorised_problem_with_a_pool_of_its_own(make, pool):
+    pooled = minimize(Pooled(pool), make(), seed=1, copy_algorithm=False).algorithm.table
+    np.testing.assert_allclose(
+        pooled.F, minimize(Plane(), make(), seed=1).algorithm.table.F, rtol=1e-14
+    )

@@ -1,0 +1,207 @@
+"""Our parts in pymoo's pipelines: samplings, problems that wrap others, choices from a front."""
+
+import warnings
+from functools import partial
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableGA,
+    MixedVariableMating,
+)
+from pymoo.core.problem import Problem
+from pymoo.indicators.hv import Hypervolume
+from pymoo.indicators.igd_plus import IGDPlus
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+from pymoo.visualization.scatter import Scatter
+from scipy.stats import qmc
+
+from pymoo_psi import (
+    PSI,
+    LPTauSampling,
+    PsiError,
+    QMCSampling,
+    SalukvadzeOptimum,
+    compare,
+    investigate,
+    lp_tau,
+    nsga3,
+    rank_of_efficiency,
+)
+from tests.recipes.test_algorithms import Mixed
+
+PROBLEM = get_problem("bnh")
+VOLUME = Hypervolume(ref_point=np.array([140.0, 50.0]))
+
+
+@pytest.fixture(scope="module")
+def tested():
+    return minimize(PROBLEM, PSI(200))
+
+
+# operators/sampling, customization/initialization, customization/mixed
+
+
+STARTED = {
+    "GA": (GA, "sphere"),
+    "DE": (DE, "sphere"),
+    "NSGA2": (NSGA2, "bnh"),
+    "NSGA3": (partial(NSGA3, np.array([[0, 1.0], [0.5, 0.5], [1.0, 0]])), "bnh"),
+}
+
+
+@pytest.mark.parametrize("name", STARTED)
+@pytest.mark.parametrize(
+    ("sampling", "points"),
+    [
+        (LPTauSampling(first=2), lp_tau(20, 2, first=2)),
+        (QMCSampling("halton", scramble=False), qmc.Halton(2, scramble=False).random(20)),
+    ],
+    ids=["LP-tau", "Halton"],
+)
+def test_uniform_points_start_an_algorithm(name, sampling, points):
+    kind, problem = STARTED[name]
+    problem = get_problem(problem, n_var=2) if problem == "sphere" else get_problem(problem)
+    algorithm = kind(pop_size=20, sampling=sampling)
+    result = minimize(problem, algorithm, ("n_gen", 2), seed=1, save_history=True)
+    started = result.history[0].off.get("X")
+    lower, upper = problem.bounds()
+    expected = lower + (upper - lower) * points
+    np.testing.assert_array_equal(np.sort(started, axis=0), np.sort(expected, axis=0))
+    assert result.algorithm.evaluator.n_eval == 40
+
+
+class Whole(Problem):
+    """Integers or bits in a vector."""
+
+    def __init__(self, kind):
+        super().__init__(n_var=12, n_obj=2, vtype=kind, xl=0, xu=1 if kind is bool else 5)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        assert ((x >= self.xl) & (x <= self.xu)).all()
+        out["F"] = np.column_stack([x.sum(axis=1), (self.xu - x)[:, ::2].sum(axis=1)])
+
+
+DISCRETE = {"mixed": Mixed(), "integers": Whole(int), "bits": Whole(bool)}
+
+
+@pytest.mark.parametrize("sampling", [LPTauSampling(), QMCSampling("lhs")], ids=["LP-tau", "lhs"])
+def test_uniform_points_start_an_algorithm_of_mixed_variables(sampling):
+    algorithm = MixedVariableGA(pop_size=20, sampling=sampling, survival=RankAndCrowdingSurvival())
+    result = minimize(Mixed(), algorithm, ("n_gen", 4), seed=1, save_history=True)
+    started = result.history[0].off.get("X")
+    assert np.bincount([x["y"] + 2 for x in started]).min() >= 3  # of five values
+    assert len(started) == 20
+    assert result.F.min() <= result.history[0].opt.get("F").min()
+
+
+@pytest.mark.parametrize("name", DISCRETE)
+def test_nsga3_takes_variables_of_every_kind(name):
+    problem = DISCRETE[name]
+    results = [nsga3(problem, n_evaluations=120, seed=seed) for seed in (1, 1)]
+    assert results[0].F.tolist() == results[1].F.tolist()
+    assert results[0].algorithm.evaluator.n_eval == 120
+    reached = investigate(problem, 120)
+    assert VOLUME.do(results[0].F) > 0.95 * VOLUME.do(reached.F[reached.pareto()])
+    np.testing.assert_array_equal(problem.evaluate(results[0].X), results[0].F)
+
+
+def test_nsga3_of_mixed_variables_takes_a_start_and_operators_of_the_users():
+    start = minimize(Mixed(), PSI(30)).pop
+    result = nsga3(Mixed(), n_evaluations=60, seed=1, sampling=start)
+    assert result.algorithm.evaluator.n_eval == 60
+    mating = MixedVariableMating(eliminate_duplicates=MixedVariableDuplicateElimination())
+    assert nsga3(Mixed(), n_evaluations=60, mating=mating).algorithm.mating is mating
+
+
+def test_integers_with_bounds_between_are_refused():
+    problem = Whole(int)
+    problem.xl = problem.xl + 0.5
+    with pytest.raises(PsiError, match="bounds of integer variables must be whole .* got 0.5"):
+        nsga3(problem, n_evaluations=10)
+
+
+# getting_started, algorithms/usage
+
+
+@pytest.mark.parametrize("make", [NSGA2, None])
+def test_the_best_designs_start_another_algorithm(tested, make):
+    """They come evaluated, so that the new run spends its budget on new designs only."""
+    ranking = rank_of_efficiency(tested.F)
+    best = tested.opt[np.argsort(ranking.criteria[:, 0])[:20]]
+    if make is None:
+        result = nsga3(PROBLEM, n_evaluations=300, seed=1, sampling=best)
+        assert result.algorithm.evaluator.n_eval == 300
+    else:
+        result = minimize(PROBLEM, make(pop_size=20, sampling=best), ("n_gen", 15), seed=1)
+    assert VOLUME.do(result.F) > VOLUME.do(best.get("F"))
+
+
+def test_more_points_never_worsen_pymoos_indicators():
+    """PSI(200) tests the points of PSI(50) again, and a Pareto set of more designs covers it.
+
+    IGD+ and the hypervolume are the indicators that must respect this; plain IGD need not.
+    """
+    front = PROBLEM.pareto_front()
+    results = [minimize(PROBLEM, PSI(n)).F for n in (50, 200, 800)]
+    distances = [IGDPlus(front).do(F) for F in results]
+    volumes = [VOLUME.do(F) for F in results]
+    assert distances[0] > distances[1] > distances[2] > 0
+    assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
+
+
+def test_pymoos_scatter_shows_every_pareto_optimal_design(tested):
+    plot = Scatter().add(tested.F)
+    plot.do()
+    (shown,) = plot.ax.collections
+    np.testing.assert_array_equal(shown.get_offsets(), tested.F)
+    plot.fig.clear()
+
+
+def test_the_result_holds_every_test_and_the_callers_own_problem(tested):
+    assert tested.problem is PROBLEM
+    assert tested.pop.get("test_point").tolist() == list(range(1, 201))
+    assert set(tested.opt.get("test_point")) < set(range(1, 201))
+
+
+def test_selectors_and_pymoos_decision_makers_take_turns(tested):
+    with warnings.catch_warnings():  # the import pulls a module that SciPy has deprecated
+        warnings.simplefilter("ignore")
+        from pymoo.mcdm.pseudo_weights import PseudoWeights
+    low, high = tested.F.min(axis=0), tested.F.max(axis=0)
+    normalised = (tested.F - low) / (high - low)
+    for selector in (SalukvadzeOptimum(), PseudoWeights(np.array([0.5, 0.5]))):
+        chosen = normalised[selector.do(normalised)].reshape(-1, 2)
+        assert len(chosen) >= 1
+        assert (chosen < 1).all()
+
+
+# Comparison
+
+
+def test_algorithms_as_they_are_take_part_in_a_comparison():
+    """Each run has a copy, so that the seeds make a difference and the user's stays untouched."""
+    algorithm = NSGA2(pop_size=10)
+    options = {"n_evaluations": 40, "seeds": 2, "polish": False}
+    given = {"mine": algorithm, "made": lambda n: NSGA2(pop_size=10), "points": PSI(40)}
+    frame = compare(PROBLEM, algorithms=given, **options).to_frame().set_index("algorithm")
+    assert frame["evaluated"].tolist() == [40] * 6
+    assert frame.loc["mine", "hypervolume"].tolist() == frame.loc["made", "hypervolume"].tolist()
+    assert frame.loc["mine", "hypervolume"].nunique() == 2
+    assert algorithm.problem is None
+    algorithm.setup(PROBLEM)
+    with pytest.raises(PsiError, match=r"algorithms\['mine'\] must be an algorithm that has not"):
+        compare(PROBLEM, algorithms={"mine": algorithm}, **options)
+
+
+def test_all_algorithms_of_a_comparison_take_mixed_variables():
+    algorithms = ["psi", "psi+nsga3", "nsga3", "nsga2", "unsga3", "sms", "spea2", "surrogate"]
+    options = {"n_evaluations": 32, "seeds": 1, "polish": False}
+    frame = compare(Mixed(), algorithms=algorithms, **options).to_frame()
+    assert frame["evaluated"].tolist() == [32] * 8
