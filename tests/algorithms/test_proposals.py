@@ -194,6 +194,20 @@ def test_proposals_keep_limits_on_criteria(tests):
     assert (made.points[:, 0] < 0.26).all()
 
 
+@pytest.mark.parametrize("turn", range(len(_proposals.TURNS)))
+def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_all_alike(
+    tests, turn
+):
+    fit, sought = Fit.of(tests.points, tests.Y, 40, 2), goal(2, 1, [(0, -np.inf, -0.5)])
+    made = propose(tests, fit, sought, np.asarray, 6, turn, np.random.default_rng(1)).points
+    x, y = made.T
+    assert x.min() < 0.01
+    assert y[x.argmin()] > 0.45
+    assert np.median(x) < 0.2
+    gaps = np.linalg.norm(made[:, None] - made, axis=2)[np.triu_indices(6, 1)]
+    assert gaps.min() > 0.01
+
+
 def test_designs_near_failures_are_avoided_but_not_in_every_round():
     known = lp_tau(64, 2)
     failed, known = known[known[:, 0] > 0.7], known[known[:, 0] < 0.7]

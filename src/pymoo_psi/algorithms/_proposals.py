@@ -43,6 +43,10 @@ _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 _SIZE, _GENERATIONS = 100, 40
 _OPTIMISM = 0.5  # standard deviations by which a prediction may be better, when a gain is judged
 _SAME = 1e-6  # designs nearer than this are one
+# Where surrogates see no design that keeps all bounds, all but one of a round are so far apart and
+# from tests, by turns, in units of the cube's diagonal: in the one place that looks best all would
+# tell the same.
+_APART = (0.01, 0.03, 0.1)
 # Standard deviations: surrogates that miss criteria by so much are searched in the middle of the
 # front only. On DTLZ2 with 13 variables they miss them by 0.2, on the chute by 0.04.
 _DOUBTFUL = 0.2
@@ -281,13 +285,17 @@ def _search(
     inward: float,
     random: np.random.Generator,
 ) -> Array:
-    """Return the ``(k, d)`` points that an evolution of given ones ends with, the best first.
+    """Return the ``(k, d)`` points that an evolution of given ones ends with.
+
+    Where all exceed bounds it has but one aim, and ends in one place: then an eighth of the points
+    on the way is added, for :func:`_choice` to choose from.
 
     Differential evolution (Storn and Price 1997) with small mutations, all points at once: with
     pymoo's NSGA-II, an object for each point, a proposal took three times as long.
     """
     n, d = points.shape
     F, C = judge(points)
+    tried = [points]
     for generation in range(_GENERATIONS + 1):
         keep = _survivors(F, C, n, inward)
         points, F, C, low, high = points[keep], F[keep], C[keep], low[keep], high[keep]
@@ -302,9 +310,12 @@ def _search(
         mutated = random.random((n, d)) < 1 / d
         children = children + mutated * width * random.normal(size=(n, d))
         children = np.clip(children, low[a], high[a])
+        tried.append(children)
         f, c = judge(children)
         points, F, C = np.vstack([points, children]), np.vstack([F, f]), np.vstack([C, c])
         low, high = np.vstack([low, low[a]]), np.vstack([high, high[a]])
+    if (C > 0).any(axis=1).all():
+        points = np.vstack([points, *(some[::8] for some in tried)])
     return points
 
 
@@ -420,6 +431,9 @@ def _choice(
         if len(new) == 0:
             break
         if (violated[new] > 0).all():
+            least = _APART[len(chosen) % 3] * np.sqrt(at.shape[1]) if chosen else _SAME
+            # as far as there are any, as of a search near the best tests
+            new = new[distance[new] >= min(least, distance[new].max() / 2)]
             score = -violated
         else:
             new = new[violated[new] <= 0]
