@@ -16,9 +16,9 @@ from pymoo_psi.plots._paper import (
     QUANTITIES,
     draw_functions,
     draw_motion,
-    draw_points,
     draw_surface,
 )
+from pymoo_psi.plots._ranking import draw_points
 from tests.plots.drawn import assert_whole, texts
 
 
@@ -98,8 +98,6 @@ def test_points_are_drawn_group_by_group_the_optimum_on_top(case, names):
     assert star.get_marker() == MARKERS[6].shape == "*"
     assert star.get_zorder() == max(line.get_zorder() for line in ax.lines)
     np.testing.assert_array_equal(star.get_xydata(), points.values[points.optimum])
-    labels = [ax.get_xlabel(), ax.get_ylabel()]
-    assert labels == [", ".join(QUANTITIES[name]) for name in names]
 
 
 @pytest.mark.parametrize("number", [3, 5, 6])
@@ -110,6 +108,7 @@ def test_every_pair_of_three_coordinates_is_drawn_twice(figures, number):
     assert pairs[:3] == pairs[3:]
     assert len({frozenset(pair) for pair in pairs}) == 3
     assert len({name for pair in pairs for name in pair}) == 3
+    assert {name for pair in pairs for name in pair} <= {", ".join(q) for q in QUANTITIES.values()}
 
 
 def test_a_curve_of_the_motion_is_interrupted_at_the_transition():

@@ -392,6 +392,10 @@ def rank(
         Path | None,
         _path("FILE", "Write all designs, .csv or .json."),
     ] = None,
+    figure: Annotated[
+        Path | None,
+        _path("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg."),
+    ] = None,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
     prefer: Preferences = None,
     representatives: Annotated[
@@ -415,7 +419,7 @@ def rank(
     return run_rank(
         file, columns, written,
         normalize=not no_normalize, prefer=prefer or (), representatives=representatives,
-        out=out, top=top,
+        out=out, figure=figure, top=top,
     )  # fmt: skip
 
 

@@ -170,13 +170,16 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:.0f}/s" if task.speed >= 10 else f"{task.speed:.2g}/s")
 
 
-def require_output(path: Path, suffixes: Sequence[str], *inputs: Path | None) -> Path:
+def require_output(
+    path: Path, suffixes: Sequence[str], *inputs: Path | None, option: str = "--out"
+) -> Path:
     """Refuse a file that cannot be written, or must not be, before the work is done.
 
     Args:
         path: The file to write.
         suffixes: Those of the formats that can be written; any will do if there are none.
         inputs: Files that are read and must stay as they are.
+        option: Which option names it.
 
     Returns:
         The absolute path, which stays right if a model changes the working directory.
@@ -187,9 +190,9 @@ def require_output(path: Path, suffixes: Sequence[str], *inputs: Path | None) ->
     """
     # Resolved, as a link to the input is the input.
     if any(given is not None and path.resolve() == given.resolve() for given in inputs):
-        raise invalid("--out", "another file than the one that is read", str(path))
+        raise invalid(option, "another file than the one that is read", str(path))
     if suffixes and path.suffix.lower() not in suffixes:
-        raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
+        raise invalid(option, f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():

@@ -38,6 +38,7 @@ def run_rank(
     prefer: Sequence[str],
     representatives: int | None,
     out: Path | None,
+    figure: Path | None,
     top: int,
 ) -> int:
     """Rank the designs of a file, write all if a file is named, and print the best.
@@ -50,6 +51,7 @@ def run_rank(
         prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
         representatives: How many designs to print that stand for the Pareto set, if any.
         out: Where to write all designs, CSV or JSON by its suffix.
+        figure: Where to draw the Pareto set, in the format of its suffix.
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
@@ -57,6 +59,8 @@ def run_rank(
         integer("--representatives", representatives, minimum=1)
     if out is not None:
         require_output(out, (".csv", ".json"), path)
+    if figure is not None:
+        require_output(figure, (".png", ".pdf", ".svg"), path, option="--figure")
     file, roles, remarks = designs_of(path, columns, written)
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
@@ -77,16 +81,24 @@ def run_rank(
             # them; but a sense must not be lost on the way.
             told = roles if roles.maximize or file.known else None
             write_csv(frame, out, told, _units(file), numbers)
+    units = {name: unit for name, unit in _units(file).items() if name in names}
+    if figure is not None:
+        from pymoo_psi.plots import ranking_page  # matplotlib is loaded where something is drawn
+
+        with whole_file(figure) as drawn:
+            page = ranking_page(ranking, units=units, title=path.name)
+            page.savefig(drawn, format=figure.suffix[1:].lower(), dpi=200)
     for remark in remarks:
         say(remark)
     _print(file, roles, ranking, frame, top)
-    units = {name: unit for name, unit in _units(file).items() if name in names}
     say_choice(ranking, units)
     say_preferences(ranking, selectors, units)
     if representatives is not None:
         say_representatives(ranking, representatives)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
+    if figure is not None:
+        say(f"Figure written to {figure}")
     return 0
 
 

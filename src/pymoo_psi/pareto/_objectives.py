@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,6 +78,14 @@ class Objectives:
         """Return ``(..., m)`` values in the sense of :attr:`minimized` in the user's own."""
         turned: Array = values * self.sign + 0.0  # no -0.0
         return turned
+
+    def headings(self, units: Mapping[Any, str]) -> list[str]:
+        """Return the names for readers, each with its unit, and "(max)" if more is better."""
+        pairs = zip(self.names, self.sign.tolist(), strict=True)
+        return [
+            f"{name}{f' [{units[name]}]' if units.get(name) else ''}{' (max)' if sign < 0 else ''}"
+            for name, sign in pairs
+        ]
 
     def column(self, argument: str, entry: Any) -> int:
         """Return the index of an objective that an argument gives by name or index."""

@@ -211,14 +211,10 @@ class EfficiencyRanking(Shown):
         """Return heading and values of each column for readers, of the first n designs."""
         rows, objectives = self.order[:n], self.objectives
         labels = np.array([objectives.labels[row] for row in rows.tolist()], dtype=object)
-        columns = [("design", labels)]
-        for name, sign, values in zip(
-            objectives.names, objectives.sign, objectives.values[rows].T, strict=True
-        ):
-            unit = f" [{units[name]}]" if name in units else ""
-            columns.append((f"{name}{unit}{' (max)' if sign < 0 else ''}", values))
+        headings = objectives.headings(units)
+        columns = zip(headings, objectives.values[rows].T, strict=True)
         mu = zip(RANKING_COLUMNS, self.criteria[rows].T, strict=False)
-        return [*columns, *mu, ("rank", self.rank[rows])]
+        return [("design", labels), *columns, *mu, ("rank", self.rank[rows])]
 
     @property
     def order(self) -> NDArray[np.intp]:

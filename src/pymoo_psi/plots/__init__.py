@@ -13,6 +13,9 @@ Of a :class:`~pymoo_psi.TestTable`, with limits on criteria:
     :func:`sensitivity_page`: how much each variable explains of each column.
     :func:`convergence_page`: how good the tests are against their number.
 
+Of any ranked set:
+    :func:`ranking_page`: its criteria in pairs and as parallel coordinates, by rank.
+
 Of a :class:`~pymoo_psi.SurrogatePSI`:
     :func:`predictions_page`: what its surrogates expected, and what was found.
 
@@ -44,6 +47,7 @@ from pymoo_psi.plots._convergence import convergence_page
 from pymoo_psi.plots._histogram import draw_histogram
 from pymoo_psi.plots._paper import paper_figures, points_page, save_figures
 from pymoo_psi.plots._predictions import predictions_page
+from pymoo_psi.plots._ranking import ranking_page
 from pymoo_psi.plots._robustness import robustness_page
 from pymoo_psi.plots._section import section_page
 from pymoo_psi.plots._sensitivity import draw_feasibility, sensitivity_page
@@ -61,6 +65,7 @@ __all__ = [
     "paper_figures",
     "points_page",
     "predictions_page",
+    "ranking_page",
     "robustness_page",
     "save_comparison",
     "save_figures",

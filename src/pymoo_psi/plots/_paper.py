@@ -22,20 +22,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from pymoo_psi._markers import MARKERS
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory
 from pymoo_psi.paper import Case, Reproduction
 from pymoo_psi.paper._figures import (
     INITIAL_SPEEDS,
     CriterionSurfaces,
-    RankedPoints,
     SalukvadzeFunctions,
     criterion_surfaces,
     optimal_motion,
     ranked_points,
     salukvadze_functions,
 )
+from pymoo_psi.plots._ranking import draw_points
 from pymoo_psi.plots._style import (
     CURVES,
     enlarge_markers,
@@ -333,6 +332,9 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
         for line, (shown, title) in zip(grid.reshape(2, -1), views, strict=True):
             for ax, pair in zip(line, pairs, strict=True):
                 draw_points(ax, shown.along(pair))
+                ax.set_xlabel(_axis_label(names[pair[0]]))
+                ax.set_ylabel(_axis_label(names[pair[1]]))
+                tick_counts(ax, x=5, y=5)
             line[len(line) // 2].set_title(title)
         figure.suptitle(
             f"Pareto-optimal points {space} (all quantities dimensionless)\n"
@@ -341,28 +343,6 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
         entries = grid.flat[0].get_legend_handles_labels()
         enlarge_markers(figure.legend(*entries, loc="lower center", ncols=3))
     return figure
-
-
-def draw_points(axes: Axes, points: RankedPoints) -> None:
-    """Draw points of two coordinates, each rank with its colour and marker, the optimum a star."""
-    for name, members in points.groups().items():
-        marker = MARKERS[6 if points.optimum[members[0]] else int(points.rank[members[0]])]
-        plain = name == "unranked"
-        axes.plot(
-            *points.values[members].T,
-            linestyle="none",
-            marker=marker.shape,
-            markersize=marker.size,
-            markerfacecolor=marker.colour,
-            markeredgecolor="none" if plain else "black",
-            markeredgewidth=0.5,
-            zorder=marker.level,
-            label=f"{name} ({len(members)})",
-            rasterized=plain,
-        )
-    axes.set_xlabel(_axis_label(points.names[0]))
-    axes.set_ylabel(_axis_label(points.names[1]))
-    tick_counts(axes, x=5, y=5)
 
 
 # Figure 7

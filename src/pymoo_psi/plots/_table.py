@@ -34,7 +34,7 @@ from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
 from pymoo_psi.table import Layout, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
-_MATRIX = 6  # variables, and criteria, beside which the text on the axes is still readable
+MATRIX = 6  # variables, and criteria, beside which the text on the axes is still readable
 
 
 def table_page(
@@ -85,9 +85,9 @@ def table_page(
     )
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
-    if max(len(columns), len(rows)) > _MATRIX:
+    if max(len(columns), len(rows)) > MATRIX:
         rows = []
-    wide = min(len(columns), _MATRIX)
+    wide = min(len(columns), MATRIX)
     high = 1 + len(rows) if rows else -(-len(columns) // wide)
     group = design_groups(table, limits)
     planes = [[variable_plane(table, j, i, limits, group) for j in columns] for i in rows]
@@ -111,7 +111,7 @@ def table_page(
         for top, below, plane in zip(tops, grid[1], planes[0], strict=True) if rows else ():
             if plane.abscissa == "real":
                 top.set_xlim(below.get_xlim())
-        _share_axes(grid, below=bool(rows))
+        share_axes(grid, below=bool(rows))
         design_legends(figure, grid, table, group if rows else None, title="points")
         figure.suptitle(_heading(table, title, any(hidden)))
     return figure
@@ -153,8 +153,8 @@ def criteria_page(
     layout = checked_table(table).layout
     _check_margin(margin)
     chosen = _criteria(criteria, layout)
-    if not 2 <= len(chosen) <= _MATRIX + 1:
-        rule = f"from 2 to {_MATRIX + 1} to draw in pairs"
+    if not 2 <= len(chosen) <= MATRIX + 1:
+        rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("criteria", rule, len(chosen), "name those to be drawn")
     if design is not None and design not in table.numbers:
         raise invalid("design", "the number of a test point of the table", design)
@@ -171,7 +171,7 @@ def criteria_page(
                     ax.plot(marked.column(first), marked.column(second), **design_look())
             for ax in grid[k, k + 1 :]:
                 ax.set_axis_off()
-        _share_axes(grid)
+        share_axes(grid)
         marks = [] if design is None else [design_look()]
         design_legends(figure, grid, table, group, marks=marks)
         figure.suptitle(_heading(table, title, any(hidden)))
@@ -223,7 +223,7 @@ def _heading(table: TestTable, title: str, hidden: bool) -> str:
     return f"{title}\n{', '.join(facts)}".strip()
 
 
-def _share_axes(grid: Any, *, below: bool = True) -> None:
+def share_axes(grid: Any, *, below: bool = True) -> None:
     """Leave names at the left and below only, and ticks where they are not those of the others."""
     for lines, letter, outer in ((grid, "y", 0), (grid.T if below else [], "x", -1)):
         side = {"x": "labelbottom", "y": "labelleft"}[letter]

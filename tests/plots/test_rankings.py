@@ -1,0 +1,80 @@
+"""A ranked set in pairs of criteria and as parallel coordinates."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import LineCollection
+
+from pymoo_psi import PsiError, rank_of_efficiency
+from pymoo_psi.plots import ranking_page
+from tests.plots.drawn import assert_whole, shown, texts
+
+
+def ranked(m, n=60, name="a criterion with a long name, the {}th", **options):
+    F = np.random.default_rng(5).random((n, m)) ** 2 * 10.0 ** np.arange(m)
+    frame = pd.DataFrame(F, columns=[name.format(j) for j in range(m)])
+    return rank_of_efficiency(frame, **options)
+
+
+@pytest.fixture(scope="module")
+def ranking():
+    return ranked(3, name="c{}", maximize=["c1"])
+
+
+@pytest.fixture(scope="module")
+def page(ranking):
+    return ranking_page(ranking, units={"c0": "kg"}, title="Cranes")
+
+
+def test_each_pair_shows_the_front_rank_by_rank_in_the_users_sense(ranking, page):
+    frame = ranking.to_frame()
+    front = frame[frame["pareto"]]
+    for ax, pair in zip(shown(page)[:3], [("c0", "c1"), ("c0", "c2"), ("c1", "c2")], strict=True):
+        points = np.concatenate([line.get_xydata() for line in ax.lines])
+        assert sorted(map(tuple, points)) == sorted(map(tuple, front[list(pair)].to_numpy()))
+        star = ax.lines[-1]
+        assert star.get_marker() == "*"
+        assert (
+            star.get_xydata().tolist() == frame[frame["rank"] == 6][list(pair)].to_numpy().tolist()
+        )
+    labels = [(ax.get_xlabel(), ax.get_ylabel()) for ax in shown(page)[:3]]
+    assert labels == [("", "c1 (max)"), ("c0 [kg]", "c2"), ("c1 (max)", "")]
+    counts = front["rank"].value_counts()
+    assert {f"rank {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts} <= {
+        *texts(page)
+    }
+    assert page.get_suptitle().startswith(f"Cranes\n{len(front)} Pareto-optimal designs of 60")
+
+
+def test_a_line_goes_from_the_best_to_the_worst_value_of_each_criterion(ranking, page):
+    ax = shown(page)[-1]
+    lines = [c for c in ax.collections if isinstance(c, LineCollection)]
+    drawn = np.array([line[:, 1] for group in lines for line in group.get_segments()])
+    assert len(drawn) == ranking.pareto.sum()
+    # the ends of the range are reached, and the optimum's line is what its values say
+    np.testing.assert_allclose([drawn.min(axis=0), drawn.max(axis=0)], [[0] * 3, [1] * 3])
+    best = ranking.objectives.values[ranking.salukvadze[0]]
+    share = (best - ranking.ideal) / (ranking.nadir - ranking.ideal)
+    np.testing.assert_allclose(lines[-1].get_segments()[0][:, 1], share)
+    below = [text.get_text().split("\n") for text in ax.get_xticklabels()]
+    for name, (label, low, high) in zip(["c0 [kg]", "c1 (max)", "c2"], below, strict=True):
+        j = int(name[1])
+        assert (label, low) == (name, f"best {ranking.ideal[j]:.4g}")
+        assert high == f"worst {ranking.nadir[j]:.4g}"
+
+
+@pytest.mark.parametrize("m", [1, 2, 3, 7, 8, 12])
+def test_any_number_of_criteria_has_a_whole_page(m):
+    figure = ranking_page(ranked(m))
+    assert len(shown(figure)) == 1 + (m * (m - 1) // 2 if m <= 7 else 0)
+    assert_whole(figure)
+
+
+@pytest.mark.parametrize("F", [[[1.0, 2.0]], [[1.0, 2.0], [1.0, 2.0]], [[1, 5, 3], [2, 4, 3]]])
+def test_one_design_equal_ones_and_a_criterion_that_all_agree_in(F):
+    assert_whole(ranking_page(rank_of_efficiency(F)))
+
+
+def test_what_is_no_ranking_is_refused():
+    with pytest.raises(PsiError, match="ranking must be an EfficiencyRanking, got list"):
+        ranking_page([[1, 2]])
