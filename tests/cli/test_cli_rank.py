@@ -307,3 +307,13 @@ def test_a_mistake_writes_nothing(rank, tmp_path):
     out = tmp_path / "out.csv"
     assert rank("a,b\n1,x\n2,3\n", "--out", out)[0] == 2
     assert not out.exists()
+
+
+def test_a_figure_in_the_format_of_its_suffix(rank, tmp_path):
+    figure = tmp_path / "front.PDF"
+    code, printed, _ = rank(DESIGNS, "--figure", figure)
+    assert (code, printed.splitlines()[-1]) == (0, f"Figure written to {figure}")
+    assert figure.read_bytes().startswith(b"%PDF-")
+    code, _, err = rank(DESIGNS, "--figure", tmp_path / "front.jpg")
+    assert code == 2
+    assert "--figure must be a file with the suffix .png or .pdf or .svg" in err

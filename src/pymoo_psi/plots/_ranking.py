@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pymoo_psi._markers import MARKERS, Marker
+from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.paper._figures import RankedPoints
 from pymoo_psi.pareto import EfficiencyRanking
@@ -92,7 +92,13 @@ def draw_points(axes: Axes, points: RankedPoints) -> None:
 
 
 def _marker(points: RankedPoints, members: Any) -> Marker:
-    return MARKERS[6 if points.optimum[members[0]] else int(points.rank[members[0]])]
+    if points.optimum[members[0]]:
+        return MARKERS[6]
+    rank = int(points.rank[members[0]])
+    if rank > 0:
+        return MARKERS[rank]
+    # Of hundreds the dots are fine; a few such would not be seen.
+    return MARKERS[0]._replace(size=float(np.clip(60 / len(members) ** 0.5, MARKERS[0].size, 5.0)))
 
 
 def _mark(marker: Marker) -> dict[str, Any]:
@@ -101,7 +107,7 @@ def _mark(marker: Marker) -> dict[str, Any]:
         "marker": marker.shape,
         "markersize": marker.size,
         "markerfacecolor": marker.colour,
-        "markeredgecolor": "none" if marker is MARKERS[0] else "black",
+        "markeredgecolor": "none" if marker.colour == GREY else "black",
         "markeredgewidth": 0.5,
     }
 
@@ -116,7 +122,7 @@ def _draw_parallel(
     for members in points.groups().values():
         marker = _marker(points, members)
         step = -(-len(members) // _LINES)
-        bare = len(members) > _BARE or marker is MARKERS[0]
+        bare = len(members) > _BARE
         lines = [np.column_stack([place, share]) for share in shares[members[::step]]]
         width = 2.0 if marker is MARKERS[6] else 0.4 if bare else 1.0
         lines_of = LineCollection(
