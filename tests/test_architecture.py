@@ -31,7 +31,6 @@ LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in room
 ONLY = {
     "pymoo": {"pymoo", "experiments", "faces"},
     "matplotlib": {"faces"},
-    "bokeh": {"faces"},
     "sqlite3": {"method"},
     "moocore": {"mathematics"},
     "rich": {"faces"},

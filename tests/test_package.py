@@ -9,7 +9,7 @@ from importlib.metadata import entry_points, metadata, requires
 
 import pytest
 
-HEAVY = ("bokeh", "typer", "matplotlib", "pymoo", "numpy", "pandas")
+HEAVY = ("typer", "matplotlib", "pymoo", "numpy", "pandas")
 
 
 def loaded(code, modules):
@@ -24,7 +24,7 @@ def loaded(code, modules):
 
 def test_no_public_name_brings_a_face():
     code = "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)"
-    assert loaded(code, ("matplotlib.pyplot", "bokeh", "typer")) == "[]"
+    assert loaded(code, ("matplotlib.pyplot", "typer")) == "[]"
 
 
 def test_type_checkers_find_every_public_name(tmp_path):

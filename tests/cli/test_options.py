@@ -11,7 +11,6 @@ DESIGNS = '"time, s",mass,"width, a",n\n1,2,5,1\n2,1,6,2\n3,3,7,3\n'
 @pytest.fixture
 def page(monkeypatch, tmp_path):
     """The page that the command makes."""
-    pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
     made = []
     monkeypatch.setattr(
         _page, "decision_page", lambda *args, **more: made.append(decision_page(*args, **more)) or made[-1]

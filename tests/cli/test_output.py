@@ -65,7 +65,6 @@ def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path):
         done = run("rank", f"{name}.csv", "--out", out, folder=tmp_path)
         assert (done.returncode, done.stderr) == (0, b"")
         assert (tmp_path / out).exists()
-    pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
     done = run("page", f"{name}.csv", "--out", f"{name}.html", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, b"")
     assert (tmp_path / f"{name}.html").exists()

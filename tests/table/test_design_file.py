@@ -100,7 +100,6 @@ def test_rank_and_page_take_the_same_columns(capsys, tmp_path, monkeypatch):
         assert "row" not in printed.splitlines()[0].partition(";")[0]
         again = pd.read_csv("again.csv").set_index("test_point").sort_index()
         ranks[name] = again.loc[again["pareto"], ["f1", "mu1", "mu2", "mu3", "rank"]]
-        pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
         assert main(["page", name]) == 0
         assert "designs by f1, f2, f3, f4: open" in capsys.readouterr().out
     for name, frame in ranks.items():

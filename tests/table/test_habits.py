@@ -577,7 +577,6 @@ def test_the_options_of_rank(tmp_path, capsys):
 
 
 def test_the_options_of_the_page(tmp_path, capsys):
-    pytest.importorskip("bokeh", reason="the extra 'page' is not installed")
     path, old, out = tmp_path / "d.csv", tmp_path / "old.csv", tmp_path / "page.html"
     path.write_text("Results\nmass;price\n2,5 kg;1.250\n3,5 kg;980\n4 kg;\n", encoding="utf-8")
     old.write_text("name;mass;price\nold;3,5;1.200\n", encoding="utf-8")

@@ -2,7 +2,8 @@
 
 :func:`decision_page` makes a :class:`DecisionPage`, which is what it shows as data, and the file.
 
-This is the only room that uses Bokeh (the extra ``page``), imported when a page is written.
+The file needs no network and no library: ``logic.js`` ranks and explains what is left,
+``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
 """
 
 from pymoo_psi.page._page import DecisionPage, decision_page

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.page._data import (
     DOMINATED,
     OPTIMUM,
@@ -21,16 +20,15 @@ from pymoo_psi.page._data import (
     Column,
     PageData,
     Role,
+    payload,
     text_column,
 )
+from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
-MOST_ROWS = 20_000
-"""Of more designs than this the page shows the ranked ones only, so that a laptop draws them."""
 
 _GEOMETRIC = ("μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)")
 
@@ -69,9 +67,6 @@ class DecisionPage(PageData):
     def html(self) -> str:
         """Return the page as one HTML document that needs no network.
 
-        Raises:
-            PsiError: Bokeh is not installed.
-
         Example:
             >>> import pandas as pd
             >>> from pymoo_psi.page import decision_page
@@ -80,21 +75,13 @@ class DecisionPage(PageData):
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        # Tried by itself: an ImportError within the page's own modules is another fault.
-        try:
-            import_module("bokeh")
-        except ImportError:
-            raise PsiError("the page needs bokeh: pip install 'pymoo-psi[page]'") from None
-        from pymoo_psi.page._document import html_of
-
-        return html_of(self)
+        return html_of(self.title, payload(self))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the page, whole or not at all.
 
         Raises:
             OSError: The file cannot be written there.
-            PsiError: Bokeh is not installed.
 
         Example:
             >>> import pathlib, tempfile
@@ -129,11 +116,10 @@ def decision_page(
 ) -> DecisionPage:
     """Return a page to decide on a Pareto set with, to be saved as one HTML file.
 
-    The designs are ranked (:func:`pymoo_psi.rank_of_efficiency`). Linked plots show the criteria,
-    the design variables and the geometric criteria; limits on criteria and a choice of ranks
-    reduce them, the table and the parallel coordinates to what is left, which the reader exports
-    as CSV. Dominated designs can be switched on. Of more than 20 000 designs the ranked ones are
-    shown, and the page says so.
+    On top stands the best compromise (:func:`pymoo_psi.rank_of_efficiency`) among the designs that
+    are left under the limits that the reader sets, why it is that, and what others would cost.
+    Linked plots and a table show what is left, which is compared, chosen from and exported as CSV;
+    limits, choice and reason are kept in the address of the page and in a decision file.
 
     Args:
         frame: One row per design, two or more.
@@ -261,22 +247,9 @@ def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[s
     group, mu1 = _groups(ranking), ranking.criteria[:, 0]
     order = np.lexsort((-mu1, group))  # the best last, since what is drawn last is on top
     remarks: list[str] = []
-    if len(order) > MOST_ROWS:
-        # The optimum is in a group above 0 even where its rank is 0, so that it is always shown.
-        ranked = order[group[order] > 0]
-        shown = ranked[-MOST_ROWS:]
-        best = "" if len(shown) == len(ranked) else f" best of {_count(len(ranked))}"
-        remarks.append(f"Of {_count(len(order))} designs the{best} {_count(len(shown))} ranked"
-                       " ones are shown.")  # fmt: skip
-        order = shown
     if not (ranking.rank == 6).any():
         remarks.append("No design has rank 6: several are equally near to U.")
     return order, tuple(remarks)
-
-
-def _count(n: int) -> str:
-    # The narrow space of page.js: a comma would be a decimal mark to many readers.
-    return f"{n:,}".replace(",", "\u202f")
 
 
 def _prototype_frame(
@@ -317,8 +290,7 @@ def _columns(
     """Return the columns of the rows shown; ``mu`` are their ``(n, 3)`` geometric criteria."""
     from pandas.api.types import is_numeric_dtype
 
-    # Fields go into Bokeh's templates and page.html, where a user's name would need escapes of
-    # several kinds. page.js sorts the table by mu1.
+    # A field is a column's name within the page, free of the user's characters.
     columns = [
         Column(f"c{j}", name, units.get(name, ""), "criterion", name in maximize,
                _numbers(whole, name, complete=True))
@@ -377,6 +349,6 @@ def _is_number(cell: Any) -> bool:
 
 def _labels(column: Any) -> NDArray[Any]:
     cells = column.tolist()
-    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):  # Bokeh's largest integers
+    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):
         return np.array(cells, dtype=np.int32)
     return text_column(cells)

@@ -1,256 +1,971 @@
-// The logic of the decision page. Bokeh calls this once, when everything is drawn, with
-//   source    all designs, one row each, the best last;
-//   shown     the filter through which every plot and the table look at them;
-//   limits    [{field, slider}] of the criteria;
-//   plots     [{name, plot, renderer}], the scatter plots;
-//   lines     one row per line of the parallel coordinates; ends: the values at its axes' ends;
-//   columns   [{field, name, maximize, notation}]; parallel: fields with an axis;
-//   texts     the label of each field as a text that is never TeX;
-//   table, names {label, file}; head: what stands above the CSV, {} for nothing.
-const PROTOTYPE = 7
-const data = source.data
-const n = data.group.length
-const $ = (id) => document.getElementById(id)
-const boxes = [...document.querySelectorAll("#ranks input")]
-const selects = [...document.querySelectorAll("select[data-plot]")]
-const column = Object.fromEntries(columns.map((c) => [c.field, c]))
-const number = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
-const written = ({notation: [kind, digits]}, value) =>
-  kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits)
+// The decision page: controls, texts and the table. logic.js says what is left, ranked and best;
+// charts.js draws. The state is one frozen-in-use value: every control makes a new one through
+// change(), and everything on the page is told from it by update(), at most once a frame.
+//
+// Texts of the user's (names, units, labels, reasons) become text nodes or values, never markup.
+"use strict"
+const page = (() => {
+  const payload = JSON.parse(document.getElementById("payload").textContent)
+  const data = Logic.decode(payload)
+  const MOST_DRAWN = 1500 // lines; more are a blur, and take longer than a frame
+  const MOST_PINS = 5
+  const $ = (id) => document.getElementById(id)
+  const count_text = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
+  const title_of = (column) => column.label
+  // A name may be "constructor": only what a state says itself counts.
+  const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
+  const numeric = data.columns.filter((column) => column.role !== "geometric" && !column.texts)
+  const limitable = data.columns.filter((column) => column.role !== "geometric")
+  const written = (column, value) => Logic.written(column, value)
 
-let kept = null // the rows "Keep selected" has left, as a Set; null for all
-
-const switched_on = () =>
-  new Set([PROTOTYPE, ...boxes.filter((box) => box.checked).map((box) => Number(box.value))])
-
-// The rows that pass ranks, limits and "Keep selected", in the order of the source. A slider's end
-// that stands at the end of its track limits nothing.
-function remaining(groups) {
-  const bounds = limits.map(({field, slider}) => {
-    const [low, high] = slider.value
-    return [data[field], low <= slider.start ? -Infinity : low, high >= slider.end ? Infinity : high]
-  })
-  const rows = []
-  for (let i = 0; i < n; i++) {
-    const passes = (kept === null || kept.has(i))
-      && bounds.every(([values, low, high]) => low <= values[i] && values[i] <= high)
-    if (groups.has(data.group[i]) && (passes || data.group[i] === PROTOTYPE)) rows.push(i)
+  // An element with properties, attributes (those with a dash, and role) and children.
+  function make(tag, properties = {}, ...children) {
+    const element = document.createElement(tag)
+    for (const [name, value] of Object.entries(properties)) {
+      if (name.includes("-") || name === "role" || name === "for" || name === "list") element.setAttribute(name, value)
+      else element[name] = value
+    }
+    element.append(...children.flat().filter((child) => child !== null && child !== undefined))
+    return element
   }
-  return rows
-}
 
-const is_set = ({slider}) => slider.value[0] > slider.start || slider.value[1] < slider.end
+  // The state, its history and its address.
 
-function update() {
-  const rows = remaining(switched_on())
-  shown.indices = rows
-  const left = new Set(rows)
-  const selected = source.selected.indices.filter((i) => left.has(i))
-  if (selected.length !== source.selected.indices.length) source.selected.indices = selected
-  draw_lines(rows)
-  for (const {field, slider} of limits) {
-    const ends = slider.value.map((value) => written(column[field], value))
-    document.querySelector(`[data-limit="${field}"]`).textContent = ends.join(" … ")
+  let state = Logic.initial(data)
+  const past = Logic.history(state)
+  let left, ranking, verdict, order
+  let filtered = "" // the part of the state that left and ranking were made from
+  let selected = new Set()
+  const step = {count: 0, last: 0, total: 0}
+
+  // Take a new state; done tells that the user's hand rests, so that undo comes back to here.
+  let dragging = false
+  function change(changes, done = true) {
+    state = {...state, ...changes}
+    // Words may become fewer while a hand drags, but nothing moves away under it.
+    if (dragging !== !done) $("verdict").style.minHeight = done ? "" : `${$("verdict").offsetHeight}px`
+    dragging = !done
+    if (done) commit()
+    soon()
   }
-  report()
-}
 
-// Parallel coordinates, every axis from the least to the greatest value left. Criteria get better
-// downwards, also those to be maximised.
-function draw_lines(rows) {
-  const axes = parallel.map((field) => {
-    const known = rows.map((i) => data[field][i]).filter((value) => !isNaN(value))
-    const low = known.reduce((a, b) => Math.min(a, b), Infinity)
-    const high = known.reduce((a, b) => Math.max(a, b), -Infinity)
-    return {values: data[field], low, span: high - low, flip: column[field].maximize, field}
-  })
-  const place = ({values, low, span, flip}, i) => {
-    const share = span > 0 ? (values[i] - low) / span : 0.5
-    return flip ? 1 - share : share
+  // At once, so that nothing is lost, but not for every repeat of a key that is held: browsers
+  // refuse hundreds of addresses in ten seconds.
+  let address_waits = 0
+  let address_written = -Infinity
+  function commit() {
+    past.push(state)
+    clearTimeout(address_waits)
+    const rest = address_written + 80 - performance.now()
+    rest > 0 ? address_waits = setTimeout(remember, rest) : remember()
   }
-  const end = (top) => axes.map(({low, span, flip, field}) =>
-    rows.length === 0 || !isFinite(low) ? "" : written(column[field], top !== flip ? low + span : low))
-  const steps = axes.map((_, j) => j)
-  ends.data = {x: steps, low: end(false), high: end(true)}
-  const faint = Math.min(0.7, Math.max(0.06, 40 / rows.length)) // many lines are a cloud
-  drawing = true
-  lines.selected.indices = []
-  lines.data = {
-    xs: rows.map(() => steps),
-    ys: rows.map((i) => axes.map((axis) => place(axis, i))),
-    colour: rows.map((i) => data.colour[i]),
-    alpha: rows.map((i) => (data.group[i] > 0 ? 0.8 : faint)),
-    width: rows.map((i) => (data.group[i] > 5 ? 2.5 : 1.2)),
-    label: rows.map((i) => data.label[i]),
-    row: rows,
+  function remember() {
+    clearTimeout(address_waits)
+    address_written = performance.now()
+    try { history.replaceState(null, "", Logic.toHash(state)) } catch { /* a sandbox without an address */ }
   }
-  drawing = false
-  select_lines()
-}
 
-// Selections of the designs and of the lines follow each other, but while the lines are replaced.
-let drawing = false
-const same = (a, b) => a.length === b.length && a.every((value, k) => value === b[k])
+  function take(anything, remarks_too = true) {
+    const checked = Logic.checked(data, anything)
+    if (remarks_too) say(checked.remarks)
+    change(checked.state)
+  }
 
-function select_lines() {
-  const chosen = new Set(source.selected.indices)
-  const indices = [...lines.data.row.keys()].filter((k) => chosen.has(lines.data.row[k]))
-  if (!same(indices, lines.selected.indices)) lines.selected.indices = indices
-}
+  function say(sentences) {
+    $("messages").replaceChildren(...sentences.map((text) => make("p", {textContent: text})))
+    if (sentences.length) $("messages").append(make("button", {textContent: "Close", onclick: () => say([])}))
+  }
 
-function select_designs() {
-  if (drawing) return
-  const rows = lines.selected.indices.map((k) => lines.data.row[k])
-  const chosen = new Set(rows)
-  if (source.selected.indices.length !== rows.length
-      || !source.selected.indices.every((i) => chosen.has(i))) source.selected.indices = rows
-}
+  let waiting = false
+  function soon() {
+    if (waiting) return
+    waiting = true
+    requestAnimationFrame(() => waiting && update())
+  }
 
-function report() {
-  const designs = (rows) => rows.filter((i) => data.group[i] !== PROTOTYPE).length
-  const left = designs(shown.indices)
-  const total = n - data.group.filter((group) => group === PROTOTYPE).length
-  const selected = source.selected.indices.length
-  const changed = kept !== null || boxes.some((box) => box.checked !== box.defaultChecked)
-    || limits.some(is_set)
-  $("count").textContent = left === 0 ? `No design is left: ${remedy()}`
-    : `${number(left)} of ${number(total)} designs`
-  $("count").classList.toggle("none", left === 0)
-  $("selected").textContent = selected > 0 ? `${number(selected)} selected` : ""
-  $("keep").disabled = $("clear").disabled = selected === 0
-  $("reset").disabled = !changed && selected === 0
-  const count = selected || shown.indices.length
-  $("export").textContent = `Export ${number(count)} ${selected ? "selected" : "shown"} as CSV`
-  $("export").disabled = count === 0
-  $("fit").disabled = shown.indices.length === 0
-  const optima = new Set(shown.indices.filter((i) => data.mark[i] === "Salukvadze optimum"))
-  $("hidden").textContent = optima.size === 0 ? " (not among them)" : ""
-}
+  // Everything on the page from the state.
+  function update(everything = false) {
+    const start = performance.now()
+    waiting = false
+    const filter = JSON.stringify([state.limits, state.categories, state.kept])
+    const moved = filter !== filtered || everything
+    if (moved) {
+      filtered = filter
+      left = Logic.left(data, state)
+      ranking = Logic.ranked(data, left.mask)
+      verdict = Logic.verdict(data, ranking)
+      think_later()
+    }
+    order = Logic.order(data, ranking, state)
+    if (selected.size) {
+      const kept = [...selected].filter((row) => left.mask[row])
+      if (kept.length !== selected.size) selected = new Set(kept)
+    }
+    show_limits()
+    show_counts()
+    show_verdict()
+    show_compare()
+    show_preference()
+    show_charts(everything)
+    table.show()
+    if (!moved && steps_of !== chosen_row()) show_steps()
+    Object.assign(step, {count: step.count + 1, last: performance.now() - start})
+    step.total += step.last
+  }
 
-// What to do where nothing is left: other ranks may have designs within the limits.
-function remedy() {
-  const others = remaining(new Set(data.group)).filter((i) => data.group[i] !== PROTOTYPE)
-  if (others.length > 0) return "switch on more ranks"
-  return kept === null ? "widen the limits" : "widen the limits, or reset"
-}
+  // What takes longer than a frame waits until the hand rests.
+  let thinking = 0
+  function think_later() {
+    clearTimeout(thinking)
+    $("cautions").replaceChildren()
+    thinking = setTimeout(() => {
+      if (!verdict) return
+      const sentences = Logic.cautions(data, ranking)
+      $("cautions").replaceChildren(...sentences.map((text) => make("p", {className: "caution", textContent: text})))
+      show_steps()
+    }, 200 + 10 * step.last) // longer where a ranking takes long, so that it comes between no two steps
+  }
 
-// The range of a column over rows.
-function extent(field, rows) {
-  let [low, high] = [Infinity, -Infinity]
-  for (const i of rows) {
-    const value = data[field][i]
-    if (!isNaN(value)) {
-      low = Math.min(low, value)
-      high = Math.max(high, value)
+  // Designs.
+
+  const row_of = (id) => data.rowOf.get(id) ?? -1
+  const is_prototype = (row) => row >= data.n
+  const called = (row) => Logic.called(data, row)
+  const chosen_row = () => (state.chosen === null ? -1 : row_of(state.chosen))
+  const pinned = () => state.pins.map(row_of).filter((row) => row >= 0)
+
+  function look(row) {
+    if (is_prototype(row)) return "prototype"
+    if (!ranking.pareto[row]) return "dominated"
+    if (ranking.best.includes(row)) return "6"
+    return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
+  }
+
+  function choose(row) {
+    if (row >= 0) change({chosen: state.chosen === data.ids[row] ? null : data.ids[row]})
+  }
+
+  function pin(row) {
+    if (row < 0) return
+    const id = data.ids[row]
+    const pins = state.pins.includes(id) ? state.pins.filter((other) => other !== id) : [...state.pins, id]
+    if (pins.length > MOST_PINS) return say([`Five designs are pinned. Take one out of the comparison before you pin ${called(row)}.`])
+    change({pins})
+  }
+
+  const toggles = (row) => [
+    make("button", {className: "small", textContent: state.chosen === data.ids[row] ? "Chosen ✓" : "Choose",
+      "aria-pressed": state.chosen === data.ids[row], "aria-label": `Choose ${called(row)}`, onclick: () => choose(row)}),
+    make("button", {className: "small", textContent: state.pins.includes(data.ids[row]) ? "Pinned ✓" : "Pin to compare",
+      "aria-pressed": state.pins.includes(data.ids[row]), "aria-label": `Pin ${called(row)}`, onclick: () => pin(row)}),
+  ]
+
+  // The verdict.
+
+  const percent = (share) => {
+    const value = 100 * Math.abs(share)
+    return value === 0 ? "0 %" : value < 1 ? "< 1 %" : `${Math.round(value)} %`
+  }
+
+  function show_verdict() {
+    const words = $("verdict-words")
+    $("verdict-table").hidden = !verdict
+    if (!verdict) {
+      words.replaceChildren(make("p", {className: "warning", textContent: `No design is left: ${remedy()}`}))
+      $("verdict-more").replaceChildren()
+      $("verdict-table").replaceChildren()
+    } else {
+      const {row} = verdict
+      const rank = ranking.rank[row]
+      words.replaceChildren(
+        make("p", {className: "best"}, Charts.icon("6"), make("strong", {textContent: called(row)}),
+          make("span", {className: "hint", textContent: rank > 0 ? `rank ${rank}` : ""}), ...toggles(row)),
+        // Of many criteria the table below tells the same and is read faster.
+        ...verdict.sentences.slice(0, data.criteria.length > 6 ? 1 : 2).map((text) => make("p", {textContent: text})),
+        ...(verdict.bad ? [make("p", {className: "warning", textContent: verdict.warning})] : []))
+      $("verdict-table").replaceChildren(
+        make("thead", {}, make("tr", {}, ...["Criterion", "Value", "Best left", "From its best", "Share of range"].map(
+          (text, k) => make("th", {textContent: text, scope: "col", className: k ? "number" : ""})))),
+        make("tbody", {}, verdict.criteria.map((criterion) => {
+          const column = data.by.get(criterion.name)
+          const weak = verdict.weakest.includes(criterion.name)
+          return make("tr", {className: weak ? "weak" : ""},
+            make("th", {scope: "row"}, title_of(column), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
+            make("td", {className: "number", textContent: written(column, criterion.value)}),
+            make("td", {className: "number", textContent: written(column, criterion.best)}),
+            make("td", {className: "number", textContent: written(column, Math.abs(criterion.away))}),
+            make("td", {className: "share"}, bar(criterion.share), make("span", {textContent: percent(criterion.share)})))
+        })))
+      const {whole, ties} = verdict
+      $("verdict-more").replaceChildren(
+        ...(whole ? [make("p", {className: "whole"}, whole.sentence, " ", ...toggles(whole.row).slice(1))] : []),
+        ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ", …" : ""}.`})] : []))
+    }
+    const row = chosen_row()
+    const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
+    $("chosen").replaceChildren(...(row < 0
+      ? ["No design is chosen yet. Choose one here, in the table or by a click in a chart."]
+      : ["Chosen: ", make("strong", {textContent: called(row)}), ` (${where}) `,
+        make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
+    if ($("reason") !== document.activeElement) $("reason").value = state.reason
+    $("reason-printed").textContent = state.reason
+  }
+
+  function bar(share) {
+    const inner = make("i")
+    inner.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`
+    return make("span", {className: "bar-of-share", "aria-hidden": "true"}, inner)
+  }
+
+  // What to do where nothing is left: the limit that alone rejects most is the one to widen.
+  function remedy() {
+    const most = [...left.rejects].sort((a, b) => b[1] - a[1])[0]
+    return most ? `widen the limits, first of all that on ${most[0]}, which rejects ${count_text(most[1])}.` : "reset the page."
+  }
+
+  function show_counts() {
+    const dominated = left.count - ranking.front.length
+    $("count").textContent = left.count === 0 ? "No design is left"
+      : `${count_text(left.count)} of ${count_text(data.n)} designs within the limits, ${count_text(ranking.front.length)} Pareto-optimal`
+    $("count").classList.toggle("warning", left.count === 0)
+    $("undo").disabled = !past.canUndo
+    $("redo").disabled = !past.canRedo
+    const shown = selected.size || order.length
+    $("export").textContent = `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`
+    $("export").disabled = shown === 0
+    $("selection").textContent = [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", ")
+    $("keep").disabled = $("clear").disabled = selected.size === 0
+    const counts = {}
+    for (const row of ranking.front) counts[ranking.rank[row]] = (counts[ranking.rank[row]] ?? 0) + 1
+    for (const box of $("ranks").querySelectorAll("input")) {
+      const rank = box.value
+      box.checked = rank === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(rank))
+      box.parentElement.querySelector("b").textContent = count_text(rank === "dominated" ? dominated : counts[rank] ?? 0)
     }
   }
-  return low <= high ? [low, high] : [0, 1]
-}
 
-// The designs of the ranks switched on: limits leave the axes be until they are fitted.
-function of_ranks() {
-  const groups = switched_on()
-  return [...data.group.keys()].filter((i) => groups.has(data.group[i]))
-}
+  // Comparison: the base is the first pinned design, else the prototype, else the best.
 
-// Put a column on an axis of a scatter plot, the range a little wider than its values in rows.
-function set_axis(select, rows) {
-  const {plot, renderer} = plots.find(({name}) => name === select.dataset.plot)
-  const {dataset: {axis}, value: field} = select
-  const [low, high] = extent(field, rows)
-  const margin = high > low ? 0.05 * (high - low) : 0.05 * Math.abs(high) || 1
-  const range = axis === "x" ? plot.x_range : plot.y_range
-  const [start, end] = [low - margin, high + margin]
-  range.setv({start, end, reset_start: start, reset_end: end})
-  plot[axis === "x" ? "below" : "left"][0].axis_label = texts[field]
-  for (const glyph of [renderer.glyph, renderer.nonselection_glyph]) glyph[axis] = {field}
-}
+  function compared() {
+    const pins = pinned()
+    const base = pins[0] ?? (data.total > data.n ? data.n : verdict?.row ?? -1)
+    const others = [verdict?.row ?? -1, chosen_row(), ...pins]
+    return [...new Set([base, ...others])].filter((row) => row >= 0)
+  }
 
-function set_axes(rows) {
-  for (const select of selects) set_axis(select, rows)
-}
+  function show_compare() {
+    const rows = compared()
+    const hint = $("compare-hint")
+    $("compare-table").hidden = rows.length < 2
+    hint.textContent = rows.length < 2
+      ? `Pin up to five designs, or choose one, to see what each gives and costs against another.`
+      : `Gains and losses against ${called(rows[0])}: in units, in per cent of its value / of the range.`
+    if (rows.length < 2) return $("compare-table").replaceChildren()
+    const table = Logic.compare(data, ranking, rows, rows[0])
+    const heads = rows.map((row, k) => make("th", {scope: "col"}, Charts.icon(look(row)), make("span", {className: "label", textContent: called(row)}),
+      make("div", {className: "roles", textContent: [k === 0 ? "base" : "", verdict && row === verdict.row ? "best" : "", row === chosen_row() ? "chosen" : ""].filter(Boolean).join(", ")}),
+      make("div", {className: "tools"},
+        k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, onclick: () => rebase(row)}) : null,
+        state.pins.includes(data.ids[row]) ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => pin(row)}) : null)))
+    $("compare-table").replaceChildren(
+      make("thead", {}, make("tr", {}, make("th", {textContent: "Criterion", scope: "col"}), heads)),
+      make("tbody", {}, table.criteria.map((criterion) => {
+        const column = data.by.get(criterion.name)
+        return make("tr", {}, make("th", {scope: "row", textContent: title_of(column)}), rows.map((_, k) => {
+          const value = make("div", {textContent: written(column, criterion.values[k])})
+          const better = criterion.better[k]
+          if (k === 0) return make("td", {className: "number"}, value)
+          if (better === 0) return make("td", {className: "number"}, value, make("div", {className: "hint", textContent: "the same"}))
+          const shares = [criterion.percent[k] / 100, criterion.share[k]].map((share) => (Number.isFinite(share) ? percent(share) : "–")).join(" / ")
+          return make("td", {className: "number"}, value,
+            make("div", {className: better > 0 ? "gain" : "loss", textContent: `${written(column, Math.abs(criterion.differences[k]))} ${better > 0 ? "better" : "worse"}`}),
+            make("div", {className: "hint", textContent: shares}))
+        }))
+      })))
+  }
 
-// The rows to export in the order of the table: the selected ones if there are any.
-function rows_to_export() {
-  const order = Bokeh.index.get_by_id(table.id)?.data.index ?? shown.indices
-  const chosen = new Set(source.selected.indices)
-  return chosen.size > 0 ? order.filter((i) => chosen.has(i)) : [...order]
-}
+  function rebase(row) {
+    const id = data.ids[row]
+    change({pins: [id, ...state.pins.filter((other) => other !== id)].slice(0, MOST_PINS)})
+  }
 
-// A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone,
-// also those written with a comma, a percent sign or an exponent. The command writes CSV likewise.
-const inert = (text) =>
-  /^[=+\-@\t\r]/.test(text) && !/^[+-]?[\d.,]*(e[+-]?\d+)?%?$/i.test(text) ? `'${text}` : text
+  // What a step gives and costs, the three most of each.
+  function step_text({gains}) {
+    const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
+      const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
+      const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
+        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit ? ` ${unit}` : ""} (${percent(share)})`)
+      if (told.length > 3) parts.push(`${told.length - 3} others less`)
+      return told.length ? `${word} ${parts.join(", ")}` : ""
+    })
+    return sides.filter(Boolean).join("; ")
+  }
 
-// The head of the CSV, its names written as in the header.
-const named = (value) => Array.isArray(value) ? value.map(inert)
-  : typeof value !== "object" ? value
-  : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
+  // For the chosen design, or else the best, the cheapest step to improve each criterion.
+  let steps_of = -1
+  function show_steps() {
+    const chosen = steps_of = chosen_row()
+    const row = chosen >= 0 && left.mask[chosen] && ranking.pareto[chosen] ? chosen : verdict?.row ?? -1
+    $("steps-title").hidden = $("steps-table").hidden = row < 0
+    if (row < 0) return
+    $("steps-title").textContent = `Cheapest step to improve each criterion of ${called(row)}`
+    const {steps} = Logic.explain(data, ranking, row)
+    $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
+      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {textContent: step_text(next), title: next.text}),
+      make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
+  }
 
-function csv(rows) {
-  const quoted = (cell) => (/[",\r\n]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell)
-  const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
-  const fields = [["label", names.label], ...columns.map(({field, name}) => [field, name]),
-    ["rank", "rank"], ["mark", "mark"]]
-  const cell = (field, i) => (field === "rank" && data.rank[i] < 0 ? "" : text(data[field][i]))
-  const header = fields.map(([, name]) => quoted(inert(name)))
-  const comment = Object.keys(head).length === 0 ? "" : `# ${JSON.stringify(named(head))}\n`
-  const body = rows.map((i) => fields.map(([field]) => cell(field, i)))
-  return comment + [header, ...body].map((row) => row.join(",") + "\n").join("")
-}
+  // Limits: number fields, a slider with two ends, the histogram behind it.
 
-function save() {
-  const link = document.createElement("a")
-  link.href = URL.createObjectURL(new Blob([csv(rows_to_export())], {type: "text/csv"}))
-  const what = source.selected.indices.length > 0 ? "selected" : "shown"
-  link.download = `${names.file}-${what}.csv`
-  link.click()
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000)
-}
+  const limit_of = (column) => own(state.limits, column.name)
+  const controls = new Map()
 
-function reset() {
-  kept = null
-  for (const box of boxes) box.checked = box.defaultChecked
-  for (const {slider} of limits) slider.value = [slider.start, slider.end]
-  source.selected.indices = []
-  set_axes(of_ranks())
-  update()
-}
+  function set_limit(column, limit, done) {
+    const {[column.name]: _, ...others} = state.limits
+    const empty = limit[0] === null && limit[1] === null
+    change({limits: empty ? others : {...others, [column.name]: limit}}, done)
+  }
 
-// The best first in the table, as if its headings had been clicked.
-function sort_table() {
-  const view = Bokeh.index.get_by_id(table.id)
-  const of = (field) => view.grid.getColumns().find((c) => c.field === field).id
-  view.grid.setSortColumns([{columnId: of("group"), sortAsc: false}, {columnId: of("mu1"), sortAsc: true}])
-  view.updateGrid()
-}
+  // A slider gives what can be read: the digits that the column is written with, so that the limit
+  // in force is the number in its field.
+  const readable = ({notation: [kind, digits]}, value) =>
+    Number(kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
 
-let waiting = false // several changes before the next frame are one update
-function update_soon() {
-  if (waiting) return
-  waiting = true
-  requestAnimationFrame(() => { waiting = false; update() })
-}
+  // "1.5" and "1e3" are numbers; "1,5" may be 15 or 1.5 to its writer and is not taken.
+  function parsed(text) {
+    const plain = text.trim().replaceAll("−", "-").replace(/[\u202f\u00a0 ]/g, "")
+    if (plain === "") return null
+    return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN
+  }
 
-for (const {slider} of limits) slider.properties.value.change.connect(update_soon)
-for (const box of boxes) box.addEventListener("change", () => {
-  set_axes(of_ranks())
-  update_soon()
-})
-for (const select of selects) select.addEventListener("change", () => set_axis(select, of_ranks()))
-set_axes(of_ranks())
-source.selected.properties.indices.change.connect(() => { select_lines(); report() })
-lines.selected.properties.indices.change.connect(select_designs)
-$("keep").addEventListener("click", () => {
-  kept = new Set(source.selected.indices)
-  source.selected.indices = []
-  update()
-})
-$("clear").addEventListener("click", () => { source.selected.indices = [] })
-$("reset").addEventListener("click", reset)
-$("fit").addEventListener("click", () => set_axes(shown.indices))
-$("export").addEventListener("click", save)
-sort_table()
-update()
-if (limits.some(is_set)) set_axes(shown.indices) // limits that the page opens with
-document.body.dataset.ready = "yes"
+  const STEPS = 1000 // finer than a pixel of the track
+  function limit_control(column) {
+    if (column.texts) return category_control(column)
+    const [low, high] = column.range
+    const name = title_of(column)
+    if (!(high > low)) return make("p", {className: "constant", textContent: `${name}: ${Number.isFinite(low) ? `${written(column, low)} for all` : "no values"}`})
+    const scale = {low, high, log: column.log}
+    const field = (k) => {
+      const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: written(column, k ? high : low),
+        "aria-label": `${name}, ${k ? "at most" : "at least"}`})
+      input.addEventListener("change", () => {
+        const value = parsed(input.value)
+        const next = [...(limit_of(column) ?? [null, null])]
+        next[k] = value
+        const wrong = Number.isNaN(value) ? "A number such as 1.5 or 2e3, please." : next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : ""
+        input.setCustomValidity(wrong)
+        input.setAttribute("aria-invalid", String(wrong !== ""))
+        if (wrong) note.textContent = wrong
+        else set_limit(column, next, true)
+      })
+      return input
+    }
+    const thumb = (k) => {
+      const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${name}, ${k ? "upper" : "lower"} limit`})
+      // A limit at the end of its track limits nothing; the one in hand stops at the other.
+      const moved = (done) => {
+        const other = limit_of(column)?.[1 - k] ?? null
+        const at = Number(input.value)
+        let value = at === (k ? STEPS : 0) ? null : readable(column, Charts.value_at(scale, at / STEPS))
+        if (value !== null && other !== null && (k ? value < other : value > other)) value = other
+        set_limit(column, k ? [other, value] : [value, other], done)
+      }
+      input.addEventListener("input", () => moved(false))
+      input.addEventListener("change", () => moved(true))
+      return input
+    }
+    const note = make("p", {className: "hint note"})
+    const canvas = make("canvas", {"aria-hidden": "true"})
+    const [fields, thumbs] = [[field(0), field(1)], [thumb(0), thumb(1)]]
+    const sense = column.role === "criterion" || column.maximize ? make("span", {className: "hint", textContent: column.maximize ? "more is better" : "less is better"}) : null
+    const control = {column, scale, fields, thumbs, note, canvas, all: null}
+    controls.set(column, control)
+    return make("div", {className: "limit", role: "group", "aria-label": `Limits on ${name}`},
+      make("div", {className: "name"}, make("span", {textContent: name}), sense),
+      make("div", {className: "ends"}, fields[0], make("div", {className: "slider"}, canvas, thumbs), fields[1]), note)
+  }
+
+  function category_control(column) {
+    const boxes = column.texts.map((text) => make("input", {type: "checkbox", value: text}))
+    for (const box of boxes) box.addEventListener("change", () => {
+      const {[column.name]: _, ...others} = state.categories
+      const allowed = boxes.filter((other) => other.checked).map((other) => other.value)
+      change({categories: allowed.length === boxes.length ? others : {...others, [column.name]: allowed}})
+    })
+    const note = make("p", {className: "hint note"})
+    controls.set(column, {column, boxes, note})
+    return make("fieldset", {className: "limit categories"}, make("legend", {textContent: title_of(column)}),
+      make("div", {className: "boxes"}, boxes.map((box, k) => make("label", {}, box, column.texts[k] || "(missing)"))), note)
+  }
+
+  function notes(column) {
+    const {rejects, relax} = left
+    const told = []
+    if (rejects.has(column.name)) told.push(`rejects ${count_text(rejects.get(column.name))}`)
+    const ends = relax.get(column.name)
+    if (ends?.low) told.push(`from ${written(column, ends.low.value)} on: ${count_text(ends.low.back)} more`)
+    if (ends?.high) told.push(`up to ${written(column, ends.high.value)}: ${count_text(ends.high.back)} more`)
+    if (column.clipped > 0) told.push(`${count_text(column.clipped)} lie beyond the track`)
+    return told.join("; ")
+  }
+
+  function show_limits() {
+    for (const control of controls.values()) {
+      const {column, fields, thumbs, note, boxes} = control
+      // Of a group that is folded nothing is seen.
+      const limit = limit_of(column)
+      const group = (boxes ? boxes[0] : fields[0]).closest("details")
+      if (boxes) {
+        const allowed = own(state.categories, column.name)
+        boxes.forEach((box) => { box.checked = !allowed || allowed.includes(box.value) })
+      } else {
+        const {scale} = control
+        const share = Charts.place(scale)
+        fields.forEach((field, k) => {
+          const value = limit?.[k] ?? null
+          if (field !== document.activeElement || !field.matches("[aria-invalid=true]")) {
+            const text = value === null ? "" : String(value)
+            if (field.value !== text && !(field === document.activeElement && parsed(field.value) === value)) field.value = text
+            field.setAttribute("aria-invalid", "false")
+          }
+          const at = value === null ? k * STEPS : Math.min(STEPS, Math.max(0, Math.round(share(value) * STEPS)))
+          if (Number(thumbs[k].value) !== at) thumbs[k].value = at
+          thumbs[k].setAttribute("aria-valuetext", value === null ? "no limit" : written(column, value))
+        })
+        // Where both ends meet at the right, the lower one is the one that can still move.
+        thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
+        if (!group || group.open) show_histogram(control)
+      }
+      note.textContent = notes(column)
+      note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
+    }
+    for (const group of $("limit-groups").querySelectorAll("details")) {
+      const set = group.querySelectorAll(".limit.set").length
+      group.querySelector("summary b").textContent = set ? `${set} set` : ""
+    }
+    const lines = limitable.flatMap((column) => {
+      const [low, high] = limit_of(column) ?? [null, null]
+      const allowed = own(state.categories, column.name)
+      if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
+      if (low === null && high === null) return []
+      const unit = column.unit ? ` ${column.unit}` : ""
+      return [low === null ? `${column.name} at most ${high}${unit}` : high === null ? `${column.name} at least ${low}${unit}`
+        : `${column.name} from ${low} to ${high}${unit}`]
+    })
+    $("record-limits").replaceChildren(...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {textContent: text})))
+  }
+
+  function show_histogram(control) {
+    if (!control.bins) {
+      control.bins = Charts.bins(Logic.values(data, ranking, control.column), control.scale)
+      control.all = new Uint32Array(Charts.BINS)
+      for (const row of data.whole.front) if (control.bins[row] < 255) control.all[control.bins[row]]++
+    }
+    const counts = new Uint32Array(Charts.BINS)
+    const {bins} = control
+    for (const row of ranking.front) if (bins[row] < 255) counts[bins[row]]++
+    Charts.histogram(control.canvas, control.all, counts)
+  }
+
+  function build_limits() {
+    const groups = [["criterion", "Criteria"], ["variable", "Variables"], ["output", "Further outputs"]]
+    for (const [role, text] of groups) {
+      const columns = limitable.filter((column) => column.role === role)
+      if (!columns.length) continue
+      const open = role === "criterion" || limitable.length <= 6
+      $("limit-groups").append(make("details", {open, ontoggle: (event) => event.target.open && soon()},
+        make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b", {className: "hint"})), columns.map(limit_control)))
+    }
+    const ranks = [["6", "rank 6, best"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
+    for (const [rank, text] of ranks) {
+      const box = make("input", {type: "checkbox", value: rank})
+      box.addEventListener("change", () => {
+        if (rank === "dominated") return change({dominated: box.checked})
+        const on = [...$("ranks").querySelectorAll("input:checked")].map((other) => Number(other.value)).filter((value) => value === value)
+        change({ranks: on.length === ranks.length - 1 ? null : on})
+      })
+      $("ranks").append(make("label", {}, box, Charts.icon(rank === "0" ? "unranked" : rank), make("span", {textContent: text}), make("b", {className: "hint"})))
+    }
+    if (data.total > data.n) $("ranks").append(make("p", {className: "key"}, Charts.icon("prototype"), "prototype, always shown"))
+    const {count: failed, reasons} = data.failed
+    const told = [...data.remarks]
+    if (failed) told.push(`${count_text(failed)} tests failed${reasons.length ? `: ${reasons.map(([why, many]) => `${why} (${many})`).join(", ")}` : ""}. They are not on the page.`)
+    if (data.infeasible) told.push(`${count_text(data.infeasible)} designs violate constraints. They are not on the page.`)
+    $("remarks").append(...told.map((text) => make("p", {className: "hint", textContent: text})))
+    $("scale").textContent = data.normalize ? ", each criterion in units of its range" : ", the criteria in their own units"
+  }
+
+  // Preferences.
+
+  const wishes = []
+  function build_preferences() {
+    $("preference-table").append(make("thead", {}, make("tr", {}, ["Criterion", "Weight", "Wished"].map((textContent) => make("th", {textContent, scope: "col"})))))
+    const body = make("tbody")
+    for (const column of data.criteria) {
+      const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "wished value"]].map(([kind, placeholder, told]) => {
+        const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder, "aria-label": `${title_of(column)}, ${told}`})
+        input.addEventListener("change", () => {
+          const value = parsed(input.value)
+          const wrong = Number.isNaN(value) || (kind === "weights" && value !== null && !(value >= 0))
+          input.setAttribute("aria-invalid", String(wrong))
+          if (wrong) return say([`${title_of(column)}: the ${told} must be a${kind === "weights" ? " positive" : ""} number such as 1.5.`])
+          const {[column.name]: _, ...others} = state.preference[kind]
+          change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
+        })
+        wishes.push({input, kind, column})
+        return make("td", {}, input)
+      })
+      body.append(make("tr", {}, make("th", {scope: "row", textContent: title_of(column)}), inputs))
+    }
+    $("preference-table").append(body)
+  }
+
+  function show_preference() {
+    for (const {input, kind, column} of wishes) {
+      const value = own(state.preference[kind], column.name)
+      if (input !== document.activeElement) input.value = value === null ? "" : String(value)
+    }
+    const on = state.order.by === "preference"
+    $("by-preference").setAttribute("aria-pressed", String(on))
+    const used = Object.keys(state.preference.weights).length + Object.keys(state.preference.aspiration).length > 0
+    if (!($("preferences").open || on || used) || !verdict) return $("preference-words").replaceChildren()
+    const [first] = Logic.preference(data, ranking, state.preference).best
+    $("preference-words").replaceChildren("First by your preferences: ", make("strong", {textContent: called(first)}),
+      first === verdict.row ? ", also the best compromise. " : ". ", ...toggles(first))
+  }
+
+  // Charts.
+
+  // A fixed order without pattern, so that the sample drawn is the same at every step.
+  function shuffled(n) {
+    const rows = Int32Array.from({length: n}, (_, row) => row)
+    let seed = 12345
+    for (let k = n - 1; k > 0; k--) {
+      seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0
+      const other = seed % (k + 1)
+      ;[rows[k], rows[other]] = [rows[other], rows[k]]
+    }
+    return rows
+  }
+  const shuffle = shuffled(data.n)
+
+  // Up to MOST_DRAWN rows, stable from step to step.
+  function sample(wanted) {
+    const rows = []
+    for (let k = 0; k < shuffle.length && rows.length < MOST_DRAWN; k++) if (wanted(shuffle[k])) rows.push(shuffle[k])
+    return rows
+  }
+
+  let context = []
+  let context_of = null
+  let scales = new Map()
+  let axes_told = ""
+  let drawn = []
+  const plots = []
+
+  // The ends of an axis: the range of the Pareto set, or of what is left.
+  function scale_of(column) {
+    if (scales.has(column)) return scales.get(column)
+    let [low, high] = column.texts ? [0, column.texts.length - 1] : column.range
+    if (column.role === "geometric") [low, high] = ends_of(data.whole, column)
+    if (state.axes.zoom && !column.texts) {
+      const [least, most] = ends_of(ranking, column)
+      if (least < most) [low, high] = [least, most]
+    }
+    if (!(low <= high)) [low, high] = [0, 1]
+    scales.set(column, {low, high, log: column.log && low > 0})
+    return scales.get(column)
+  }
+
+  function ends_of(ranking, column) {
+    const values = Logic.values(data, ranking, column)
+    let [least, most] = [Infinity, -Infinity]
+    for (const row of state.dominated ? ranking.rows : ranking.front) {
+      if (values[row] < least) least = values[row]
+      if (values[row] > most) most = values[row]
+    }
+    return [least, most]
+  }
+
+  function model_of_charts() {
+    const chosen = chosen_row()
+    const marks = []
+    for (let row = data.n; row < data.total; row++) marks.push({row, look: "prototype"})
+    for (const row of pinned()) marks.push({row, look: "pinned"})
+    if (verdict) marks.push({row: verdict.row, look: "6"})
+    if (chosen >= 0) marks.push({row: chosen, look: "chosen"})
+    return {context, left: drawn, marks, selected, look, scale: scale_of, limit: (column) => limit_of(column),
+      values: (column) => Logic.values(data, ranking, column), everything: () => [...order]}
+  }
+
+  function show_charts(everything) {
+    const dominated = state.dominated
+    const fresh = context_of !== dominated
+    if (fresh) {
+      context = sample((row) => dominated || data.whole.pareto[row])
+      context_of = dominated
+    }
+    const key = JSON.stringify([state.axes])
+    const moved = key !== axes_told
+    const rescaled = moved || everything || (state.axes.zoom && !dragging)
+    if (rescaled) scales = new Map()
+    if (moved) {
+      axes_told = key
+      const hidden = new Set(state.axes.hidden)
+      parallel.set_axes(axes_order().filter((name) => !hidden.has(name)).map((name) => data.by.get(name)), title_of)
+      show_axes()
+    }
+    $("zoom").setAttribute("aria-pressed", String(state.axes.zoom))
+    const ranks = state.ranks && new Set(state.ranks)
+    const shown = (row) => left.mask[row] && (ranking.pareto[row] ? !ranks || ranks.has(ranking.rank[row]) : dominated)
+    drawn = sample(shown)
+    const number = order.length - (data.total - data.n)
+    if (number > drawn.length) {
+      // Ranked designs are few and are all drawn, on top.
+      const have = new Set(drawn)
+      for (const row of ranking.front) if (ranking.rank[row] > 0 && shown(row) && !have.has(row)) drawn.push(row)
+    }
+    drawn.sort((a, b) => level(a) - level(b))
+    const total = whole_count(dominated)
+    $("drawn").textContent = [
+      total > context.length ? `grey: ${count_text(context.length)} of ${count_text(total)} designs, a fixed sample` : "",
+      number > drawn.length ? `coloured: ${count_text(drawn.length)} of ${count_text(number)} left, every ranked one among them` : "",
+    ].filter(Boolean).join("; ")
+    const model = model_of_charts()
+    const all = fresh || rescaled
+    parallel.draw(model, all)
+    for (const plot of plots) plot.draw(model, all || plot.live())
+  }
+
+  // The axes of the parallel coordinates: the user's, or the criteria and the first others.
+  const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts)]
+    .slice(0, Math.max(data.criteria.length, 8)).map((column) => column.name)
+  const axes_order = () => (state.axes.order.length ? state.axes.order : usual)
+
+  const whole_count = (dominated) => (dominated ? data.n : data.whole.front.length)
+  const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
+
+  function move_axis(column, steps) {
+    const hidden = new Set(state.axes.hidden)
+    const shown = axes_order().filter((name) => !hidden.has(name))
+    const from = shown.indexOf(column.name)
+    const to = Math.min(shown.length - 1, Math.max(0, from + steps))
+    if (from < 0 || from === to) return
+    const order = axes_order().filter((name) => name !== column.name)
+    order.splice(order.indexOf(shown[to]) + (to > from ? 1 : 0), 0, column.name)
+    change({axes: {...state.axes, order}})
+    update()
+  }
+
+  function hide_axis(column, hide) {
+    const [order, hidden] = [axes_order(), state.axes.hidden]
+    const others = hidden.filter((name) => name !== column.name)
+    if (hide && order.length - hidden.length <= 1) return
+    change({axes: {...state.axes, order: order.includes(column.name) ? order : [...order, column.name], hidden: hide ? [...others, column.name] : others}})
+    update()
+  }
+
+  // The same by buttons: a list of all columns, which also reaches those that are hidden.
+  function show_axes() {
+    const [order, hidden] = [axes_order(), state.axes.hidden]
+    const focus = document.activeElement?.dataset.axis
+    const names = [...order, ...data.columns.map((column) => column.name).filter((name) => !order.includes(name))]
+    $("axes-list").replaceChildren(...names.map((name) => {
+      const column = data.by.get(name)
+      const on = order.includes(name) && !hidden.includes(name)
+      const box = make("input", {type: "checkbox", checked: on, onchange: () => hide_axis(column, on)})
+      const mover = (text, told, steps) => {
+        const button = make("button", {className: "small", textContent: text, disabled: !on, "aria-label": `Move ${title_of(column)} to the ${told}`, onclick: () => move_axis(column, steps)})
+        button.dataset.axis = `${told} ${column.field}`
+        return button
+      }
+      return make("li", {}, make("label", {}, box, title_of(column)), mover("←", "left", -1), mover("→", "right", 1))
+    }))
+    if (focus) [...$("axes-list").querySelectorAll("button")].find((button) => button.dataset.axis === focus)?.focus()
+  }
+
+  function hover(row, x, y) {
+    const tip = $("tip")
+    tip.hidden = row === undefined || row < 0
+    if (tip.hidden) return
+    const lines = data.columns.filter((column) => column.role !== "geometric").slice(0, 16)
+    tip.replaceChildren(make("strong", {textContent: called(row)}), ` ${rank_text(row)}`, make("table", {}, lines.map((column) => make("tr", {},
+      make("td", {textContent: title_of(column)}), make("td", {className: "number", textContent: cell_text(column, row)})))))
+    const [width, height] = [tip.offsetWidth, tip.offsetHeight]
+    tip.style.left = `${Math.max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
+    tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
+  }
+
+  const parallel = Charts.parallel($("parallel-chart"), {
+    limit: set_limit, move: move_axis, hide: (column) => hide_axis(column, true), pick: choose, hover,
+  })
+
+  function build_scatter(section, name, x, y) {
+    const columns = {x, y}
+    const factors = make("span", {className: "hint"})
+    const out = make("button", {className: "small", textContent: "Whole", title: "Back to the whole range", disabled: true})
+    const zoom = make("button", {className: "small", textContent: "Drag zooms", "aria-pressed": "false", title: "A drag zooms instead of selecting"})
+    const select = (axis) => {
+      const groups = [["criterion", "Criteria"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
+      const element = make("select", {"aria-label": `${name}, ${axis} axis`}, groups.map(([role, label]) => {
+        const options = data.columns.filter((column) => column.role === role).map((column) => make("option", {value: column.field, textContent: title_of(column), selected: column === columns[axis]}))
+        return options.length ? make("optgroup", {label}, options) : null
+      }))
+      element.addEventListener("change", () => {
+        columns[axis] = data.columns.find((column) => column.field === element.value)
+        told()
+        plot.set_axes(columns.x, columns.y)
+        plot.draw(model_of_charts(), true)
+      })
+      return make("label", {}, axis, element)
+    }
+    const area = make("div", {className: "plot"})
+    section.append(make("div", {className: "bar"}, select("y"), select("x"), factors, zoom, out), area)
+    const plot = Charts.scatter(area, {
+      select: (rows) => select_rows(rows), pick: choose, hover,
+      zoomed: (yes) => { out.disabled = !yes },
+      factors: (across, up) => { factors.textContent = [up && `y ${up}`, across && `x ${across}`].filter(Boolean).join(" ") },
+    })
+    const told = () => area.setAttribute("aria-label", `${title_of(columns.y)} against ${title_of(columns.x)}; the table holds the same designs`)
+    area.setAttribute("role", "img")
+    told()
+    zoom.addEventListener("click", () => {
+      const on = zoom.getAttribute("aria-pressed") !== "true"
+      zoom.setAttribute("aria-pressed", String(on))
+      plot.zooming(on)
+    })
+    out.addEventListener("click", plot.zoom_out)
+    plot.set_axes(x, y)
+    // Distances are measured from the U and N of what is left: their context moves with the limits.
+    plot.live = () => columns.x.role === "geometric" || columns.y.role === "geometric"
+    plots.push(plot)
+  }
+
+  function select_rows(rows) {
+    selected = new Set(rows)
+    soon()
+  }
+
+  // The table: only the rows in view are in the document.
+
+  const cell_text = (column, row) => written(column, Logic.values(data, ranking, column)[row])
+  const rank_text = (row) => {
+    if (is_prototype(row)) return "prototype"
+    if (!ranking.mask[row]) return "outside the limits"
+    if (!ranking.pareto[row]) return "dominated"
+    return ranking.rank[row] === 0 ? "unranked" : `rank ${ranking.rank[row]}`
+  }
+
+  const table = (() => {
+    const HEIGHT = 25
+    const box = $("table")
+    const head = make("div", {className: "head", role: "row"})
+    const body = make("div", {className: "body", role: "rowgroup"})
+    box.append(head, body)
+    let cursor = 0
+    // As wide as the longest text: of numbers those at the ends of the range have it.
+    const length = (column) => {
+      if (column.texts) return Math.max(...column.texts.map((text) => text.length), 1)
+      if (column.role === "geometric") return 9
+      let [low, high] = [Infinity, -Infinity]
+      for (const value of column.values) { if (value < low) low = value; if (value > high) high = value }
+      return low <= high ? Math.max(written(column, low).length, written(column, high).length) : 1
+    }
+    let labels = 0
+    for (let row = 0; row < data.total; row++) labels = Math.max(labels, data.ids[row].length)
+    const columns = [
+      {text: data.label_name, width: labels, order: null, cell: (row) => data.ids[row], field: "label"},
+      {text: "rank", width: 13, order: {by: "rank", down: false}, cell: rank_text, field: "rank"},
+      ...data.columns.map((column) => ({
+        text: column.role === "geometric" ? column.name.split(" ")[0] : title_of(column), width: length(column), number: !column.texts,
+        order: {by: "column", name: column.name, down: false}, cell: (row) => cell_text(column, row), field: column.field})),
+    ]
+    for (const column of columns) column.pixels = Math.ceil(Math.max(7.4 * column.width + 22, Math.min(7.2 * column.text.length + 34, 150), 62))
+    const wide = columns.reduce((sum, column) => sum + column.pixels, 0)
+    head.style.width = body.style.width = `${wide}px`
+
+    const heads = columns.map((column, k) => {
+      const button = make("button", {textContent: column.text, tabIndex: k === 1 ? 0 : -1, title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order})
+      button.addEventListener("click", () => {
+        const {order: now} = state
+        const same = column.order.by === now.by && column.order.name === now.name
+        change({order: {...column.order, down: same && !now.down}})
+        box.scrollTop = 0
+        cursor = 0
+      })
+      button.addEventListener("keydown", (event) => {
+        const next = heads[k + ({ArrowLeft: -1, ArrowRight: 1}[event.key] ?? NaN)]?.querySelector("button")
+        if (event.key === "Enter" || event.key === " ") return event.stopPropagation()
+        if (!next || next.disabled) return
+        event.stopPropagation()
+        event.preventDefault()
+        button.tabIndex = -1
+        next.tabIndex = 0
+        next.focus()
+      })
+      const cell = make("div", {className: column.number ? "cell number" : "cell", role: "columnheader"}, button)
+      cell.style.width = `${column.pixels}px`
+      return cell
+    })
+    head.append(...heads)
+    box.setAttribute("aria-colcount", columns.length)
+
+    function line(k) {
+      const row = order[k]
+      const marks = [row === chosen_row() ? "chosen" : "", selected.has(row) ? "selected" : "", k === cursor ? "cursor" : "", state.pins.includes(data.ids[row]) ? "pinned" : ""]
+      const element = make("div", {className: `row ${marks.join(" ")}`, role: "row", id: `row-${k}`, "aria-rowindex": k + 2, "aria-selected": selected.has(row)},
+        columns.map((column) => {
+          const cell = make("div", {className: column.number ? "cell number" : "cell", role: "gridcell", textContent: column.cell(row)})
+          if (column.field === "rank") cell.prepend(Charts.icon(look(row)))
+          if (column.field === "label") cell.classList.add("label")
+          cell.style.width = `${column.pixels}px`
+          return cell
+        }))
+      element.style.top = `${k * HEIGHT}px`
+      element.dataset.k = k
+      return element
+    }
+
+    function show() {
+      cursor = Math.max(0, Math.min(cursor, order.length - 1))
+      body.style.height = `${order.length * HEIGHT}px`
+      const first = Math.max(0, Math.floor(box.scrollTop / HEIGHT) - 2)
+      const last = Math.min(order.length, Math.ceil((box.scrollTop + box.clientHeight) / HEIGHT) + 2)
+      body.replaceChildren(...Array.from({length: Math.max(0, last - first)}, (_, k) => line(first + k)))
+      box.setAttribute("aria-rowcount", order.length + 1)
+      box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
+      columns.forEach((column, k) => {
+        const sorted = column.order && column.order.by === state.order.by && column.order.name === state.order.name
+        heads[k].setAttribute("aria-sort", !sorted ? "none" : state.order.down ? "descending" : "ascending")
+      })
+      $("choose").disabled = $("pin").disabled = order.length === 0
+    }
+
+    function go(k) {
+      cursor = Math.max(0, Math.min(order.length - 1, k))
+      const top = cursor * HEIGHT
+      const room = box.clientHeight - head.offsetHeight - HEIGHT
+      if (top < box.scrollTop) box.scrollTop = top
+      else if (top > box.scrollTop + room) box.scrollTop = top - room
+      show()
+    }
+
+    const by_page = () => Math.max(1, Math.floor(box.clientHeight / HEIGHT) - 2)
+    const keys = {
+      ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + by_page()),
+      PageUp: () => go(cursor - by_page()), Home: () => go(0), End: () => go(order.length - 1),
+      ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
+      Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
+      " ": () => toggle(order[cursor]), Escape: () => select_rows([]),
+    }
+    box.addEventListener("keydown", (event) => {
+      const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key]
+      if (!action || !order.length) return
+      event.preventDefault()
+      action()
+    })
+    const toggle = (row) => select_rows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
+    body.addEventListener("click", (event) => {
+      const element = event.target.closest(".row")
+      if (!element) return
+      const k = Number(element.dataset.k)
+      cursor = k
+      event.ctrlKey || event.metaKey ? toggle(order[k]) : choose(order[k])
+      show()
+    })
+    let scrolled = false
+    box.addEventListener("scroll", () => {
+      if (scrolled) return
+      scrolled = true
+      requestAnimationFrame(() => { scrolled = false; show() })
+    })
+    new ResizeObserver(() => order && show()).observe(box)
+    return {show, current: () => order[cursor] ?? -1}
+  })()
+
+  // Files.
+
+  function download(text, type, name) {
+    const link = make("a", {href: URL.createObjectURL(new Blob([text], {type})), download: name})
+    link.click()
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000)
+  }
+  const stem = payload.file ?? "designs"
+
+  function wire() {
+    const goes = (from) => () => { state = from(); remember(); soon() }
+    $("undo").addEventListener("click", goes(past.undo))
+    $("redo").addEventListener("click", goes(past.redo))
+    $("reset").addEventListener("click", () => { select_rows([]); change(Logic.initial(data)) })
+    $("save").addEventListener("click", () => download(Logic.decisionFile(data, state, ranking, verdict, new Date().toISOString()), "application/json", `${stem}-decision.json`))
+    $("open").addEventListener("click", () => $("file").click())
+    $("file").addEventListener("change", async () => {
+      const [file] = $("file").files
+      $("file").value = ""
+      if (!file) return
+      const opened = Logic.opened(data, await file.text())
+      say(opened.remarks)
+      if (opened.state) change(opened.state)
+    })
+    $("print").addEventListener("click", () => print())
+    addEventListener("beforeprint", date_record)
+    $("export").addEventListener("click", () => {
+      const rows = selected.size ? [...order].filter((row) => selected.has(row)) : [...order]
+      download(Logic.csv(data, rows, ranking), "text/csv", `${stem}-${selected.size ? "selected" : "shown"}.csv`)
+    })
+    $("zoom").addEventListener("click", () => change({axes: {...state.axes, zoom: !state.axes.zoom}}))
+    $("by-preference").addEventListener("click", () => change({order: {by: state.order.by === "preference" ? "rank" : "preference", down: false}}))
+    $("preferences").addEventListener("toggle", soon)
+    $("choose").addEventListener("click", () => choose(table.current()))
+    $("pin").addEventListener("click", () => pin(table.current()))
+    $("keep").addEventListener("click", () => {
+      const kept = [...selected].map((row) => data.ids[row])
+      selected = new Set()
+      change({kept})
+    })
+    $("clear").addEventListener("click", () => select_rows([]))
+    $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
+    $("reason").addEventListener("change", commit)
+    addEventListener("hashchange", () => take(Logic.fromHash(location.hash) ?? {}))
+    addEventListener("pagehide", remember)
+    addEventListener("keydown", (event) => {
+      // Within a text the browser undoes its letters.
+      if (!(event.ctrlKey || event.metaKey) || event.target.matches("textarea, input[type=text]")) return
+      const key = event.key.toLowerCase()
+      if (key === "z" || key === "y") {
+        event.preventDefault()
+        $(key === "y" || event.shiftKey ? "redo" : "undo").click()
+      }
+    })
+    addEventListener("keydown", (event) => { if (event.key === "Escape" && selected.size) select_rows([]) })
+  }
+
+  function date_record() {
+    $("record-foot").textContent = `${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
+  }
+
+  // Start: the state in the address, or else what the page was made with.
+
+  $("verdict-more").before(make("div", {id: "cautions"}))
+  build_limits()
+  build_preferences()
+  const mus = data.columns.filter((column) => column.role === "geometric")
+  const [first, second] = [data.criteria, numeric.filter((column) => column.role === "variable")]
+  build_scatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
+  build_scatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
+  wire()
+  if (location.hash.length > 1) take(Logic.fromHash(location.hash) ?? {})
+  update(true)
+  date_record()
+  document.body.dataset.ready = "yes"
+
+  return {
+    Logic, data, step, ready: performance.now(), update, select: select_rows,
+    state: () => state,
+    set: (next) => { change(Logic.checked(data, next).state); update() },
+    get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
+    get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
+    plots, scale: scale_of,
+  }
+})()
+window.decisionPage = page

@@ -1,0 +1,592 @@
+// Drawing on canvas: parallel coordinates, scatter plots, the histograms behind the limits.
+//
+// A chart has three layers. The context (a stable sample of all designs) is drawn when axes or
+// size change, what is left at every step of a slider, marks and brushes at every move of the
+// pointer. Charts know rows, columns and scales; what is chosen or limited they are told by
+// page.js as a model:
+//   context, left   rows to draw, the best last; look(row) -> key of LOOKS
+//   values(column)  the numbers of a column as they are now
+//   scale(column)   {low, high, log}, the ends of its axis
+//   limit(column)   [low, high] in force, null for none
+//   marks           [{row, look}] drawn large above all; selected: Set of rows, or empty
+const Charts = (() => {
+  // Hues of the figures in print, as dark as 3 : 1 on white takes. Shapes tell the same.
+  const LOOKS = {
+    unranked: {colour: "#7D8590", shape: "dot", size: 1.7},
+    dominated: {colour: "#7D8590", shape: "cross", size: 2},
+    3: {colour: "#2A86C4", shape: "triangle", size: 4.5},
+    4: {colour: "#00557F", shape: "square", size: 3.2},
+    5: {colour: "#B07000", shape: "diamond", size: 4.5},
+    6: {colour: "#D55E00", shape: "star", size: 8},
+    prototype: {colour: "#111111", shape: "cross", size: 5},
+    chosen: {colour: "#111111", shape: "ring", size: 8.5},
+    pinned: {colour: "#111111", shape: "frame", size: 7.5},
+  }
+  const CONTEXT = "#D3D8DF"
+  const TEXT = "#4A5260"
+  const ACCENT = "#0072B2"
+  const FONT = '11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
+
+  // Corners of the shapes, in units of their size.
+  const CORNERS = {
+    triangle: [[0, -1], [0.95, 0.8], [-0.95, 0.8]],
+    square: [[-1, -1], [1, -1], [1, 1], [-1, 1]],
+    frame: [[-1, -1], [1, -1], [1, 1], [-1, 1]],
+    diamond: [[0, -1.1], [1, 0], [0, 1.1], [-1, 0]],
+    star: [...Array(10).keys()].map((k) => {
+      const [radius, angle] = [k % 2 ? 0.45 : 1, (k * Math.PI) / 5]
+      return [radius * Math.sin(angle), -radius * Math.cos(angle)]
+    }),
+  }
+
+  function shape(g, {shape, colour, size}, x, y) {
+    g.fillStyle = g.strokeStyle = colour
+    g.lineWidth = 1.6
+    if (shape === "dot") return g.fillRect(x - size, y - size, 2 * size, 2 * size)
+    g.beginPath()
+    if (shape === "ring") g.arc(x, y, size, 0, 7)
+    else if (shape === "cross") {
+      g.moveTo(x - size, y - size), g.lineTo(x + size, y + size)
+      g.moveTo(x + size, y - size), g.lineTo(x - size, y + size)
+    } else {
+      for (const [dx, dy] of CORNERS[shape]) g.lineTo(x + dx * size, y + dy * size)
+      g.closePath()
+    }
+    shape === "cross" || shape === "ring" || shape === "frame" ? g.stroke() : g.fill()
+  }
+
+  // A shape as a picture for legends and texts, made once and copied.
+  const icons = {}
+  function icon(key) {
+    if (!icons[key]) {
+      const {shape, colour, size} = LOOKS[key]
+      const svg = (name, attributes) => {
+        const element = document.createElementNS("http://www.w3.org/2000/svg", name)
+        for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
+        return element
+      }
+      const r = Math.min(size, 6.5)
+      const corners = {cross: [[-1, -1], [1, 1], [0, 0], [1, -1], [-1, 1], [0, 0]], dot: CORNERS.square}
+      const points = (corners[shape] ?? CORNERS[shape] ?? []).map(([x, y]) => `${8 + r * x},${8 + r * y}`).join(" ")
+      const open = ["cross", "ring", "frame"].includes(shape)
+      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true", fill: open ? "none" : colour,
+        stroke: open ? colour : "none", "stroke-width": 1.6})
+      icons[key].append(shape === "ring" ? svg("circle", {cx: 8, cy: 8, r}) : svg("polygon", {points}))
+    }
+    return icons[key].cloneNode(true)
+  }
+
+  // Scales. A place is the share of the way from the low to the high end; what lies beyond an end
+  // is drawn just outside of it.
+  function place({low, high, log}) {
+    const [a, b] = log ? [Math.log(low), Math.log(high)] : [low, high]
+    const span = b - a || 1
+    return (value) => {
+      const share = b > a ? ((log ? Math.log(Math.max(value, low * 0.5)) : value) - a) / span : 0.5
+      return share < -0.03 ? -0.03 : share > 1.03 ? 1.03 : share
+    }
+  }
+
+  const value_at = ({low, high, log}, share) =>
+    log ? low * (high / low) ** share : low + (high - low) * share
+
+  // Steps of 1, 2 or 5 times a power of ten; on a log axis over decades powers of ten.
+  function ticks({low, high, log}, most) {
+    if (!(high > low)) return [low]
+    if (log && high / low >= 100) {
+      const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)]
+      const every = Math.ceil((last - first + 1) / most)
+      return Array.from({length: Math.floor((last - first) / every) + 1}, (_, k) => 10 ** (first + k * every))
+    }
+    const rough = (high - low) / most
+    const power = 10 ** Math.floor(Math.log10(rough))
+    const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999)
+    const first = Math.ceil(low / step - 1e-9)
+    const count = Math.floor(high / step + 1e-9) - first
+    // A product of integers and the power, so that 0.3 is not 0.30000000000000004.
+    return Array.from({length: count + 1}, (_, k) => Number(((first + k) * step).toPrecision(12)))
+  }
+
+  const SUPERSCRIPT = {"-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((c, k) => [k, c]))}
+  const raised = (power) => [...String(power)].map((c) => SUPERSCRIPT[c]).join("")
+
+  // Ticks as texts, and the power of ten by which a name is followed: 1.2 with "×10⁶" reads better
+  // in a narrow column than 1200000.
+  function tick_texts(scale, most, texts) {
+    if (texts) {
+      const known = [...texts.keys()].filter((k) => k >= scale.low && k <= scale.high)
+      return {values: known, texts: known.map((k) => texts[k]), factor: ""}
+    }
+    const values = ticks(scale, most)
+    const size = Math.max(Math.abs(scale.low), Math.abs(scale.high))
+    const decades = scale.log && scale.high / scale.low >= 100
+    const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * Math.floor(Math.log10(size) / 3) : 0
+    const short = (value) => {
+      if (decades && (value >= 1e5 || value < 1e-3)) return `10${raised(Math.round(Math.log10(value)))}`
+      return String(Number((value / 10 ** power).toPrecision(6))).replace("-", "−")
+    }
+    return {values, texts: values.map(short), factor: power ? `×10${raised(power)}` : ""}
+  }
+
+  // Canvases on top of each other that fill their parent; redraw is called when its size changes.
+  function layers(parent, count, redraw) {
+    const canvases = Array.from({length: count}, () => document.createElement("canvas"))
+    for (const canvas of canvases) canvas.setAttribute("aria-hidden", "true")
+    parent.append(...canvases)
+    const size = {width: 0, height: 0}
+    const fit = () => {
+      const [width, height] = [parent.clientWidth, parent.clientHeight]
+      if (width === size.width && height === size.height) return
+      Object.assign(size, {width, height})
+      for (const canvas of canvases) {
+        canvas.width = Math.round(width * devicePixelRatio)
+        canvas.height = Math.round(height * devicePixelRatio)
+      }
+      redraw()
+    }
+    const clean = (k) => {
+      const g = canvases[k].getContext("2d")
+      g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
+      g.clearRect(0, 0, size.width, size.height)
+      g.font = FONT
+      g.lineJoin = "round"
+      g.globalAlpha = 1
+      return g
+    }
+    new ResizeObserver(fit).observe(parent)
+    fit()
+    return {size, clean, top: canvases[count - 1]}
+  }
+
+  function written(g, text, x, y, align, baseline = "middle") {
+    g.textAlign = align
+    g.textBaseline = baseline
+    g.lineWidth = 3
+    g.strokeStyle = "rgba(255,255,255,0.9)" // a halo, legible above lines
+    g.strokeText(text, x, y)
+    g.fillStyle = TEXT
+    g.fillText(text, x, y)
+  }
+
+  // A drag on an element: down(x, y) returns {move(x, y), up(x, y, moved)}. Places are those of
+  // the start, as what a drag changes may move the element itself.
+  function drag(element, down) {
+    element.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return
+      const box = element.getBoundingClientRect()
+      const at = (e) => [e.clientX - box.left, e.clientY - box.top]
+      const job = down(...at(event))
+      let moved = false // a hand that shakes by a pixel does not drag
+      const move = (e) => {
+        moved ||= Math.hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
+        if (moved) job.move(...at(e))
+      }
+      const end = (e) => {
+        element.removeEventListener("pointermove", move)
+        element.removeEventListener("pointerup", end)
+        element.removeEventListener("pointercancel", end)
+        job.up(...at(e), moved)
+      }
+      event.preventDefault()
+      element.setPointerCapture(event.pointerId)
+      element.addEventListener("pointermove", move)
+      element.addEventListener("pointerup", end)
+      element.addEventListener("pointercancel", end)
+    })
+  }
+
+  // Parallel coordinates. The heads of the axes are buttons: dragged or moved with the arrow keys
+  // they change places. A drag along an axis sets its limits. Criteria get better downwards.
+  //   on = {limit(column, [low, high], done), move(column, steps), hide(column), pick(row), hover(row, x, y)}
+  function parallel(parent, on) {
+    const TOP = 10, BOTTOM = 22
+    const heads = document.createElement("div")
+    heads.className = "heads"
+    const plot = document.createElement("div")
+    plot.className = "plot"
+    parent.append(heads, plot)
+    let [axes, model] = [[], null]
+    let counts = new Uint8ClampedArray(0) // of lines through the pixels; 255 are enough
+    const {size, clean, top} = layers(plot, 3, () => model && draw(true))
+
+    const x_of = (j) => ((j + 0.5) * size.width) / axes.length
+    const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
+    const height = () => size.height - TOP - BOTTOM
+    // Of a criterion to be maximised the greatest value is at the bottom: down is better.
+    const flipped = (column) => column.role === "criterion" && column.maximize
+    const share_at = (column, y) => {
+      const up = Math.min(1, Math.max(0, (size.height - BOTTOM - y) / height()))
+      return flipped(column) ? 1 - up : up
+    }
+    function placed(column) {
+      const share = place(model.scale(column))
+      const flip = flipped(column)
+      return (value) => {
+        const up = flip ? 1 - share(value) : share(value)
+        return size.height - BOTTOM - up * height()
+      }
+    }
+
+    function set_axes(columns, told) {
+      axes = columns
+      // Every axis needs room for its name and numbers; beyond that the chart scrolls.
+      parent.style.minWidth = `${76 * columns.length}px`
+      heads.replaceChildren(...columns.map((column) => head(column, told(column))))
+    }
+
+    function head(column, text) {
+      const button = document.createElement("button")
+      button.textContent = text
+      button.title = `${text}: drag or use the arrow keys to move it, Delete to hide it`
+      button.dataset.field = column.field
+      button.addEventListener("keydown", (event) => {
+        const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key]
+        if (steps) on.move(column, steps)
+        else if (event.key === "Delete") on.hide(column)
+        else return
+        event.preventDefault()
+        heads.querySelector(`[data-field="${column.field}"]`)?.focus()
+      })
+      drag(button, () => ({
+        move: () => button.classList.add("moving"),
+        up: (x, _, moved) => {
+          button.classList.remove("moving")
+          const at = button.offsetLeft - heads.offsetLeft + x
+          const steps = nearest(at) - axes.indexOf(column)
+          if (moved && steps) on.move(column, steps)
+          else button.focus()
+        },
+      }))
+      return button
+    }
+
+    // Single lines, drawn by the browser.
+    function lines(g, rows, style) {
+      const places = axes.map((column) => [model.values(column), placed(column)])
+      for (const row of rows) {
+        Object.assign(g, style(row))
+        g.beginPath()
+        let pen = false
+        places.forEach(([values, at], j) => {
+          const known = values[row] === values[row]
+          if (known) pen ? g.lineTo(x_of(j), at(values[row])) : g.moveTo(x_of(j), at(values[row]))
+          pen = known
+        })
+        g.stroke()
+      }
+      g.globalAlpha = 1
+    }
+
+    // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
+    // counted here, as strokes of thousands of lines would take the browser fifty times as long.
+    function cloud(g, rows, colour, alpha) {
+      const {width, height} = g.canvas
+      if (counts.length !== width * height) counts = new Uint8ClampedArray(width * height)
+      counts.fill(0)
+      for (let j = 0; j + 1 < axes.length; j++) {
+        const [x0, x1] = [x_of(j), x_of(j + 1)].map((x) => Math.round(x * devicePixelRatio))
+        const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
+        for (const row of rows) {
+          if (left[row] !== left[row] || right[row] !== right[row]) continue
+          // Half a pixel up, so that cutting the fraction off rounds.
+          let y = from(left[row]) * devicePixelRatio + 0.5
+          const slope = (to(right[row]) * devicePixelRatio + 0.5 - y) / (x1 - x0)
+          let at = y | 0
+          for (let x = x0; x < x1; x++) {
+            y += slope
+            const next = y | 0
+            const end = (at < next ? next : at) * width + x
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k]++
+            at = next
+          }
+        }
+      }
+      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+      const shades = Uint32Array.from({length: 256}, (_, k) =>
+        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
+      const image = g.createImageData(width, height)
+      const pixels = new Uint32Array(image.data.buffer)
+      for (let k = 0; k < counts.length; k++) if (counts[k]) pixels[k] = shades[counts[k]]
+      g.putImageData(image, 0, 0)
+    }
+
+    const faintness = (count) => Math.min(0.6, Math.max(0.1, 60 / count)) // of one line among many
+
+    function draw_context() {
+      cloud(clean(0), model.context, CONTEXT, faintness(model.context.length))
+    }
+
+    function draw_left() {
+      const g = clean(1)
+      const {selected} = model
+      const plain = []
+      const ranked = []
+      for (const row of model.left) {
+        if (selected.size && !selected.has(row)) continue
+        const look = model.look(row)
+        look === "unranked" || look === "dominated" ? plain.push(row) : ranked.push([row, look])
+      }
+      cloud(g, plain, LOOKS.unranked.colour, faintness(plain.length))
+      for (const [row, look] of ranked) {
+        lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
+      }
+      axes.forEach((column, j) => {
+        const [x, at, scale] = [x_of(j), placed(column), model.scale(column)]
+        g.strokeStyle = "#7D8590"
+        g.lineWidth = 1
+        g.beginPath(), g.moveTo(x, TOP), g.lineTo(x, size.height - BOTTOM), g.stroke()
+        const told = tick_texts(scale, 4, column.texts)
+        told.values.forEach((value, k) => {
+          g.beginPath(), g.moveTo(x - 3, at(value)), g.lineTo(x + 3, at(value))
+          g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
+          written(g, told.texts[k], x + 6, at(value), "left")
+        })
+        const foot = [column.role === "criterion" ? "↓ better" : "", told.factor].filter(Boolean).join("  ")
+        if (foot) written(g, foot, x, size.height - 8, "center")
+      })
+    }
+
+    function draw_marks() {
+      const g = clean(2)
+      for (const {row, look} of model.marks) {
+        const {colour} = LOOKS[look]
+        const width = look === "6" ? 3 : 2
+        g.setLineDash(look === "prototype" ? [6, 4] : look === "pinned" ? [2, 3] : [])
+        lines(g, [row], () => ({strokeStyle: colour, lineWidth: width}))
+      }
+      g.setLineDash([])
+      axes.forEach((column, j) => {
+        const limit = model.limit(column)
+        if (!limit) return
+        const {low, high} = model.scale(column)
+        const at = placed(column)
+        const [a, b] = [at(limit[0] ?? low), at(limit[1] ?? high)]
+        g.fillStyle = ACCENT
+        g.globalAlpha = 0.28
+        g.fillRect(x_of(j) - 6, Math.min(a, b), 12, Math.abs(a - b))
+        g.globalAlpha = 1
+        for (const [end, y] of [[limit[0], a], [limit[1], b]]) {
+          if (end !== null) g.fillRect(x_of(j) - 8, y - 1, 16, 2)
+        }
+      })
+    }
+
+    function draw(all) {
+      if (!size.width || !axes.length) return
+      if (all) draw_context()
+      draw_left()
+      draw_marks()
+    }
+
+    // The row whose line passes nearest to a point, within a few pixels.
+    function row_at(x, y) {
+      const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / size.width - 0.5))
+      const j = Math.min(Math.floor(position), Math.max(0, axes.length - 2))
+      const sides = [axes[j], axes[Math.min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
+      const t = position - j
+      let [best, least] = [-1, 7]
+      for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
+        const [a, b] = sides.map(([values, at]) => at(values[row]))
+        const away = Math.abs(a + (b - a) * t - y)
+        if (away <= least) [best, least] = [row, away]
+      }
+      return best
+    }
+
+    drag(top, (x, y) => {
+      const j = nearest(x)
+      const column = axes[j]
+      // On a touch screen a drag scrolls the page: only from the axis itself it is a brush.
+      if (Math.abs(x - x_of(j)) > 16 || column.texts) {
+        return {move: () => 0, up: (u, v, moved) => !moved && on.pick(row_at(u, v))}
+      }
+      const from = share_at(column, y)
+      const ends = (to) => [from, to].sort((a, b) => a - b).map((share, k) =>
+        share === k ? null : value_at(model.scale(column), share))
+      return {
+        move: (_, v) => on.limit(column, ends(share_at(column, v)), false),
+        // A click on the axis takes its limit away.
+        up: (_, v, moved) => on.limit(column, moved ? ends(share_at(column, v)) : [null, null], true),
+      }
+    })
+    top.addEventListener("pointermove", (event) => {
+      if (event.buttons || !model) return
+      const j = nearest(event.offsetX)
+      top.style.cursor = Math.abs(event.offsetX - x_of(j)) <= 16 && !axes[j].texts ? "ns-resize" : "default"
+      on.hover(row_at(event.offsetX, event.offsetY), event.clientX, event.clientY)
+    })
+    top.addEventListener("pointerleave", () => on.hover(-1))
+    return {set_axes, draw: (next, all) => { model = next; draw(all) }, marks: (next) => { model = next; draw_marks() }}
+  }
+
+  // A scatter plot of two columns. A drag selects what is in the box, or zooms to it.
+  //   on = {select(rows), pick(row), hover(row, x, y), zoomed()}
+  function scatter(parent, on) {
+    const [LEFT, TOP, RIGHT, BOTTOM] = [52, 8, 14, 24]
+    let [x, y, model, zoom, box, zooming] = [null, null, null, null, null, false]
+    const {size, clean, top} = layers(parent, 3, () => model && draw(true))
+    const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
+
+    // Points on the ends of an axis are drawn whole: a little room around.
+    function scales() {
+      return [x, y].map((column, k) => {
+        if (zoom) return {...model.scale(column), ...zoom[k]}
+        const {low, high, log} = model.scale(column)
+        const room = log ? (high / low) ** 0.03 : 0.03 * (high - low) || Math.abs(high) * 0.03 || 1
+        return log ? {low: low / room, high: high * room, log} : {low: low - room, high: high + room, log}
+      })
+    }
+    function placed() {
+      const [w, h] = frame()
+      const [across, up] = scales().map(place)
+      const [xs, ys] = [model.values(x), model.values(y)]
+      return (row) => [LEFT + across(xs[row]) * w, TOP + (1 - up(ys[row])) * h]
+    }
+    const inside = ([u, v]) => u >= LEFT - 2 && u <= size.width - RIGHT + 2 && v >= TOP - 2 && v <= size.height - BOTTOM + 2
+
+    function draw_context() {
+      const g = clean(0)
+      const [across, up] = scales()
+      g.strokeStyle = "#EDEFF2"
+      g.lineWidth = 1
+      const [w, h] = frame()
+      const [tx, ty] = [tick_texts(across, Math.max(2, w / 80), x.texts), tick_texts(up, Math.max(2, h / 45), y.texts)]
+      const [px, py] = [place(across), place(up)]
+      tx.values.forEach((value, k) => {
+        const u = LEFT + px(value) * w
+        g.strokeStyle = "#EDEFF2", g.lineWidth = 1
+        g.beginPath(), g.moveTo(u, TOP), g.lineTo(u, TOP + h), g.stroke()
+        written(g, tx.texts[k], u, TOP + h + 8, "center", "top")
+      })
+      ty.values.forEach((value, k) => {
+        const v = TOP + (1 - py(value)) * h
+        g.strokeStyle = "#EDEFF2", g.lineWidth = 1
+        g.beginPath(), g.moveTo(LEFT, v), g.lineTo(LEFT + w, v), g.stroke()
+        written(g, ty.texts[k], LEFT - 6, v, "right")
+      })
+      g.strokeStyle = "#9AA1AC", g.lineWidth = 1
+      g.strokeRect(LEFT, TOP, w, h)
+      const at = placed()
+      g.fillStyle = CONTEXT
+      for (const row of model.context) {
+        const spot = at(row)
+        if (inside(spot)) g.fillRect(spot[0] - 1.3, spot[1] - 1.3, 2.6, 2.6)
+      }
+      on.factors(tx.factor, ty.factor)
+    }
+
+    function draw_left() {
+      const g = clean(1)
+      const at = placed()
+      const {selected} = model
+      for (const row of model.left) {
+        const spot = at(row)
+        if (!inside(spot)) continue
+        g.globalAlpha = selected.size && !selected.has(row) ? 0.15 : 1
+        shape(g, LOOKS[model.look(row)], ...spot)
+      }
+      g.globalAlpha = 1
+      for (const {row, look} of model.marks) {
+        const spot = at(row)
+        if (inside(spot)) shape(g, LOOKS[look], ...spot)
+      }
+    }
+
+    function draw_box() {
+      const g = clean(2)
+      if (!box) return
+      const [a, b, c, d] = box
+      g.fillStyle = ACCENT
+      g.globalAlpha = 0.12
+      g.fillRect(a, b, c - a, d - b)
+      g.globalAlpha = 1
+      g.strokeStyle = ACCENT
+      g.strokeRect(a, b, c - a, d - b)
+    }
+
+    function draw(all) {
+      if (!size.width || !x) return
+      if (all) draw_context()
+      draw_left()
+    }
+
+    function row_at(u, v) {
+      const at = placed()
+      let [best, least] = [-1, 9]
+      for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
+        const [a, b] = at(row)
+        const away = Math.hypot(a - u, b - v)
+        if (away <= least) [best, least] = [row, away]
+      }
+      return best
+    }
+
+    drag(top, (u, v) => ({
+      move: (a, b) => { box = [u, v, a, b]; draw_box() },
+      up: (a, b, moved) => {
+        box = null
+        draw_box()
+        if (!moved) return on.pick(row_at(a, b))
+        const [left, right] = [u, a].sort((p, q) => p - q)
+        const [above, below] = [v, b].sort((p, q) => p - q)
+        if (!zooming) {
+          const at = placed()
+          const hit = (row) => { const [p, q] = at(row); return p >= left && p <= right && q >= above && q <= below }
+          return on.select(model.everything().filter(hit))
+        }
+        const [w, h] = frame()
+        const [across, up] = scales()
+        const within = (share) => Math.min(1, Math.max(0, share))
+        zoom = [
+          {low: value_at(across, within((left - LEFT) / w)), high: value_at(across, within((right - LEFT) / w))},
+          {low: value_at(up, within(1 - (below - TOP) / h)), high: value_at(up, within(1 - (above - TOP) / h))},
+        ]
+        draw(true)
+        on.zoomed(true)
+      },
+    }))
+    top.addEventListener("pointermove", (event) => {
+      if (!event.buttons && model) on.hover(row_at(event.offsetX, event.offsetY), event.clientX, event.clientY)
+    })
+    top.addEventListener("pointerleave", () => on.hover(-1))
+    return {
+      set_axes: (across, up) => { [x, y, zoom] = [across, up, null]; on.zoomed(false) },
+      draw: (next, all) => { model = next; draw(all) },
+      zoom_out: () => { zoom = null; draw(true); on.zoomed(false) },
+      zooming: (yes) => { zooming = yes },
+      spot: (row) => placed()(row),
+    }
+  }
+
+  // The bin of every row on the scale of its column: computed once, counted at every step.
+  const BINS = 40
+  function bins(values, scale) {
+    const share = place(scale)
+    return Uint8Array.from(values, (value) =>
+      value === value ? Math.min(BINS - 1, Math.max(0, Math.floor(share(value) * BINS))) : 255)
+  }
+
+  // A histogram: all designs behind, what is left in front, each to its own greatest count.
+  function histogram(canvas, all, left) {
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight]
+    if (!width) return
+    if (canvas.width !== Math.round(width * devicePixelRatio)) {
+      canvas.width = Math.round(width * devicePixelRatio)
+      canvas.height = Math.round(height * devicePixelRatio)
+    }
+    const g = canvas.getContext("2d")
+    g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
+    g.clearRect(0, 0, width, height)
+    const most = Math.max(...all, 1)
+    for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
+      g.fillStyle = colour
+      counts.forEach((count, k) => {
+        // Square roots: one design in a bin is still seen beside a thousand.
+        const bar = count ? Math.max(1.5, Math.sqrt(count / most) * height) : 0
+        g.fillRect((k * width) / BINS, height - bar, width / BINS - 0.6, bar)
+      })
+    }
+  }
+
+  return {LOOKS, BINS, icon, parallel, scatter, bins, histogram, ticks, tick_texts, place, value_at}
+})()
