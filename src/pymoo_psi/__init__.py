@@ -1,26 +1,28 @@
 """Parameter Space Investigation and decision-making on Pareto sets, for pymoo.
 
-Problems
-    :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
-    :class:`Restricted`, a part of any problem's box; :class:`Robust`, criteria over scenarios.
-Sampling
-    :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
-Algorithms
-    :class:`PSI`, :func:`investigate` and their :class:`TestTable`; :func:`nsga3`.
-Decision-making
-    :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions` about its
-    optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
-    :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
-    :class:`ReferencePoint`, :class:`Knee`, :class:`Lexicographic`; :func:`robustness`.
-    More in :mod:`.selection`.
-Comparison
-    :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
-Running
-    :class:`JoblibRunner`, :class:`FailureTolerant`, :class:`Recorded`.
-Errors
-    :class:`PsiError`; all of them in :mod:`.errors`.
+.. include:: ../../README.md
 
-The house: each layer imports only those above it.
+The names that one imports first
+--------------------------------
+
+- Problems: :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
+  :class:`Restricted`, a part of any problem's box; :class:`Robust`, criteria over scenarios.
+- Sampling: :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
+- Algorithms: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
+  :class:`TestTable`; :func:`nsga3`.
+- Decision-making: :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions`
+  about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
+  :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
+  :class:`ReferencePoint`, :class:`Knee`, :class:`Lexicographic`; :func:`robustness`.
+  More in :mod:`.selection`.
+- Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
+- Running: :class:`JoblibRunner`, :class:`FailureTolerant`, :class:`Recorded`.
+- Errors: :class:`PsiError`; all of them in :mod:`.errors`.
+
+Rooms
+-----
+
+Each room is a module with a chapter on its subject. A layer imports only those above it.
 
 | layer | rooms | knows |
 |---|---|---|
@@ -29,7 +31,7 @@ The house: each layer imports only those above it.
 | method | `storage` (the study), `table` (the test table) | arrays, pandas; SQLite in `storage` |
 | pymoo | `problems`, `evaluation`, `parallel`, `algorithms`, `selection` | pymoo |
 | experiments | `comparison`, `paper` | all above |
-| faces | `plots`, `page`, `cli` | results of all above |
+| faces | `plots`, `page`, `report`, `cli` | results of all above |
 
 A room's ``__init__`` is its chapter and its index: what is listed there is public, and every module
 begins with an underscore but ``table.analysis``, which holds what is asked of a table.

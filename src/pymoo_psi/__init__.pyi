@@ -1,6 +1,21 @@
 # The public names, by purpose. `lazy_loader` reads this file when the package is imported.
 
+from . import algorithms as algorithms
 from . import chute as chute
+from . import comparison as comparison
+from . import errors as errors
+from . import evaluation as evaluation
+from . import page as page
+from . import paper as paper
+from . import parallel as parallel
+from . import pareto as pareto
+from . import plots as plots
+from . import problems as problems
+from . import report as report
+from . import selection as selection
+from . import sequences as sequences
+from . import storage as storage
+from . import table as table
 from .algorithms import PSI as PSI
 from .algorithms import LPTauSampling as LPTauSampling
 from .algorithms import QMCSampling as QMCSampling

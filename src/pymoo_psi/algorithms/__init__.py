@@ -50,7 +50,7 @@ dictionary), or old and new results would stand in one table. Failed designs sta
 
 Many machines share an investigation without talking to each other: each tests its share of the
 points into a file of its own in one folder, and whatever reads a study reads the folder. As an
-array of Slurm, in which a job that was killed is submitted again and goes on::
+array of Slurm, in which a job that was killed is submitted again and goes on:
 
     #!/bin/bash
     #SBATCH --array=1-64
@@ -63,7 +63,7 @@ array of Slurm, in which a job that was killed is submitted again and goes on::
     pymoo-psi rank runs                    # when some or all of it is there
     pymoo-psi merge runs --out study.db    # one study, which goes on by --study study.db
 
-A cluster of Dask is one run; its tests come back to this process, which may keep a study::
+A cluster of Dask is one run; its tests come back to this process, which may keep a study:
 
     from dask.distributed import Client, LocalCluster
     from joblib import parallel_config

@@ -61,7 +61,7 @@ A :class:`Formulation` says which columns are criteria and in which sense, limit
 constraints relaxed or turned into criteria, and columns computed from others
 (``computed={"ratio": "mass / stress"}``; arithmetic of columns, never Python code). ``to_json`` and
 the command's ``--formulation`` keep it. The same day from the command line, the class above in
-``beam.py``::
+``beam.py``:
 
     pymoo-psi solve beam:Beam --points 256 --study whole.db --limits "mass<=45, stress<=60"
     pymoo-psi rank whole.db --limits "mass<=45, stress<=60" --criterion stress
