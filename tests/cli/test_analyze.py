@@ -25,9 +25,9 @@ def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
         assert f"  {rule}\n" in printed
     assert convergence(table, {"f2": 25}).verdict() in printed
     found = sensitivities(table)
-    row = next(line for line in printed.splitlines() if line.startswith("│ x1 "))
+    row = next(line for line in printed.splitlines() if line.startswith("x1  "))
     index = found.loc[("f1", "x1"), "first_order"]
-    assert row.split("│")[2].strip().startswith(f"{index:.2f} ± ")
+    assert row.removeprefix("x1").strip().startswith(f"{index:.2f} ± ")
     if suffix == ".parquet":
         return
     names = [
@@ -62,7 +62,7 @@ def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
     assert convergence(under).verdict() in printed
     for rule in feasibility_rules(under).rules:
         assert f"  {rule}\n" in printed
-    heads = printed.splitlines()[2].replace("┃", " ").split()
+    heads = printed.splitlines()[1].split()
     assert heads == ["variable", "f1", "f2", "ratio", "g1", "g2"]
 
 

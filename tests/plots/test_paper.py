@@ -176,7 +176,7 @@ def test_other_formats_are_refused(case, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "reproduction must be one with the case full 0.4, got the cases rolling 0.4"),
+        ({}, "reproduction must be one with cases of the full model, got the cases rolling 0.4"),
         ({"model": "rollin"}, "model must be .*did you mean 'rolling'"),
         ({"model": "rolling", "numbers": [9]}, "numbers must be of figures, 2 to 8, got 9"),
     ],

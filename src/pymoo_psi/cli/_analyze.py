@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi.cli._options import ColumnOptions, tests_in
-from pymoo_psi.cli._output import judged, print_frame, require_folder, say, write_csv
+from pymoo_psi.cli._groups import ColumnOptions
+from pymoo_psi.cli._options import formulation_of, tests_in
+from pymoo_psi.cli._output import judged, print_frame, require_results, say, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._style import new_page, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
@@ -15,17 +16,18 @@ from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
 
 
-def run_analyze(path: Path, columns: ColumnOptions, out: Path | None) -> int:
+def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: bool) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     table, missing = tests_in(path)
     layout = table.layout
-    asked = columns.asked(layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    groups = (layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    asked = formulation_of(columns, *groups)
     table = judged(table, asked)
     # What is limited is a column anyway; its distance to the limit tells nothing more.
     known = {*layout.columns, *asked.computed}.difference(layout.variables)
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        require_folder(out, str(out))
+        written = ["sensitivities.csv", "convergence.*", "sensitivities.*", "feasibility.*"]
+        require_results(out, written, force=force)
     found = sensitivities(table, [name for name in table.layout.columns if name in known])
     rules = feasibility_rules(table)
     # The first of combined tests are one experiment, the others another box: no convergence.

@@ -10,18 +10,39 @@ says what), 130 interrupted.
 
 from __future__ import annotations
 
+import difflib
 import os
+import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 from io import StringIO, TextIOWrapper
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, TextIO, TypeAlias
+from typing import Annotated, Any, TextIO
 
 import typer
+from typer.core import TyperCommand
 
+from pymoo_psi.cli._groups import (
+    NEAR,
+    ColumnOptions,
+    Designs,
+    FileOptions,
+    Jobs,
+    Overwrite,
+    PlainDistances,
+    Preferences,
+    ProblemName,
+    ProblemOptions,
+    Units,
+    Variables,
+    expanded,
+    grouped,
+    path_option,
+    several,
+)
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
@@ -34,17 +55,16 @@ app = typer.Typer(
     name="pymoo-psi",
     rich_markup_mode=None,  # plain help: frames cost width, and rich its import
     context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="""\b
+Examples:
+  pymoo-psi solve chute --points 1024 --out front.csv
+  pymoo-psi rank front.csv --top 3
+  pymoo-psi page front.csv
+
+Exit code: 0 success, 1 no feasible design or the paper not matched, 2 a mistake, told in one line,
+130 interrupted. Written to a pipe or a file, tables have no width and one line a row, unless
+COLUMNS says how wide they may be.""",
 )
-
-
-def _expanded(path: Path | None) -> Path | None:
-    """Replace ``~``, which shells leave as it is in ``--out=~/front.csv``."""
-    return path and Path(os.path.expanduser(path))
-
-
-def _path(metavar: str, help: str) -> Any:
-    """Return an option that takes a path."""
-    return typer.Option(metavar=metavar, help=help, callback=_expanded)
 
 
 # An option's choices are an enumeration to typer (StrEnum is of Python 3.11 on). They repeat names
@@ -55,6 +75,15 @@ class AlgorithmName(str, Enum):
     psi = "psi"
     surrogate = "surrogate"
     nsga3 = "nsga3"
+
+
+class SamplingName(str, Enum):
+    """Where the test points of ``solve`` come from."""
+
+    lptau = "lptau"
+    sobol = "sobol"
+    halton = "halton"
+    lhs = "lhs"
 
 
 class ModelName(str, Enum):
@@ -79,84 +108,52 @@ class AssessedName(str, Enum):
     returned = "returned"
 
 
-# Options of several commands. Those with a list may be given several times. Those of the chute are
-# None unless given: with another problem they are refused, and the chute alone has the defaults.
-ProblemName: TypeAlias = Annotated[
-    str, typer.Argument(help="'chute', the name of a pymoo test problem, or module:attribute.")
-]
-Friction: TypeAlias = Annotated[
-    float | None, typer.Option(help="chute: friction coefficient [0.2].")
-]
-Speed: TypeAlias = Annotated[float | None, typer.Option(help="chute: initial speed [0.3193].")]
-Radius: TypeAlias = Annotated[float | None, typer.Option(help="chute: radius [0.1].")]
-Model: TypeAlias = Annotated[ModelName | None, typer.Option(help="chute: the motion [full].")]
-Jobs: TypeAlias = Annotated[int, typer.Option(metavar="N", help="Processes; -1: one per core.")]
-Designs: TypeAlias = Annotated[
-    Path,
-    typer.Argument(
-        help="A CSV of designs, a test table, a study, or a ranking.", callback=_expanded
-    ),
-]
-Objectives: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="A,B,…", help="Columns with objectives [f1,f2,… or all numeric]."),
-]
-Variables: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="X,Y,…", help="Columns with design variables [x1,x2,…]."),
-]
-Maximize: TypeAlias = Annotated[
-    list[str] | None, typer.Option(metavar="A,…", help="Objectives of which more is better.")
-]
-Limits: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="A<=2.5,1<=X<=2", help="Limits on criteria, variables, outputs."),
-]
-FormulationFile: TypeAlias = Annotated[
-    Path | None,
-    _path("FILE.json", "Criteria, senses, limits, computed columns, of Formulation.to_json."),
-]
-Criteria: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--criterion", metavar="NAME[=A/B]", help="A criterion more: a column, or an expression."
-    ),
-]
-Relaxed: TypeAlias = Annotated[
-    list[str] | None, typer.Option(metavar="G,…", help="Constraints to leave out.")
-]
-Units: TypeAlias = Annotated[
-    list[str] | None, typer.Option(metavar="A=KG,B=S", help="Units of columns.")
-]
-Preferences: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="P",
-        help="weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff.",
-    ),
-]
-DecimalMark: TypeAlias = Annotated[
-    str | None, typer.Option(metavar=".|,", help="Decimal mark of the file [as its numbers tell].")
-]
-ThousandsMark: TypeAlias = Annotated[
-    str | None, typer.Option(metavar=".|,|'", help="Mark between thousands, likewise.")
-]
-Encoding: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Of the file, such as cp1252 [UTF-8].")
-]
-SkippedRows: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="1,3,…", help="Lines of the file to leave out: titles, units.")
-]
-DropIncomplete: TypeAlias = Annotated[
-    bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
-]
-PlainDistances: TypeAlias = Annotated[
-    bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
-]
+class ProblemCommand(TyperCommand):
+    """A command whose further options are arguments of its problem: ``dtlz2 --n-obj 4``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Leave options that the command does not know to the problem, as ``ctx.obj``."""
+        takes_value = {
+            name: not getattr(option, "is_flag", False)
+            for option in self.get_params(ctx)
+            for name in (*option.opts, *option.secondary_opts)
+            if name.startswith("-")
+        }
+        ctx.obj = ProblemOptions({}, tuple(takes_value))
+        words, own = list(args), []
+        while words:
+            word = words.pop(0)
+            name, equals, value = word.partition("=")
+            if word == "--":
+                own += [word, *words]
+                break
+            if name in takes_value or not name.startswith("--"):
+                own.append(word)
+                if takes_value.get(word) and words:  # its value may begin with dashes, too
+                    own.append(words.pop(0))
+            elif equals:
+                ctx.obj.given[name] = value
+            else:
+                ctx.obj.given[name] = words.pop(0) if words else ""
+        try:
+            return super().parse_args(ctx, own)
+        except _ClickException as error:
+            for name in ctx.obj.given:  # a flag that is mistyped takes PROBLEM for its value
+                if near := difflib.get_close_matches(name, takes_value, n=1, cutoff=NEAR):
+                    raise PsiError(f"No such option: {name}; did you mean {near[0]}?") from error
+            raise
+
+
+def _command(
+    *examples: str, more: str = "", cls: type[TyperCommand] = TyperCommand
+) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Make a function a command whose help ends with examples, which can be pasted."""
+    epilog = "\n  ".join(["\b\nExamples:", *examples]) + (f"\n\n{more}" if more else "")
+    return lambda function: app.command(cls=cls, epilog=epilog)(grouped(function))
 
 
 @app.callback()
-def _command(
+def _about(
     version: Annotated[
         bool,
         typer.Option(
@@ -177,41 +174,62 @@ def _print_version() -> None:
     raise typer.Exit
 
 
-@app.command()
+@_command(
+    "pymoo-psi reproduce",
+    "pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03",
+)
 def reproduce(
-    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures.")] = Path(
+    out: Annotated[Path, path_option("DIR", "Folder for tables (CSV) and figures.")] = Path(
         "reproduction"
     ),
     points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
+    mu: Annotated[
+        list[float] | None,
+        typer.Option(help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
+    ] = None,
+    c: Annotated[float, typer.Option(help="Initial speed.")] = 0.3193,
+    r: Annotated[float, typer.Option(help="Radius.")] = 0.1,
+    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
     jobs: Jobs = 1,
     figures: Annotated[
         FigureFormat, typer.Option(help="Format of the figures.")
     ] = FigureFormat.png,
+    force: Overwrite = False,
 ) -> int:
-    """Compute the paper's tables under both models, beside the printed values."""
+    """Compute the paper's tables, and say whether print is matched."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
-    return run_reproduce(out, points, jobs, figures.value)
+    models = None if model is None else [model.value]
+    return run_reproduce(
+        out, points, jobs, figures.value, mu=mu, c=c, r=r, models=models, force=force
+    )
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi solve bnh --points 256 --limits "f1<=60, x1<=2" --study bnh.db',
+    "pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500",
+    'pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"',
+    more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
+    cls=ProblemCommand,
+)
 def solve(
+    context: typer.Context,
     problem: ProblemName,
+    columns: ColumnOptions,
     algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
     points: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Designs to evaluate: 4096, of surrogate 256."),
+        typer.Option(metavar="N", help="Designs to evaluate [4096, of surrogate 256]."),
     ] = None,
-    seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi needs none.")] = 1,
+    sampling: Annotated[
+        SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
+    ] = SamplingName.lptau,
+    seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
     jobs: Jobs = 1,
-    limits: Limits = None,
-    formulation: FormulationFile = None,
-    criterion: Criteria = None,
-    maximize: Maximize = None,
-    relax: Relaxed = None,
     box: Annotated[
         list[str] | None,
-        typer.Option(metavar="X=1:2,Y=3", help="Part of the box: bounds, or the value to fix at."),
+        several('"X=1:2,Y=3"', "Part of the box: bounds, or the value to fix at."),
     ] = None,
     timeout: Annotated[
         float | None,
@@ -219,7 +237,7 @@ def solve(
     ] = None,
     study: Annotated[
         Path | None,
-        _path("FILE.db", "Store every design here; continues."),
+        path_option("FILE.db", "Store every design here; continues."),
     ] = None,
     share: Annotated[
         str | None,
@@ -233,34 +251,32 @@ def solve(
         typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
     ] = None,
     no_normalize: PlainDistances = False,
-    out: Annotated[
-        Path | None,
-        _path("FILE.csv", "Write the Pareto set here."),
-    ] = None,
-    mu: Friction = None,
-    c: Speed = None,
-    r: Radius = None,
-    model: Model = None,
+    out: Annotated[Path | None, path_option("FILE.csv", "Write the Pareto set here.")] = None,
+    force: Overwrite = False,
 ) -> int:
     """Find the Pareto set of a problem and rank it by efficiency."""
-    from pymoo_psi.cli._options import ColumnOptions
     from pymoo_psi.cli._problem import load_problem
     from pymoo_psi.cli._solve import Search, run_solve
 
     # A wrong option is told before a model is imported, which may take its time.
     if points is None:
         points = 256 if algorithm is AlgorithmName.surrogate else 4096
-    columns = ColumnOptions(
-        maximize=maximize or (), limits=limits or (), formulation=formulation,
-        criteria=criterion or (), relax=relax or (),
+    search = Search(
+        algorithm.value, points, seed, columns, study, study_key, retry, share, jobs,
+        sampling.value,
     )  # fmt: skip
-    search = Search(algorithm.value, points, seed, columns, study, study_key, retry, share, jobs)
-    wanted = load_problem(problem, _chute(mu, c, r, model), jobs, timeout, box or ())
-    return run_solve(wanted, search, out, normalize=not no_normalize)
+    wanted = load_problem(problem, context.obj, jobs, timeout, box or ())
+    return run_solve(wanted, search, out, normalize=not no_normalize, force=force)
 
 
-@app.command()
+@_command(
+    "pymoo-psi compare bnh --evaluations 64,128 --seeds 3",
+    "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 128 --seeds 3 --out comparison",
+    more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
+    cls=ProblemCommand,
+)
 def compare(
+    context: typer.Context,
     problem: ProblemName,
     evaluations: Annotated[
         str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
@@ -277,49 +293,46 @@ def compare(
         AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
     ] = AssessedName.evaluated,
     reference: Annotated[
-        Path | None,
-        _path("FILE.npz", "Measure against the reference of another study."),
+        Path | None, path_option("FILE.npz", "Measure against the reference of another study.")
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
     out: Annotated[
-        Path | None,
-        _path("DIR", "Write tables, figures and runs here; continues."),
+        Path | None, path_option("DIR", "Write tables, figures and runs here; continues.")
     ] = None,
-    mu: Friction = None,
-    c: Speed = None,
-    r: Radius = None,
-    model: Model = None,
+    force: Overwrite = False,
 ) -> int:
-    """Compare PSI with NSGA-III and others on a problem at equal numbers of evaluations."""
+    """Compare PSI with NSGA-III and others at equal cost."""
     from pymoo_psi.cli._compare import run_compare
     from pymoo_psi.cli._problem import load_problem
 
     return run_compare(
-        load_problem(problem, _chute(mu, c, r, model)), evaluations, seeds, algorithms,
-        assess=assess.value, reference=reference, jobs=jobs, out=out,
+        load_problem(problem, context.obj), evaluations, seeds, algorithms,
+        assess=assess.value, reference=reference, jobs=jobs, out=out, force=force,
     )  # fmt: skip
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 256 --study bnh.db", "pymoo-psi export bnh.db --out tests.csv"
+)
 def export(
     study: Annotated[
         Path,
-        typer.Argument(
-            metavar="STUDY", help="A study of 'solve', or a folder.", callback=_expanded
-        ),
+        typer.Argument(metavar="STUDY", help="A study of 'solve', or a folder.", callback=expanded),
     ],
-    out: Annotated[
-        Path,
-        _path("FILE.csv", "Write here, .csv or .parquet."),
-    ],
+    out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
+    force: Overwrite = False,
 ) -> int:
     """Write all tests of a study as a table for other programs."""
     from pymoo_psi.cli._solve import run_export
 
-    return run_export(study, out)
+    return run_export(study, out, force=force)
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 64 --study parts --share 1/2",
+    "pymoo-psi solve bnh --points 64 --study parts --share 2/2",
+    "pymoo-psi merge parts --out whole.db",
+)
 def merge(
     inputs: Annotated[
         list[Path],
@@ -327,152 +340,133 @@ def merge(
             metavar="STUDY|FOLDER|CSV…", help="Studies, folders of shares, test tables."
         ),
     ],
-    out: Annotated[Path, _path("FILE.db", "Write here, a new file.")],
+    out: Annotated[Path, path_option("FILE.db", "Write here, a new file.")],
 ) -> int:
-    """Make one study of the tests of several, which 'solve --study' continues."""
+    """Make one study of several, which 'solve --study' continues."""
     from pymoo_psi.cli._merge import run_merge
 
     return run_merge(inputs, out)
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
+)
 def analyze(
     tests: Annotated[
         Path,
         typer.Argument(
             metavar="TESTS",
             help="A study of 'solve', or all its tests as 'export' writes them.",
-            callback=_expanded,
+            callback=expanded,
         ),
     ],
-    limits: Limits = None,
-    formulation: FormulationFile = None,
-    criterion: Criteria = None,
+    columns: ColumnOptions,
     out: Annotated[
-        Path | None,
-        _path("DIR", "Folder for tables (CSV) and pictures (PNG)."),
+        Path | None, path_option("DIR", "Folder for tables (CSV) and pictures (PNG).")
     ] = None,
+    force: Overwrite = False,
 ) -> int:
-    """Tell what drives the criteria, where designs are feasible, and whether tests suffice."""
+    """Tell what drives criteria, what is feasible, whether tests suffice."""
     from pymoo_psi.cli._analyze import run_analyze
-    from pymoo_psi.cli._options import ColumnOptions
 
-    columns = ColumnOptions(limits=limits or (), formulation=formulation, criteria=criterion or ())
-    return run_analyze(tests, columns, out)
+    return run_analyze(tests, columns, out, force=force)
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 64 --study all.db",
+    'pymoo-psi solve bnh --points 64 --study part.db --box "x1=0:2"',
+    "pymoo-psi combine whole=all.db part.db --out both.csv",
+)
 def combine(
     experiments: Annotated[
         list[str],
         typer.Argument(metavar="[NAME=]FILE…", help="Studies or tables of tests of one problem."),
     ],
-    out: Annotated[
-        Path,
-        _path("FILE.csv", "Write here, .csv or .parquet."),
-    ],
+    out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
+    force: Overwrite = False,
 ) -> int:
-    """Join the tests of experiments with other boxes, sequences or methods in one table."""
+    """Join the tests of other boxes, sequences or methods in a table."""
     from pymoo_psi.cli._merge import run_combine
 
-    return run_combine(experiments, out)
+    return run_combine(experiments, out, force=force)
 
 
-@app.command()
+_NAMES = """A name with a comma: its option once for each name, or in quotation marks within a
+list, as in --objectives '"time, s",mass'."""
+
+
+@_command(
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi rank front.csv --limits "f1<=60" --prefer knee --out ranked.csv',
+    "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2 --top 3",
+    more=_NAMES,
+)
 def rank(
     file: Designs,
-    objectives: Objectives = None,
-    maximize: Maximize = None,
-    limits: Limits = None,
-    formulation: FormulationFile = None,
-    criterion: Criteria = None,
-    relax: Relaxed = None,
+    columns: ColumnOptions,
+    written: FileOptions,
     no_normalize: PlainDistances = False,
-    out: Annotated[
-        Path | None,
-        _path("FILE", "Write all designs, .csv or .json."),
-    ] = None,
+    out: Annotated[Path | None, path_option("FILE", "Write all designs, .csv or .json.")] = None,
     figure: Annotated[
-        Path | None,
-        _path("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg."),
+        Path | None, path_option("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")
     ] = None,
+    force: Overwrite = False,
     top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
     prefer: Preferences = None,
     representatives: Annotated[
         int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
     ] = None,
-    decimal: DecimalMark = None,
-    thousands: ThousandsMark = None,
-    encoding: Encoding = None,
-    skip_rows: SkippedRows = None,
-    drop_incomplete: DropIncomplete = False,
 ) -> int:
     """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli._options import ColumnOptions, FileOptions
     from pymoo_psi.cli._rank import run_rank
 
-    columns = ColumnOptions(
-        objectives or (), maximize or (), limits=limits or (), formulation=formulation,
-        criteria=criterion or (), relax=relax or (),
-    )  # fmt: skip
-    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_rank(
         file, columns, written,
         normalize=not no_normalize, prefer=prefer or (), representatives=representatives,
-        out=out, figure=figure, top=top,
+        out=out, figure=figure, force=force, top=top,
     )  # fmt: skip
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
+    more=_NAMES,
+)
 def page(
     file: Designs,
-    out: Annotated[Path, _path("FILE.html", "Write the page here.")] = Path("page.html"),
-    objectives: Objectives = None,
+    columns: ColumnOptions,
+    written: FileOptions,
     variables: Variables = None,
-    maximize: Maximize = None,
-    formulation: FormulationFile = None,
-    criterion: Criteria = None,
-    relax: Relaxed = None,
     units: Units = None,
     prototype: Annotated[
-        Path | None,
-        _path("FILE.csv", "Existing designs to compare with."),
+        Path | None, path_option("FILE.csv", "Existing designs to compare with.")
     ] = None,
     no_normalize: PlainDistances = False,
-    limits: Limits = None,
     title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
-    decimal: DecimalMark = None,
-    thousands: ThousandsMark = None,
-    encoding: Encoding = None,
-    skip_rows: SkippedRows = None,
-    drop_incomplete: DropIncomplete = False,
+    out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
+    force: Overwrite = False,
 ) -> int:
-    """Make a page to decide on a Pareto set with: one HTML file that works offline."""
-    from pymoo_psi.cli._options import ColumnOptions, FileOptions
+    """Make a page to decide on a Pareto set: one file, works offline."""
     from pymoo_psi.cli._page import run_page
 
-    columns = ColumnOptions(
-        objectives or (), maximize or (), variables or (), units or (), limits or (),
-        formulation, criterion or (), relax or (),
-    )  # fmt: skip
-    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_page(
         file, columns, written,
-        prototype=prototype, normalize=not no_normalize, title=title, out=out,
+        variables=variables or (), units=units or (), prototype=prototype,
+        normalize=not no_normalize, title=title, out=out, force=force,
     )  # fmt: skip
 
 
-@app.command()
+@_command(
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
+    more=_NAMES,
+)
 def report(
     file: Designs,
-    out: Annotated[Path, _path("FILE.html", "Write the report here.")] = Path("report.html"),
-    objectives: Objectives = None,
+    columns: ColumnOptions,
+    written: FileOptions,
     variables: Variables = None,
-    maximize: Maximize = None,
-    limits: Limits = None,
-    formulation: FormulationFile = None,
-    criterion: Criteria = None,
-    relax: Relaxed = None,
     units: Units = None,
     prefer: Preferences = None,
     design: Annotated[
@@ -481,32 +475,17 @@ def report(
     ] = None,
     no_normalize: PlainDistances = False,
     title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
-    decimal: DecimalMark = None,
-    thousands: ThousandsMark = None,
-    encoding: Encoding = None,
-    skip_rows: SkippedRows = None,
-    drop_incomplete: DropIncomplete = False,
+    out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
+    force: Overwrite = False,
 ) -> int:
-    """Report on tests and the choice among them: one HTML file to be read and printed."""
-    from pymoo_psi.cli._options import ColumnOptions, FileOptions
+    """Report on tests and the choice: one file to read and print."""
     from pymoo_psi.cli._report import run_report
 
-    columns = ColumnOptions(
-        objectives or (), maximize or (), variables or (), units or (), limits or (),
-        formulation, criterion or (), relax or (),
-    )  # fmt: skip
-    written = FileOptions(decimal, thousands, encoding, skip_rows, drop_incomplete)
     return run_report(
         file, columns, written,
-        normalize=not no_normalize, prefer=prefer or (), design=design, title=title, out=out,
+        variables=variables or (), units=units or (), normalize=not no_normalize,
+        prefer=prefer or (), design=design, title=title, out=out, force=force,
     )  # fmt: skip
-
-
-def _chute(
-    mu: float | None, c: float | None, r: float | None, model: ModelName | None
-) -> dict[str, float | str]:
-    given = {"mu": mu, "c": c, "r": r, "model": model and model.value}
-    return {name: value for name, value in given.items() if value is not None}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -530,7 +509,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PsiError as error:  # before OSError, which StudyAccessError is too
         message = str(error)
     except _ClickException as error:
-        message = error.format_message()
+        message = _usage(error)
     except SystemExit as end:
         if not isinstance(end.__context__, BrokenPipeError):
             raise
@@ -546,8 +525,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _interrupted()
         return code if isinstance(code, int) else 0
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    _tell(f"pymoo-psi: error: {' '.join(message.split())}")
+    _tell(f"pymoo-psi: error: {_in_options(' '.join(message.split()), words)}")
     return 2
+
+
+def _usage(error: Any) -> str:
+    """Return the message of a usage error with one near miss, as versions of typer differ in it."""
+    message = str(error.format_message()).replace("Value error, ", "")
+    name = getattr(error, "option_name", "")
+    known: Sequence[str] = getattr(error, "possibilities", None) or ()
+    if found := re.match(r"No such command '(.*?)'", message):
+        name, known = (
+            found[1],
+            [str(getattr(info.callback, "__name__", "")) for info in app.registered_commands],
+        )
+        message = found[0]
+    elif known:
+        message = f"No such option: {name}"
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"{message}; did you mean {near[0]}?" if near else message
+
+
+# Where an option is not called as the argument of the library is.
+_OPTIONS = {"n_points": "--points", "n_evaluations": "--points", "n_jobs": "--jobs"}
+
+
+def _in_options(message: str, words: Sequence[str]) -> str:
+    """Return a message about an argument of the library as one about the option that was typed."""
+    name, space, rest = message.partition(" ")
+    option = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
+    typed = {word.partition("=")[0] for word in words}
+    return f"{option}{space}{rest}" if option in typed else message
 
 
 def _interrupted() -> int:

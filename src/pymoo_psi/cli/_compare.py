@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import integer, job_count
 from pymoo_psi.cli._options import numbers_in
-from pymoo_psi.cli._output import print_frame, progress_bar, require_folder, say, write_csv
+from pymoo_psi.cli._output import print_frame, progress_bar, require_results, say, write_csv
 from pymoo_psi.comparison import (
     INDICATORS,
     Comparison,
@@ -33,6 +33,7 @@ def run_compare(
     reference: Path | None,
     jobs: int,
     out: Path | None,
+    force: bool,
 ) -> int:
     """Compare, write all there is to a folder, and print the medians and the conclusions."""
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
@@ -41,8 +42,8 @@ def run_compare(
     job_count("--jobs", jobs)
     folder = None
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        folder = require_folder(out, str(out))
+        files = ["reference.npz", "runs.csv", "summary.csv", "tests.csv", "report.md"]
+        folder = require_results(out, files, force=force)
     # Before the runs, so that a wrong file is told at once.
     known = None if reference is None else Reference.load(reference)
     with progress_bar() as bar:

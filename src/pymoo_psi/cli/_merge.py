@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.cli._options import FileOptions, tests_in
-from pymoo_psi.cli._output import require_output, say
+from pymoo_psi.cli._groups import FileOptions
+from pymoo_psi.cli._options import opened, tests_in
+from pymoo_psi.cli._output import require_folder, require_output, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._table import STATUSES
@@ -18,7 +19,7 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     """Merge studies, folders of studies and tables (CSV, Parquet) into a new study."""
     if os.path.lexists(out):
         raise invalid("--out", "the name of a new file", str(out))
-    require_output(out, ())
+    require_folder(out.absolute().parent, str(out))
     table = TestTable.empty()
     remarks = []
     for path in inputs:
@@ -38,13 +39,14 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     return 0
 
 
-def run_combine(experiments: Sequence[str], out: Path) -> int:
+def run_combine(experiments: Sequence[str], out: Path, *, force: bool) -> int:
     """Write the tests of all experiments as one table, each with where it is from.
 
     Args:
         experiments: Files with tests, each as it is or as ``name=file``; the file's name without
             its suffix is that of the experiment unless given.
         out: The CSV or Parquet file to write.
+        force: Whether to overwrite any file.
     """
     files: dict[str, Path] = {}
     for entry in experiments:
@@ -56,10 +58,10 @@ def run_combine(experiments: Sequence[str], out: Path) -> int:
             remedy = "say name=FILE"
             raise invalid("the experiments", "of different names", Received(name), remedy)
         files[name] = path
-    require_output(out, (".csv", ".parquet"), *files.values())
+    require_output(out, (".csv", ".parquet"), *files.values(), by="combine", force=force)
     tables = {}
     for name, path in files.items():
-        found, missing = FileOptions().opened(path)
+        found, missing = opened(FileOptions(), path)
         if missing:
             say(f"{name}: {missing}.")
         if not isinstance(found, TestTable):

@@ -12,7 +12,7 @@ import csv
 import math
 import re
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, known_name
+from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
@@ -39,108 +40,82 @@ def tests_in(path: Path) -> tuple[TestTable, str]:
     return read_tests(path) if reader is None or path.is_dir() else (reader(path), "")
 
 
-@dataclass(frozen=True)
-class ColumnOptions:
-    """What the options say of the columns of a file of designs, as it is typed."""
+def formulation_of(
+    typed: ColumnOptions,
+    columns: Sequence[str],
+    objectives: Sequence[str],
+    maximized: Collection[str],
+    constraints: Sequence[str] = (),
+    *,
+    complete: bool = True,
+) -> Formulation:
+    """Return the formulation in a file with what the single options add to it.
 
-    objectives: Sequence[str] = ()
-    maximize: Sequence[str] = ()
-    variables: Sequence[str] = ()
-    units: Sequence[str] = ()
-    limits: Sequence[str] = ()
-    formulation: Path | None = None
-    criteria: Sequence[str] = ()
-    relax: Sequence[str] = ()
+    Args:
+        typed: The options.
+        columns: Names of all columns.
+        objectives: The criteria unless others are named.
+        maximized: Columns of which more is better.
+        constraints: Those of the columns that are constraints.
+        complete: Whether there are no other columns, as a model may give.
 
-    @property
-    def formulated(self) -> bool:
-        """Whether more is asked than which columns are what."""
-        return bool(self.formulation or self.criteria or self.relax or self.limits)
-
-    def asked(
-        self,
-        columns: Sequence[str],
-        objectives: Sequence[str],
-        maximized: Collection[str],
-        constraints: Sequence[str] = (),
-        *,
-        complete: bool = True,
-    ) -> Formulation:
-        """Return the formulation in a file with what the single options add to it.
-
-        Args:
-            columns: Names of all columns.
-            objectives: The criteria unless others are named.
-            maximized: Columns of which more is better.
-            constraints: Those of the columns that are constraints.
-            complete: Whether there are no other columns, as a model may give.
-
-        Raises:
-            ArgumentValueError: There is no such column, or an option cannot be read.
-            OSError: The file cannot be opened.
-        """
-        base = (
-            Formulation() if self.formulation is None else Formulation.read_json(self.formulation)
-        )
-        known = [*columns, *base.computed]
-        named = names_in("--objectives", self.objectives, known) or base.criteria
-        added, computed = [], dict(base.computed)
-        for entry in self.criteria:
-            name, equals, text = (part.strip() for part in entry.partition("="))
-            if entry.strip() in known or not equals:
-                name = entry.strip()
-                if complete:
-                    known_name("--criterion", name, known, "or say name=expression")
-            elif name and text and name not in known:
-                computed[name] = text
-            else:
-                rule = "a column, or of the form name=expression with a new name"
-                raise invalid("--criterion", rule, entry)
-            added.append(name)
-        known = list(dict.fromkeys((*known, *added)))
-        # Without a word on criteria these stay the table's, whatever they are.
-        criteria = tuple(dict.fromkeys((*(named or objectives if added else named), *added)))
-        now = criteria or tuple(objectives)
-        typed = names_in("--maximize", self.maximize, known)
-        if other := [name for name in typed if name not in now]:
-            raise invalid("--maximize", f"one of the objectives {', '.join(now)}", other[0])
-        maximize = tuple(dict.fromkeys((*base.maximize, *typed)))
-        more = {*maximized, *maximize}.difference(base.minimize)
-        relaxed = names_in("--relax", self.relax, constraints)
-        relaxed = tuple(dict.fromkeys((*base.relaxed, *relaxed)))
-        held = [n for n in constraints if n not in {*relaxed, *now}]
-        free = [name for name in known if name not in held]
-        remedy = "a constraint is limited when it is left out by --relax" if held else ""
-        limits = limits_in(self.limits, free, now, more, complete=complete, remedy=remedy)
-        return Formulation(
-            criteria, maximize, base.minimize, {**base.limits, **limits}, relaxed, computed
-        )
+    Raises:
+        ArgumentValueError: There is no such column, or an option cannot be read.
+        OSError: The file cannot be opened.
+    """
+    base = Formulation() if typed.formulation is None else Formulation.read_json(typed.formulation)
+    known = [*columns, *base.computed]
+    named = names_in("--objectives", typed.objectives, known) or base.criteria
+    added, computed = [], dict(base.computed)
+    for entry in typed.criterion:
+        name, equals, text = (part.strip() for part in entry.partition("="))
+        if entry.strip() in known or not equals:
+            name = entry.strip()
+            if complete:
+                known_name("--criterion", name, known, "or say name=expression")
+        elif name and text and name not in known:
+            computed[name] = text
+        else:
+            rule = "a column, or of the form name=expression with a new name"
+            raise invalid("--criterion", rule, entry)
+        added.append(name)
+    known = list(dict.fromkeys((*known, *added)))
+    # Without a word on criteria these stay the table's, whatever they are.
+    criteria = tuple(dict.fromkeys((*(named or objectives if added else named), *added)))
+    now = criteria or tuple(objectives)
+    named = names_in("--maximize", typed.maximize, known)
+    if other := [name for name in named if name not in now]:
+        raise invalid("--maximize", f"one of the objectives {', '.join(now)}", other[0])
+    maximize = tuple(dict.fromkeys((*base.maximize, *named)))
+    more = {*maximized, *maximize}.difference(base.minimize)
+    relaxed = names_in("--relax", typed.relax, constraints)
+    relaxed = tuple(dict.fromkeys((*base.relaxed, *relaxed)))
+    held = [n for n in constraints if n not in {*relaxed, *now}]
+    free = [name for name in known if name not in held]
+    remedy = "a constraint is limited when it is left out by --relax" if held else ""
+    limits = limits_in(typed.limits, free, now, more, complete=complete, remedy=remedy)
+    return Formulation(
+        criteria, maximize, base.minimize, {**base.limits, **limits}, relaxed, computed
+    )
 
 
-@dataclass(frozen=True)
-class FileOptions:
-    """What the options say of how a file of designs is written, as it is typed."""
+def opened(written: FileOptions, path: Path) -> tuple[DesignFile | TestTable, str]:
+    """Return the designs of a file, or all tests if it holds these, and which are missing."""
+    rule = "numbers of lines to leave out, such as 1,3"
+    skip_rows = numbers_in("--skip-rows", written.skip_rows, rule) if written.skip_rows else ()
+    return read_designs_or_tests(
+        path, written.decimal, written.thousands, written.encoding, skip_rows
+    )
 
-    decimal: str | None = None
-    thousands: str | None = None
-    encoding: str | None = None
-    skip_rows: str | None = None
-    drop_incomplete: bool = False
 
-    def read(self, path: Path) -> DesignFile:
-        """Return the designs of a file; see :func:`pymoo_psi.table.read_designs`."""
-        found, missing = self.opened(path)
-        return found if isinstance(found, DesignFile) else designs_of_tests(path, found, missing)
-
-    def opened(self, path: Path) -> tuple[DesignFile | TestTable, str]:
-        """Return the designs of a file, or all tests if it holds these, and which are missing."""
-        rule = "numbers of lines to leave out, such as 1,3"
-        skip_rows = numbers_in("--skip-rows", self.skip_rows, rule) if self.skip_rows else ()
-        return read_designs_or_tests(path, self.decimal, self.thousands, self.encoding, skip_rows)
+def read(written: FileOptions, path: Path) -> DesignFile:
+    """Return the designs of a file; see :func:`pymoo_psi.table.read_designs`."""
+    found, missing = opened(written, path)
+    return found if isinstance(found, DesignFile) else designs_of_tests(path, found, missing)
 
 
 def designs_of(
-    path: Path, columns: ColumnOptions, written: FileOptions
+    path: Path, columns: ColumnOptions, written: FileOptions, variables: Sequence[str] = ()
 ) -> tuple[DesignFile, Roles, list[str]]:
     """Read a file and settle which of its columns are what.
 
@@ -152,8 +127,8 @@ def designs_of(
         OSError: It cannot be opened.
     """
     if not columns.formulated:
-        return _with_roles(written.read(path), columns, written)
-    found, missing = written.opened(path)
+        return _with_roles(read(written, path), columns, written, variables)
+    found, missing = opened(written, path)
     asked = _asked(found, columns)
     if isinstance(found, TestTable):
         names = found.layout.columns
@@ -165,11 +140,11 @@ def designs_of(
     else:
         file = found.under(asked)
     # What the formulation says of objectives and senses is in the file now.
-    return _with_roles(file, replace(columns, objectives=(), maximize=()), written)
+    return _with_roles(file, replace(columns, objectives=(), maximize=()), written, variables)
 
 
 def formulated_in(
-    path: Path, columns: ColumnOptions, written: FileOptions
+    path: Path, columns: ColumnOptions, written: FileOptions, variables: Sequence[str]
 ) -> tuple[TestTable, Limits, list[str] | None, list[str]]:
     """Read all tests, or designs as such, under what the options ask for but limits.
 
@@ -181,7 +156,7 @@ def formulated_in(
         PsiError: The file holds no designs, or an option names no column of it.
         OSError: It cannot be opened.
     """
-    found, missing = written.opened(path)
+    found, missing = opened(written, path)
     asked = _asked(found, columns)
     unlimited = replace(asked, limits={})
     if isinstance(found, TestTable):
@@ -191,7 +166,7 @@ def formulated_in(
     file = found if unlimited == Formulation() else found.under(unlimited)
     if file is not found:  # then it knows its objectives and senses
         columns = replace(columns, objectives=(), maximize=())
-    file, roles, remarks = _with_roles(file, columns, written)
+    file, roles, remarks = _with_roles(file, columns, written, variables)
     return file.as_tests(roles), asked.limits, file.called(roles.objectives), remarks
 
 
@@ -200,18 +175,19 @@ def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation
     if isinstance(found, TestTable):
         layout = found.layout
         names, constraints = layout.columns, layout.constraints
-        return columns.asked(names, layout.objectives, layout.maximized, constraints)
+        return formulation_of(columns, names, layout.objectives, layout.maximized, constraints)
     told = found.roles(() if columns.objectives or columns.formulation else None)
-    return columns.asked(found.names, told.objectives, (found.known or told).maximize)
+    known = found.known or told
+    return formulation_of(columns, found.names, told.objectives, known.maximize)
 
 
 def _with_roles(
-    file: DesignFile, columns: ColumnOptions, written: FileOptions
+    file: DesignFile, columns: ColumnOptions, written: FileOptions, variables: Sequence[str]
 ) -> tuple[DesignFile, Roles, list[str]]:
     # In the options' own words first, so that a message names the option.
     objectives = names_in("--objectives", columns.objectives, file.names)
-    variables = names_in("--variables", columns.variables, file.names)
-    roles = file.roles(objectives or None, variables or None)
+    named = names_in("--variables", variables, file.names)
+    roles = file.roles(objectives or None, named or None)
     # What the file says is not taken back: else it would be minimised without a word.
     typed = names_in("--maximize", columns.maximize, file.names)
     maximize = tuple(dict.fromkeys((*roles.maximize, *typed)))

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import re
+import shutil
+import sys
+import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,6 +18,7 @@ from tempfile import TemporaryFile
 from typing import Any, Literal
 
 import pandas as pd
+from rich.cells import cell_len
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -26,7 +31,6 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.table import Table
 from rich.text import Text
 
 from pymoo_psi._files import whole_file
@@ -34,73 +38,113 @@ from pymoo_psi._validation import invalid
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
 
+_LISTED = 6  # names that a line tells; of more the first and the last one
+
+
+def width() -> float:
+    """Return how many columns are there to print in: those of a terminal.
+
+    A pipe or a file has no width, so that each design stays on one line for ``grep`` and
+    ``less -S``, unless COLUMNS says how wide its reader is.
+    """
+    try:
+        narrow = sys.stdout.isatty() or int(os.environ.get("COLUMNS", "0")) > 0
+    except ValueError:
+        narrow = False
+    return shutil.get_terminal_size().columns if narrow else math.inf
+
 
 def say(text: str) -> None:
-    """Print lines of text, whatever the width of the terminal.
+    """Print lines of text, broken between words where they are longer than the terminal is wide.
 
     Whoever reads them may have seen enough (``| head -1``), which is no error.
     """
+    columns = width()
+    for line in text.splitlines():
+        if len(line) > columns:
+            indent = " " * (len(line) - len(line.lstrip()))
+            # A percent sign stays with its number, and a file's name or an option is whole.
+            line = textwrap.fill(
+                line.replace(" %", "\0%"), int(columns), subsequent_indent=indent,
+                break_long_words=False, break_on_hyphens=False, drop_whitespace=True,
+            ).replace("\0", " ")  # fmt: skip
+        _print(line)
+
+
+def _print(line: str) -> None:
     try:
-        print(text, flush=True)  # or errors of the stream would show when Python ends
+        print(line, flush=True)  # or errors of the stream would show when Python ends
     except BrokenPipeError:
         pass
     except OSError as error:  # a full disk
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str, *, spare: Sequence[str] = ()) -> None:
-    """Print a frame as a table: numbers to the right, with 4 decimals; missing ones blank.
+def print_frame(
+    frame: pd.DataFrame,
+    title: str,
+    *,
+    plain: Collection[str] = (),
+    spare: Sequence[Sequence[str]] = (),
+) -> None:
+    """Print a frame: numbers to the right, with 4 decimals; missing ones blank.
 
-    A table that is wider than the terminal is continued below, as pandas does, each part led by
-    the first column: a cell that is cut would show a wrong number.
+    Without frames and colours: the same on any terminal, in a pipe and in a file. A table that is
+    wider than the terminal is continued below, each part led by the first column: a cell that is
+    cut would show a wrong number.
 
     Args:
         frame: What to print.
         title: The line above it.
-        spare: Columns to leave out, saying so, where the terminal is too narrow for all.
+        plain: Columns of numbers of any scale, which have 6 digits instead.
+        spare: Columns to leave out, saying so: the first group where the table would be continued
+            below, the second where that would be so more than once.
     """
-    console = Console(highlight=False, markup=False)  # "mass [kg]" is text
-    if not console.is_terminal:  # a file has no width, and rich would take 80
-        console = Console(highlight=False, markup=False, width=200)
-    left_out = spare and _width(frame, console) > console.width
-    if left_out:
-        frame = frame.drop(columns=list(spare))
+    columns = {str(name): _texts(frame[name], name in plain) for name in frame.columns}
+    parts, left_out = _parts(columns, width()), []
+    for most, names in enumerate(spare, start=1):
+        if len(parts) > most and (names := [name for name in names if name in columns]):
+            columns = {name: texts for name, texts in columns.items() if name not in names}
+            parts = _parts(columns, width())
+            few = len(names) <= _LISTED
+            left_out.append(", ".join(names) if few else f"{names[0]} to {names[-1]}")
     say(title)
-    # rich ends the process with code 1 where a pipe is closed, whatever the code of the results;
-    # what it captures is said as any other text.
-    for part in _parts(frame, console):
-        with console.capture() as printed:
-            console.print(_table(part))
-        say(printed.get().rstrip("\n"))
+    for i, part in enumerate(parts):
+        if i > 0:
+            _print("")
+        for cells in zip(*(columns[name] for name in part), strict=True):
+            _print("  ".join(cells).rstrip())
     if left_out:
-        say(f"({spare[0]} to {spare[-1]} not shown: the terminal is too narrow)")
+        say(f"(not shown in {width():.0f} columns: {', '.join(left_out)})")
 
 
-def _width(frame: pd.DataFrame, console: Console) -> int:
-    unlimited = console.options.update(max_width=10_000)
-    return console.measure(_table(frame), options=unlimited).maximum
+def _texts(column: pd.Series[Any], plain: bool) -> list[str]:
+    """Return the name, a line and the cells of a column, all of one width."""
+    number = plain or pd.api.types.is_numeric_dtype(column)
+    cells = [_six_digits(cell) if plain else _cell(cell) for cell in column]
+    size = max(map(cell_len, [str(column.name), *cells]))
+    texts = [str(column.name), "-" * size, *cells]
+    room = [" " * (size - cell_len(text)) for text in texts]  # of Chinese, a letter takes two
+    return [r + t if number else t + r for r, t in zip(room, texts, strict=True)]
 
 
-def _parts(frame: pd.DataFrame, console: Console) -> Iterator[pd.DataFrame]:
-    """Yield as many columns at a time as the terminal is wide, the first one with all of them."""
-    first, at = 1, 2
-    while at <= frame.shape[1]:
-        part = frame.iloc[:, [0, *range(first, at)]]
-        if at - first > 1 and _width(part, console) > console.width:
-            yield part.iloc[:, :-1]
-            first = at - 1
-        at += 1
-    yield frame.iloc[:, [0, *range(first, frame.shape[1])]]
+def _parts(columns: Mapping[str, list[str]], columns_wide: float) -> list[list[str]]:
+    """Return names of as many columns at a time as there is room for, the first one with all."""
+    lead, *names = columns
+    parts: list[list[str]] = [[lead]]
+    for name in names:
+        used = sum(cell_len(columns[each][0]) + 2 for each in parts[-1])
+        if len(parts[-1]) > 1 and used + cell_len(columns[name][0]) > columns_wide:
+            parts.append([lead])
+        parts[-1].append(name)
+    return parts
 
 
-def _table(frame: pd.DataFrame) -> Table:
-    table = Table()
-    for name in frame.columns:
-        number = pd.api.types.is_numeric_dtype(frame[name])
-        table.add_column(str(name), justify="right" if number else "left", no_wrap=True)
-    for row in frame.itertuples(index=False):
-        table.add_row(*map(_cell, row))
-    return table
+def _six_digits(value: Any) -> str:
+    try:
+        return f"{float(value):.6g}"
+    except ValueError:  # a choice among numbers, or nothing
+        return _cell(value)
 
 
 def _cell(value: object) -> str:
@@ -114,7 +158,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
     error_console = Console(stderr=True)  # standard output may go on into a file or a pipe
     return Progress(
         TextColumn("{task.description}"),
-        BarColumn(),
+        BarColumn(bar_width=10),  # numbers need the room of 80 columns
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         *columns,
@@ -170,8 +214,27 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:.0f}/s" if task.speed >= 10 else f"{task.speed:.2g}/s")
 
 
+_HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
+# How a file is known that a command wrote before. None would be so by chance: CSV by the names of
+# the columns, that end with those of a ranking, or by the head of a test table; others by a head.
+WRITTEN = {
+    "solve": rb'mu3"?,"?rank"?\r?\n',
+    "rank": rb'mu3"?,"?rank"?,"?pareto"?\r?\n|\{\s*"file": .*\s*"objectives": ',
+    "export": rb'pymoo_psi_test_table(?!.*experiments\\*": [\[{]\\*")',
+    "combine": rb'pymoo_psi_test_table.*experiments\\*": [\[{]\\*"',
+    "page": rb'<meta name="generator" content="pymoo-psi page"',
+    "figure": rb"pymoo-psi rank",  # as the program that has made it
+    "report": rb'<meta name="generator" content="pymoo-psi report"',
+}
+
+
 def require_output(
-    path: Path, suffixes: Sequence[str], *inputs: Path | None, option: str = "--out"
+    path: Path,
+    suffixes: Sequence[str],
+    *inputs: Path | None,
+    by: str,
+    force: bool,
+    option: str = "--out",
 ) -> Path:
     """Refuse a file that cannot be written, or must not be, before the work is done.
 
@@ -179,13 +242,16 @@ def require_output(
         path: The file to write.
         suffixes: Those of the formats that can be written; any will do if there are none.
         inputs: Files that are read and must stay as they are.
+        by: The command; what it has written before may be overwritten.
+        force: Whether anything else may be, too.
         option: Which option names it.
 
     Returns:
         The absolute path, which stays right if a model changes the working directory.
 
     Raises:
-        ArgumentValueError: The file has another suffix, or is one of the inputs.
+        ArgumentValueError: The file has another suffix, is one of the inputs, or is there and
+            not of this command.
         OSError: Its folder is not there, or nothing can be written to it.
     """
     # Resolved, as a link to the input is the input.
@@ -197,7 +263,39 @@ def require_output(
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
+    if not force and path.exists() and path.stat().st_size > 0:
+        with path.open("rb") as file:
+            content = file.read(_HEAD)
+            file.seek(max(path.stat().st_size - _HEAD, 0))  # where Parquet has it
+            content += file.read()
+        if not re.search(WRITTEN[by], content):
+            rule = "a new file, or one that this command wrote"
+            raise invalid(option, rule, str(path), "--force overwrites it")
     return require_folder(path.absolute().parent, str(path)) / path.name
+
+
+def require_results(out: Path, files: Sequence[str], *, force: bool) -> Path:
+    """Make a folder for results, unless it holds files of others that these would overwrite.
+
+    Args:
+        out: The folder.
+        files: Patterns of what is written; the first is what only this command writes, by which
+            its own results are known.
+        force: Whether anything may be overwritten.
+
+    Returns:
+        The absolute path.
+
+    Raises:
+        ArgumentValueError: There are such files.
+        OSError: Nothing can be written there.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    if not force and not any(out.glob(files[0])):
+        for found in (path for pattern in files for path in out.glob(pattern)):
+            rule = "a folder without such results of others"
+            raise invalid("--out", rule, str(found), "--force overwrites it")
+    return require_folder(out, str(out))
 
 
 def require_folder(folder: Path, shown: str) -> Path:

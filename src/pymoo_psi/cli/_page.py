@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from pymoo_psi._validation import counted
-from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of, limits_in, units_in
+from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import DesignFile, Formulation
@@ -19,24 +21,30 @@ def run_page(
     columns: ColumnOptions,
     written: FileOptions,
     *,
+    variables: Sequence[str],
+    units: Sequence[str],
     prototype: Path | None,
     normalize: bool,
     title: str | None,
     out: Path,
+    force: bool,
 ) -> int:
     """Write the page and say where it is.
 
     Args:
         path: The file of designs.
-        columns: What its columns are, with their units and the limits that the page opens with.
+        columns: What its columns are, with the limits that the page opens with.
         written: How it is written, and but for lines to skip the prototype, too.
+        variables: Those that are design variables, as they are typed.
+        units: Units of columns, as they are typed.
         prototype: A file of existing designs to compare with, beside those that ``path`` has.
         normalize: Rank with each objective in units of its range.
         title: Heading of the page; the file's name unless given.
         out: The HTML file to write.
+        force: Whether to overwrite any file.
     """
-    require_output(out, (".html", ".htm"), path, prototype)
-    file, roles, remarks = designs_of(path, replace(columns, limits=()), written)
+    require_output(out, (".html", ".htm"), path, prototype, by="page", force=force)
+    file, roles, remarks = designs_of(path, replace(columns, limits=()), written, variables)
     limits = limits_in(columns.limits, file.names, roles.objectives, roles.maximize)
     # The page has a slider for the worse side of each criterion; other limits leave designs out.
     opening = {}
@@ -55,17 +63,17 @@ def run_page(
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
         existing = _named_designs(
-            replace(written, skip_rows=None).read(prototype), roles.objectives
+            read(replace(written, skip_rows=None), prototype), roles.objectives
         )
     names = [*roles.objectives, *roles.variables, *roles.outputs]
-    units = {name: file.columns[name].unit for name in names}
+    known_units = {name: file.columns[name].unit for name in names}
     page = decision_page(
         frame,
         roles.objectives,
         variables=roles.variables,
         outputs=roles.outputs,
         maximize=roles.maximize,
-        units=units | units_in(columns.units, names),
+        units=known_units | units_in(units, names),
         label=roles.label,
         normalize=normalize,
         prototype=existing,

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
+import inspect
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from types import ModuleType
 from typing import Any
 
 from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
+from pymoo_psi.cli._groups import NEAR, ProblemOptions
 from pymoo_psi.cli._options import box_in
 from pymoo_psi.errors import ArgumentTypeError, PsiError
 from pymoo_psi.parallel import JoblibRunner
@@ -20,7 +26,7 @@ _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:at
 
 def load_problem(
     name: str,
-    chute_options: Mapping[str, Any],
+    options: ProblemOptions,
     jobs: int = 1,
     timeout: float | None = None,
     box: Sequence[str] = (),
@@ -29,9 +35,9 @@ def load_problem(
 
     Args:
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, or ``module:attribute``
-            where the attribute is a problem, or a class or function that gives one without
-            arguments. The working directory is searched for the module first.
-        chute_options: Options of the chute; an error for any other problem.
+            where the attribute is a problem, or a class or function that gives one. The working
+            directory is searched for the module first.
+        options: What it is made with.
         jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
         box: The part of its box that is meant, as it is typed; the whole unless given.
@@ -42,13 +48,12 @@ def load_problem(
     jobs = job_count("--jobs", jobs)
     if timeout is not None:
         positive_number("--timeout", timeout)
-    # What the words alone show to be wrong is refused before the user's module is imported.
-    if chute_options and name != "chute":
-        raise invalid("PROBLEM", f"'chute' where --{next(iter(chute_options))} is given", name)
     if name == "chute":
-        problem = VectorizedSphereChute(**chute_options)
+        problem = _made(name, VectorizedSphereChute, VectorizedSphereChute, options)
+    elif ":" in name:
+        problem = _from_module(name, options)
     else:
-        problem = _from_module(name) if ":" in name else _from_pymoo(name)
+        problem = _from_pymoo(name, options)
     if problem.n_obj < 1:
         raise invalid("PROBLEM", "a problem with one objective or more", Received(name))
     if problem.elementwise and (jobs != 1 or timeout is not None):
@@ -61,32 +66,126 @@ def load_problem(
     return Restricted(problem, box_in(box, problem)) if box else problem
 
 
-def _from_pymoo(name: str) -> Problem:
+def _from_pymoo(name: str, options: ProblemOptions) -> Problem:
+    from pymoo.problems import get_problem, many, multi, single
+
+    # pymoo's names are mostly those of the classes; its own list of them cannot be read.
+    classes = {
+        found.__name__.lower(): found
+        for module in (single, multi, many)
+        for found in vars(module).values()
+        if isinstance(found, type) and issubclass(found, Problem)
+    }
+    try:
+        kind = classes.get(name.lower()) or type(get_problem(name))
+    except Exception as error:  # pymoo raises bare exceptions of many kinds here
+        near = [word for word in difflib.get_close_matches(name.lower(), ["chute", *classes], n=5)
+                if word == "chute" or "not found" not in _refusal(word)]  # fmt: skip
+        remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
+        raise invalid("PROBLEM", _FORMS, name, remedy) from error
+    return _made(name, partial(get_problem, name), kind, options)
+
+
+def _refusal(name: str) -> str:
+    """Return what pymoo has against a name; it may be that of a class that others derive from."""
     from pymoo.problems import get_problem
 
     try:
-        return get_problem(name)
-    except Exception as error:  # pymoo raises bare exceptions of many kinds here
-        raise invalid("PROBLEM", _FORMS, name, f"pymoo says: {error}") from error
+        get_problem(name)
+    except Exception as error:
+        return str(error)
+    return ""
 
 
-def _from_module(name: str) -> Problem:
+def _from_module(name: str, options: ProblemOptions) -> Problem:
     module_name, _, attribute = name.partition(":")
     if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
+    value: Any = None
     try:
-        value: Any = importlib.import_module(module_name)
+        value = importlib.import_module(module_name)
         for part in attribute.split("."):
+            names = dir(value)
             value = getattr(value, part)
-        problem = value if isinstance(value, Problem) else value()
-        if isinstance(problem, Problem):
-            problem.name()  # the user's too, and needed in messages later on
-    except PsiError:  # its message stands for itself
-        raise
     # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
     except (Exception, SystemExit) as error:
+        if isinstance(error, PsiError):  # its message stands for itself
+            raise
         reason = f"{type(error).__name__}: {error}"
+        if isinstance(error, AttributeError) and isinstance(value, ModuleType):
+            near = difflib.get_close_matches(part, names, n=1)
+            reason += f"; did you mean {near[0]!r}?" if near else ""
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
+    return _made(name, value, value, options)
+
+
+def _made(name: str, make: Any, kind: Any, options: ProblemOptions) -> Problem:
+    """Return a problem, or what a class or function makes with the options.
+
+    Args:
+        name: What was typed for it.
+        make: The problem, or what is called with the options.
+        kind: The class or function whose arguments these are.
+        options: The options.
+    """
+    known = _arguments(kind)
+    taken = [f"--{word.replace('_', '-')}" for word in known]
+    given = {}
+    for option, text in options.given.items():
+        argument = option[2:].replace("-", "_")
+        if argument not in known:
+            near = difflib.get_close_matches(option, [*options.own, *taken], n=1, cutoff=NEAR)
+            told = [f"did you mean {near[0]}?"] if near else []
+            told.append(f"arguments of {name}: {', '.join(taken) or 'none'}")
+            raise PsiError(f"No such option: {option}; {'; '.join(told)}")
+        given[argument] = _value(text)
+    try:
+        problem = make if isinstance(make, Problem) else make(**given)
+        if isinstance(problem, Problem):
+            problem.name()  # the user's too, and needed in messages later on
+    except (Exception, SystemExit) as error:
+        if isinstance(error, PsiError):
+            raise
+        reason = f"{type(error).__name__}: {error}"
+        reason += f"; its arguments: {', '.join(taken)}" if taken else ""
+        raise invalid("PROBLEM", "one that can be made", name, reason) from error
     if not isinstance(problem, Problem):
         raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}")
     return problem
+
+
+def _arguments(kind: Any) -> list[str]:
+    """Return the names of the arguments of a class or function, also those it passes on."""
+    if isinstance(kind, Problem) or not callable(kind):
+        return []
+    # What a class takes as **kwargs goes to its base, up to pymoo's, whose are no user's options.
+    calls = [kind]
+    if isinstance(kind, type):
+        calls = [
+            vars(each).get("__init__")
+            for each in kind.__mro__
+            if each.__module__ != Problem.__module__
+        ]
+        calls = [call for call in calls if call is not None]
+    names: list[str] = []
+    for call in calls:
+        try:
+            parameters = inspect.signature(call).parameters.values()
+        except (TypeError, ValueError):  # a built-in one that does not tell
+            break
+        names += [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+        if not any(p.kind is p.VAR_KEYWORD for p in parameters):
+            break
+    return [name for name in dict.fromkeys(names) if name != "self"]
+
+
+def _value(text: str) -> Any:
+    """Return a number, a list of them with commas, a truth value, or the text as it is."""
+    if "," in text:
+        return [_value(part) for part in text.split(",")]
+    if text in ("True", "False"):
+        return text == "True"
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text if "_" not in text else "")  # Python reads 1_0 as 10
+    return text

@@ -20,7 +20,8 @@ from pymoo_psi.cli._choice import (
     say_preferences,
     say_representatives,
 )
-from pymoo_psi.cli._options import ColumnOptions, FileOptions, designs_of
+from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._options import designs_of
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
 from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
@@ -39,6 +40,7 @@ def run_rank(
     representatives: int | None,
     out: Path | None,
     figure: Path | None,
+    force: bool,
     top: int,
 ) -> int:
     """Rank the designs of a file, write all if a file is named, and print the best.
@@ -52,15 +54,17 @@ def run_rank(
         representatives: How many designs to print that stand for the Pareto set, if any.
         out: Where to write all designs, CSV or JSON by its suffix.
         figure: Where to draw the Pareto set, in the format of its suffix.
+        force: Whether to overwrite any file.
         top: How many designs to print.
     """
     top = integer("--top", top, minimum=1)
     if representatives is not None:
         integer("--representatives", representatives, minimum=1)
     if out is not None:
-        require_output(out, (".csv", ".json"), path)
+        require_output(out, (".csv", ".json"), path, by="rank", force=force)
     if figure is not None:
-        require_output(figure, (".png", ".pdf", ".svg"), path, option="--figure")
+        suffixes = (".png", ".pdf", ".svg")
+        require_output(figure, suffixes, path, by="figure", force=force, option="--figure")
     file, roles, remarks = designs_of(path, columns, written)
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
@@ -87,7 +91,10 @@ def run_rank(
 
         with whole_file(figure) as drawn:
             page = ranking_page(ranking, units=units, title=path.name)
-            page.savefig(drawn, format=figure.suffix[1:].lower(), dpi=200)
+            kind = figure.suffix[1:].lower()
+            # By its maker the file is known when it is to be overwritten.
+            maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}
+            page.savefig(drawn, format=kind, dpi=200, metadata=maker)
     for remark in remarks:
         say(remark)
     _print(file, roles, ranking, frame, top)
@@ -138,12 +145,11 @@ def _print(
         say(f"  {sense} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
     others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
     number = [] if "row" in names else ["row"]
-    shown = best[[*number, *others, *names, *RANKING_COLUMNS]].copy()
-    for name in names:  # of any scale, so not with a fixed number of decimals
-        texts = [f"{float(cell):.6g}" for cell in shown[name]]
-        shown[name] = [text.rjust(max(map(len, texts))) for text in texts]
+    distances = ["mu1", "mu2", "mu3"]
+    shown = best[[*number, *others, *names, "rank", *distances, "pareto"]]
+    plain = [name for name in (*others, *names) if file.columns[name].numbers is not None]
     title = "The best by rank of efficiency:" if len(best) < len(ranking.rank) else "By rank:"
-    print_frame(shown, title, spare=others)
+    print_frame(shown, title, plain=plain, spare=[[*distances, "pareto"], others])
 
 
 def _units(file: DesignFile) -> dict[str, str]:

@@ -9,7 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pymoo_psi.cli._choice import preferences_in
-from pymoo_psi.cli._options import ColumnOptions, FileOptions, formulated_in, units_in
+from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._options import formulated_in, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.report import decision_report
 
@@ -19,11 +20,14 @@ def run_report(
     columns: ColumnOptions,
     written: FileOptions,
     *,
+    variables: Sequence[str],
+    units: Sequence[str],
     normalize: bool,
     prefer: Sequence[str],
     design: int | None,
     title: str | None,
     out: Path,
+    force: bool,
 ) -> int:
     """Write the report and say where it is.
 
@@ -31,19 +35,22 @@ def run_report(
         path: A study, a table of all tests, or a file of designs.
         columns: What its columns are, and the limits.
         written: How it is written.
+        variables: Those that are design variables, as they are typed.
+        units: Units of columns, as they are typed.
         normalize: Measure each criterion in units of its range.
         prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
         design: Number of the test point, or row of the file, that is chosen.
         title: Heading of the report; the file's name unless given.
         out: The HTML file to write.
+        force: Whether to overwrite any file.
 
     Returns:
         0, or 1 if no design is feasible; the report then says what stands in the way.
     """
-    require_output(out, (".html", ".htm"), path)
-    table, limits, labels, remarks = formulated_in(path, columns, written)
-    units = {**table.layout.units, **units_in(columns.units, table.layout.columns)}
-    table = replace(table, layout=replace(table.layout, units=units))
+    require_output(out, (".html", ".htm"), path, by="report", force=force)
+    table, limits, labels, remarks = formulated_in(path, columns, written, variables)
+    told = {**table.layout.units, **units_in(units, table.layout.columns)}
+    table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     report = decision_report(

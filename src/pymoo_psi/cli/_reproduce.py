@@ -3,29 +3,64 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import integer, job_count
-from pymoo_psi.cli._output import print_frame, progress_bar, require_folder, say, write_csv
-from pymoo_psi.paper import PAPER_POINTS, Case, Reproduction, reproduce
+from pymoo_psi._validation import counted, integer, job_count
+from pymoo_psi.chute import MODELS, ChuteParameters
+from pymoo_psi.cli._output import (
+    print_frame,
+    progress_bar,
+    require_folder,
+    require_results,
+    say,
+    write_csv,
+)
+from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
+from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.plots import points_page, save_figures
 from pymoo_psi.plots._style import save_pages
 
+# What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
+_HEADINGS = """mu: friction coefficient
+design: number of the LPτ test point; 'printed' is the paper's row, 'continuous' the best test \
+point polished inside the box, against the same U and N
+f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
+to U: distance to the ideal point U, plain, as in the paper (solve and rank: --no-normalize)"""
 
-def run_reproduce(out: Path, points: int, jobs: int, figures: str = "png") -> int:
+
+def run_reproduce(
+    out: Path,
+    points: int,
+    jobs: int,
+    figures: str = "png",
+    *,
+    mu: Sequence[float] | None,
+    c: float,
+    r: float,
+    models: Sequence[str] | None,
+    force: bool,
+) -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
     integer("--points", points, minimum=1)
     job_count("--jobs", jobs)
-    rolling = out / "rolling"
-    rolling.mkdir(parents=True, exist_ok=True)
-    require_folder(rolling, str(rolling))
+    wanted = [model for model in ("full", "rolling") if model in (models or MODELS)]
+    files = ["table_6_1.csv", "table_6_2.csv", "continuous_optima.csv", "convergence.*", "figure_*"]
+    require_results(out, files, force=force)
+    # The full model's are the results; those of the other one only check print.
+    folders = {model: out / model if model == "rolling" else out for model in wanted}
+    for folder in folders.values():
+        folder.mkdir(exist_ok=True)
+        require_folder(folder, str(folder))
+    coefficients = tuple(mu or PAPER_MU)
     with progress_bar() as bar:
-        # Three coefficients by two models, and a set of figures for each model.
-        task = bar.add_task("Cases (friction coefficient, model)", total=8)
+        # A set of figures for each model, beside the cases.
+        total = len(wanted) * (len(coefficients) + 1)
+        task = bar.add_task("Cases (friction coefficient, model)", total=total)
 
         def step(done: str) -> None:
             bar.update(task, advance=1, description=done)
@@ -36,31 +71,41 @@ def run_reproduce(out: Path, points: int, jobs: int, figures: str = "png") -> in
         def advance(case: Case) -> None:
             step(f"mu = {case.mu}, {case.model} model")
 
-        result = reproduce(points, n_jobs=jobs, on_case=advance)
-        for model, folder in (("full", out), ("rolling", rolling)):
-            save_figures(result, folder, model=model, suffix=f".{figures}")
+        result = reproduce(
+            points, mu=coefficients, c=c, r=r, models=wanted, n_jobs=jobs, on_case=advance
+        )
+
+        def draw(model: str) -> str:
+            save_figures(result, folders[model], model=model, suffix=f".{figures}")
+            return model
+
+        # Figures take most of the time, so that a second process is worth its start.
+        for _, model in in_parallel(draw, wanted, min(jobs, len(wanted)) if jobs > 0 else jobs):
             step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
+    optima = result.continuous_optima()
     write_csv(table_6_1, out / "table_6_1.csv")
     write_csv(table_6_2, out / "table_6_2.csv")
-    write_csv(result.continuous_optima(), out / "continuous_optima.csv")
+    write_csv(optima, out / "continuous_optima.csv")
 
-    with_refined = _beside(table_6_1, result.continuous_optima())
-    print_frame(with_refined, "Table 6.1: Salukvadze optimal solutions")
-    print_frame(_for_print(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
-    say("'continuous': the best test point polished inside the box, against the same U and N.")
-    say("Distances are plain, as in the paper; solve and rank take plain ones by --no-normalize.")
-    say("The published tables follow from the rolling model (rolling from the start, Eq. 2.20).")
-    say("The full model (slip, then roll, Eqs. 2.16-2.21) gives its own rows, listed as 'full'.")
+    say(_verdict(result))
+    say(f"{points} LPτ test points for each of {counted(len(result.cases), 'case')}.")
+    print_frame(_stacked(table_6_1, optima), "Table 6.1: Salukvadze optima")
+    print_frame(_stacked(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
+    say(_HEADINGS)
+    if "rolling" in wanted:
+        say("rolling: rolls from the start (Eq. 2.20); the published tables follow from it.")
+    if "full" in wanted:
+        say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
         write_csv(_by_tests(result), out / "convergence.csv")
         save_pages([("convergence.png", points_page(result))], out, dpi=200)
         for line in _enough(result):
             say(line)
-    say(f"Tables and figures of the full model written to {out}, of the rolling model to {rolling}")
-    say(_closing_line(result))
+    written = [f"of the {model} model to {folder}" for model, folder in folders.items()]
+    say(f"Tables written to {out}, figures {' and '.join(written)}.")
     # Other numbers of points have optima of their own, which say nothing about the paper's.
-    return 0 if points != PAPER_POINTS or all(result.agreement().values()) else 1
+    return 0 if not _compared(result) or all(result.agreement().values()) else 1
 
 
 def _by_tests(result: Reproduction) -> pd.DataFrame:
@@ -98,33 +143,57 @@ def _enough(result: Reproduction) -> list[str]:
     return told
 
 
-def _for_print(table: pd.DataFrame) -> pd.DataFrame:
-    shorter = {name: name.replace("paper_", "paper ") for name in table.columns}
-    return table.rename(columns=shorter).assign(mu=table["mu"].map(str))
+def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.DataFrame:
+    """Return a table to print: below each computed row the printed one, and what polishing gave.
+
+    Side by side they would be wider than a terminal, and are compared number by number.
+    """
+    criteria = ["f1", "f2", "f3", "f4"]
+    rows: list[dict[str, object]] = []
+    ends = {} if optima is None else optima.set_index(["model", "mu"]).to_dict("index")
+    # The rolling model first, which the paper's tables follow from.
+    ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
+    for row in ordered.to_dict("records"):
+        case = {"model": row["model"], "mu": f"{row['mu']:g}"}
+        end = ends.get((row["model"], row["mu"]))
+        distance = {} if end is None else {"to U": end["best_point_distance"]}
+        rows.append(case | {"design": row["test_point"]} | {f: row[f] for f in criteria} | distance)
+        if row["paper_f1"] == row["paper_f1"]:  # not missing
+            rows.append(case | {"design": "printed"} | {f: row[f"paper_{f}"] for f in criteria})
+        if end is not None:
+            polished = {f: end[f] for f in criteria} | {"to U": end["distance"]}
+            rows.append(case | {"design": "continuous"} | polished)
+    return pd.DataFrame(
+        rows, columns=["model", "mu", "design", *criteria, *(["to U"] * bool(ends))]
+    )
 
 
-def _beside(table: pd.DataFrame, optima: pd.DataFrame) -> pd.DataFrame:
-    """Put the continuous optimum of each case under its best test point, with their distances."""
-    points = table.merge(optima[["model", "mu", "best_point_distance"]], on=["model", "mu"])
-    points = points.rename(columns={"best_point_distance": "distance"})
-    continuous = optima.drop(columns="best_point_distance").assign(test_point="continuous")
-    both = pd.concat([points.astype({"test_point": str}), continuous], ignore_index=True)
-    rolling_first = both.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
-    return _for_print(rolling_first).rename(columns={"distance": "to U"})
+def _compared(result: Reproduction) -> bool:
+    return result.n_points == PAPER_POINTS and result.comparable()
 
 
-def _closing_line(result: Reproduction) -> str:
-    if result.n_points != PAPER_POINTS:
-        return (
-            f"Not compared: the paper tests {PAPER_POINTS} points, this run {result.n_points}; "
-            f"run with --points {PAPER_POINTS} to compare."
+def _verdict(result: Reproduction) -> str:
+    """Say what of the paper is matched, or why nothing is compared."""
+    if _compared(result):
+        agreement = result.agreement()
+        held = "; ".join(text for text, holds in agreement.items() if holds)
+        missed = "; ".join(text for text, holds in agreement.items() if not holds)
+        return f"Matched under rolling: {held or 'nothing'}." + (
+            f" NOT matched: {missed}." if missed else ""
         )
-    agreement = result.agreement()
-    held = "; ".join(text for text, holds in agreement.items() if holds)
-    missed = "; ".join(text for text, holds in agreement.items() if not holds)
-    return "".join(
-        [
-            f"Matched under rolling: {held or 'nothing'}.",
-            f" NOT matched: {missed}." if missed else "",
-        ]
+    if not all(case.printed for case in result.cases):
+        known = ", ".join(map(str, PAPER_MU))
+        paper = ChuteParameters(mu=PAPER_MU[0])
+        return (
+            f"Not compared: of such a chute nothing is published; the paper has mu = {known} with "
+            f"c = {paper.c} and r = {paper.r}."
+        )
+    if not result.comparable():
+        return (
+            "Not compared: the paper's tables are of the rolling model and of all its mu; run "
+            "without --mu and --model to compare."
+        )
+    return (
+        f"Not compared: the paper tests {PAPER_POINTS} points, this run {result.n_points}; "
+        f"run with --points {PAPER_POINTS} to compare."
     )

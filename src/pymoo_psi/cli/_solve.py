@@ -16,20 +16,23 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import nsga3
+from pymoo_psi.algorithms import QMCSampling, nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.cli._choice import say_choice
-from pymoo_psi.cli._options import ColumnOptions, box_text, numbers_in, share_in
+from pymoo_psi.cli._groups import ColumnOptions
+from pymoo_psi.cli._options import box_text, formulation_of, numbers_in, share_in
 from pymoo_psi.cli._output import judged, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.evaluation._failures import untolerant
 from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
-from pymoo_psi.pareto._sentences import labelled
+from pymoo_psi.pareto._sentences import labelled, listed
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
@@ -37,6 +40,7 @@ from pymoo_psi.table import Formulation, Layout, TestTable
 from pymoo_psi.table._design_file import Roles
 from pymoo_psi.table._table import read_tests
 
+_NEAR_END = 0.05  # of a variable's range
 _SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -56,6 +60,7 @@ class Search:
         retry: ``failed``, or numbers of failed test points to be tested once more.
         share: ``k/n``, the k-th of n parts of the points; the study is a folder then.
         jobs: Processes for a vectorised problem.
+        sampling: Where the test points come from: ``"lptau"``, or an engine of ``QMCSampling``.
 
     Raises:
         ArgumentValueError: An option does not go with the algorithm, or without a study.
@@ -70,14 +75,18 @@ class Search:
     retry: str | None = None
     share: str | None = None
     jobs: int = 1
+    sampling: str = "lptau"
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
         if self.columns.limits and self.algorithm == "nsga3":
             raise invalid("--limits", "used with --algorithm psi or surrogate", self.algorithm)
+        if self.sampling != "lptau" and self.algorithm == "nsga3":
+            raise invalid("--sampling", "used with --algorithm psi or surrogate", self.algorithm)
         if self.algorithm != "psi" and replace(self.columns, limits=()) != ColumnOptions():
-            # Others than PSI look for the optima of one formulation.
-            raise invalid("a formulation", "used with --algorithm psi", self.algorithm)
+            # Where these search depends on the criteria; a table of tests can be asked anything.
+            remedy = "keep its tests by --study, and give the formulation to 'pymoo-psi rank'"
+            raise invalid("a formulation", "used with --algorithm psi", self.algorithm, remedy)
         if self.share and self.algorithm != "psi":
             raise invalid("--share", "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):
@@ -88,6 +97,10 @@ class Search:
         # Only to refuse here, not when the run begins, what is no number.
         self.points_to_retry()
         self.part()
+
+    def source(self) -> UniformSampling | None:
+        """Return what ``PSI(sampling=...)`` takes."""
+        return None if self.sampling == "lptau" else QMCSampling(self.sampling)
 
     def part(self) -> tuple[int, int] | None:
         """Return what ``PSI(share=...)`` takes."""
@@ -171,21 +184,25 @@ class SolveResult:
         return Roles(names, columns, label, more, outputs)
 
 
-def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: bool = True) -> int:
+def run_solve(
+    problem: Problem, search: Search, out: Path | None, *, normalize: bool, force: bool
+) -> int:
     """Search, write the Pareto set if a file is named, and print the best-ranked designs.
 
     Returns:
         0, or 1 if no design is feasible.
     """
     integer("--seed", search.seed, minimum=0)
-    target = None if out is None else require_output(out, (".csv",), search.study)
+    target = None
+    if out is not None:
+        target = require_output(out, (".csv",), search.study, by="solve", force=force)
     layout = problem_layout(problem, design_space(problem))
     if taken := [name for name in layout.columns if name in RANKING_COLUMNS]:
         rule = "named unlike the columns of a ranking"
         raise invalid("the columns", rule, taken[0], "give it another name by problem.names")
     # The columns that the problem promises; what else it gives is known after the first tests.
     groups = (layout.columns, layout.objectives, layout.maximized, layout.constraints)
-    asked = search.columns.asked(*groups, complete=False)
+    asked = formulation_of(search.columns, *groups, complete=False)
     if taken := [name for name in asked.criteria if name in RANKING_COLUMNS]:
         raise invalid("--criterion", "named unlike the columns of a ranking", taken[0])
     if search.algorithm == "nsga3":
@@ -210,15 +227,20 @@ def run_solve(problem: Problem, search: Search, out: Path | None, *, normalize: 
         write_csv(frame, target, found.roles, units, numbers)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
-    spare = [*found.roles.variables, *found.roles.outputs]
     label = found.layout.label
-    shown = frame.head(_SHOWN).rename(columns=label)
-    print_frame(shown, title, spare=[label(name) for name in spare])
+    roles, distances = found.roles, ["mu1", "mu2", "mu3"]
+    plain = [label(name) for name in (*roles.variables, *roles.objectives, *roles.outputs)]
+    spare = [label(name) for name in (*roles.variables, *roles.outputs)]
+    shown = frame.head(_SHOWN)
+    shown = shown[[*shown.columns.drop(["rank", *distances]), "rank", *distances]]
+    shown = shown.rename(columns=label)
+    print_frame(shown, title, plain=plain, spare=[distances, spare])
     say_choice(found.ranking_of_all(ranking), found.layout.units)
     for line in found.remarks:
         say(line)
     n_free = len(design_space(problem).free.variables)
-    if search.algorithm != "nsga3" and n_free > MAX_DIMENSIONS:
+    lptau = search.algorithm != "nsga3" and search.sampling == "lptau"
+    if lptau and n_free > MAX_DIMENSIONS:
         say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
     if out is not None:
         say(f"All {len(frame)} written to {out}")
@@ -233,7 +255,7 @@ def _by_nsga3(problem: Problem, search: Search, layout: Layout) -> SolveResult:
         again = search.points_to_retry()
         key = search.study_key
         searched = Recorded(searched, study=search.study, study_key=key, retry=again)
-    with _told_if_stopped(search), run_bar(f"nsga3 on {problem.name()}", n) as show:
+    with _told_if_stopped(search), run_bar("nsga3", n) as show:
         result = nsga3(searched, n_evaluations=n, seed=search.seed, callback=show.evaluations)
     reasons = [failure.reason for failure in searched.failures]
     stored = 0 if search.study is None else n - searched.n_evaluated
@@ -299,8 +321,10 @@ def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes.
     plan = Plan.of(
         untolerant(problem, False)[0],
-        integer("n_points", search.points, minimum=1),
+        integer("--points", search.points, minimum=1),
         limits=None,
+        sampling=search.source(),
+        seed=search.seed,
         memory=Memory.of(search.study, search.points_to_retry(), search.part()),
         study_key=search.study_key,
     )
@@ -310,7 +334,7 @@ def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult
     if problem.elementwise:
         size, jobs = 64, 1
     tables, n_new = [plan.table], 0
-    with _told_if_stopped(search), run_bar(f"psi on {problem.name()}", n, asked) as bar:
+    with _told_if_stopped(search), run_bar("psi", n, asked) as bar:
 
         def show(table: TestTable, _: int) -> None:
             bar.block(table)
@@ -328,14 +352,14 @@ def _by_surrogate(problem: Problem, search: Search, asked: Formulation) -> Solve
     from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
 
     algorithm = SurrogatePSI(
-        integer("n_points", search.points, minimum=1),
+        integer("--points", search.points, minimum=1),
         limits=asked.limits,
+        sampling=search.source(),
         study=search.study,
         study_key=search.study_key,
         retry=search.points_to_retry(),
     )
-    name = f"surrogate on {problem.name()}"
-    with _told_if_stopped(search), run_bar(name, search.points, asked) as bar:
+    with _told_if_stopped(search), run_bar("surrogate", search.points, asked) as bar:
 
         def show(run: SurrogatePSI) -> None:
             bar.block(run.table.rows(np.arange(bar.tested, run.n_tested)))
@@ -363,12 +387,33 @@ def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int
     remarks = _failures(table.reasons.values())
     if len(rows) == 0:
         remarks = (*_most_violated(table, "{} that were computed"), *remarks)
+    elif len(rows) == 1 and table.F.shape[1] > 1:
+        remarks = (*remarks, _alone(problem, front))
     elif asked.limits and (box := box_text(table, {}, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
     outputs, left_out = _outputs(front)
     dominated = table.rows(np.flatnonzero(table.eligible() & ~pareto & (table.repeats == 0)))
     remarks = (*remarks, *left_out)
     return SolveResult(table.layout, designs, front.F, outputs, counts, remarks, dominated)
+
+
+def _alone(problem: Problem, front: TestTable) -> str:
+    """Say that one design dominates all others, and at which ends of the box it lies."""
+    ends = []
+    for name, variable, value in zip(
+        front.layout.variables, design_space(problem).variables, front.X[0], strict=True
+    ):
+        if variable.kind in (Kind.REAL, Kind.INTEGER) and not variable.fixed:
+            place = (value - variable.lower) / (variable.upper - variable.lower)
+            # No point lies at the upper end, but one of a few hundred this near.
+            side = "lower" if place <= _NEAR_END else "upper" if place >= 1 - _NEAR_END else ""
+            ends += [f"the {side} end of {name}"] if side else []
+    corner = "in a corner of the box: " if len(ends) == len(front.layout.variables) else "at "
+    where = f" It lies {corner}{listed(ends)}." if ends else ""
+    return (
+        f"Test point {front.numbers[0]} dominates all other feasible tests: the criteria do not "
+        f"conflict here, and there is nothing to choose.{where}"
+    )
 
 
 def _most_violated(table: TestTable, of: str) -> tuple[str, ...]:
@@ -399,9 +444,9 @@ def _failures(reasons: Iterable[str]) -> tuple[str, ...]:
     return (f"Failed: {'; '.join(told)}",)
 
 
-def run_export(study: Path, out: Path) -> int:
+def run_export(study: Path, out: Path, *, force: bool) -> int:
     """Write every test of a study, or of a folder of them, to a CSV or Parquet file."""
-    require_output(out, (".csv", ".parquet"), study)
+    require_output(out, (".csv", ".parquet"), study, by="export", force=force)
     table, missing = read_tests(study)
     write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
     write(out)

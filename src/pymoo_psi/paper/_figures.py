@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.algorithms import refine
-from pymoo_psi.chute import ChuteParameters, Trajectory, criteria, motion, trajectory
+from pymoo_psi.chute import Trajectory, criteria, motion, trajectory
 from pymoo_psi.paper._reproduction import Case
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
@@ -51,13 +51,15 @@ class CriterionSurfaces:
     f: Array
 
 
-def criterion_surfaces(mu: float, model: str, *, n: int = 61) -> CriterionSurfaces:
+def criterion_surfaces(
+    mu: float, model: str, *, c: float = 0.3193, r: float = 0.1, n: int = 61
+) -> CriterionSurfaces:
     """Compute f1 and f2 on a grid of n × n designs over the box [0, 3.5 μ] × [0.1, 6].
 
     The grid's lines are dense where a criterion changes fast: near the level chute, where the time
     grows by half within a fortieth of the box.
     """
-    problem = VectorizedSphereChute(mu, model=model)
+    problem = VectorizedSphereChute(mu, c=c, r=r, model=model)
     sides = [
         np.linspace(low, high, _FINE) for low, high in zip(problem.xl, problem.xu, strict=True)
     ]
@@ -149,7 +151,7 @@ def optimal_motion(case: Case) -> tuple[int, Trajectory]:
     """Return the row of the Salukvadze optimum, and its motion under the full model."""
     best = int(case.ranking.salukvadze[0])
     u1, v_p = case.X[best].tolist()
-    return best, trajectory(u1, v_p, ChuteParameters(mu=case.mu))
+    return best, trajectory(u1, v_p, case.parameters)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +181,7 @@ def salukvadze_functions(
     n_points: int,
     c: Sequence[float] = INITIAL_SPEEDS,
     *,
+    r: float = 0.1,
     refined: bool = False,
 ) -> SalukvadzeFunctions:
     """Evaluate the first ``n_points`` LPτ points at every c and take the one nearest to U.
@@ -190,7 +193,7 @@ def salukvadze_functions(
     points = lp_tau(n_points, 2)
     numbers, F, exit_speed = [], [], []
     for speed in c:
-        problem = VectorizedSphereChute(mu, c=speed, model=model)
+        problem = VectorizedSphereChute(mu, c=speed, r=r, model=model)
         X = problem.xl + (problem.xu - problem.xl) * points
         # The same points for every c, so that a jump of the curves is one of the optimum.
         f = criteria(motion(X[:, 0], X[:, 1], problem.parameters, model=model))

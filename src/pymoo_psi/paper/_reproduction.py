@@ -7,7 +7,7 @@ Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
 from pymoo_psi._tables import latex_table
-from pymoo_psi._validation import integer, job_count, known_name
+from pymoo_psi._validation import Received, integer, invalid, job_count, known_name, positive_number
 from pymoo_psi.algorithms import PSI, Refinement, refine
-from pymoo_psi.chute import MODELS
+from pymoo_psi.chute import MODELS, ChuteParameters
 from pymoo_psi.paper._published import published_table
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
@@ -28,6 +28,9 @@ from pymoo_psi.table import Convergence, TestTable, convergence
 
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
+# Test points per case from which on workers are started: the six cases take two and a half
+# seconds with the paper's 4096, which is what it takes to start a worker.
+_WORTH_WORKERS = 16_384
 
 # The columns of the CSV files, which users have.
 _CRITERIA = [f"f{j}" for j in range(1, 5)]
@@ -48,6 +51,7 @@ class Case:
         ranking: Their ranks of efficiency.
         refined: The continuous Salukvadze optimum, against the same U and N.
         table: All tests, by number.
+        parameters: The chute: μ, and the c and r that the paper has unless others were asked for.
 
     Example:
         >>> case = solve_case(0.4, "rolling", 4096)
@@ -63,6 +67,19 @@ class Case:
     ranking: EfficiencyRanking
     refined: Refinement
     table: TestTable
+    parameters: ChuteParameters
+
+    @property
+    def printed(self) -> bool:
+        """Whether the paper prints results for this chute.
+
+        Example:
+            >>> solve_case(0.4, "rolling", 64).printed, solve_case(0.3, "rolling", 64).printed
+            (True, False)
+        """
+        paper = ChuteParameters(mu=self.mu)
+        same = (self.parameters.c, self.parameters.r) == (paper.c, paper.r)
+        return same and self.mu in PAPER_MU
 
     def cheaper(self, rank: int) -> NDArray[np.intp]:
         """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
@@ -122,7 +139,7 @@ class Reproduction:
         """
         computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # Beside another test point too: the paper's optimum is what the computed one is against.
-        printed = published_table("6.1").drop(columns="test_point")
+        printed = self._published("6.1").drop(columns="test_point")
         return computed.merge(printed, on="mu", how="left")[_COLUMNS]
 
     def table_6_2(self) -> pd.DataFrame:
@@ -138,7 +155,23 @@ class Reproduction:
             0        2571  0.0683    0.0683  0.1043    0.1043
         """
         computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
-        return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
+        printed = self._published("6.2")
+        return computed.merge(printed, on=["mu", "test_point"], how="left")[_COLUMNS]
+
+    def _published(self, number: str) -> pd.DataFrame:
+        """Return the rows that are printed for the chutes of these cases."""
+        table = published_table(number)
+        return table[table["mu"].isin([case.mu for case in self.cases if case.printed])]
+
+    def comparable(self, model: str = "rolling") -> bool:
+        """Return whether all cases of the paper are there under a model, to be compared with it.
+
+        Example:
+            >>> Reproduction(64, (solve_case(0.4, "rolling", 64),)).comparable()
+            False
+        """
+        found = {case.mu for case in self.cases if case.model == model and case.printed}
+        return found == set(PAPER_MU)
 
     def to_latex(self, number: str) -> str:
         r"""Return a table of the paper as LaTeX, the printed values below the computed ones.
@@ -222,6 +255,9 @@ class Reproduction:
         Returns:
             Each statement with whether it holds.
 
+        Raises:
+            ArgumentValueError: A case of the paper is missing, see :meth:`comparable`.
+
         Example:
             Fewer test points than the paper's are other designs.
 
@@ -229,6 +265,10 @@ class Reproduction:
             >>> Reproduction(64, tuple(cases)).agreement()["the same seven designs"]
             False
         """
+        if not self.comparable(model):
+            have = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
+            rule = f"the cases of the paper under the {model} model"
+            raise invalid("the reproduction", rule, Received(have or "none"))
         tables = {"6.1": self.table_6_1(), "6.2": self.table_6_2()}
         ours = pd.concat([table[table["model"] == model] for table in tables.values()])
         theirs = pd.concat([published_table(number) for number in tables])
@@ -251,15 +291,25 @@ class Reproduction:
         }
 
 
-def solve_case(mu: float, model: str, n_points: int) -> Case:
+def solve_case(mu: float, model: str, n_points: int, *, c: float = 0.3193, r: float = 0.1) -> Case:
     """Investigate the chute for one μ under one model and rank its Pareto set.
+
+    Args:
+        mu: Friction coefficient.
+        model: ``"full"`` or ``"rolling"``.
+        n_points: Test points.
+        c: Initial speed of the centre.
+        r: Radius of the sphere.
+
+    Raises:
+        ArgumentValueError: A number is out of range, or there is no such model.
 
     Example:
         >>> case = solve_case(0.2, "full", 64)
         >>> case.refined.distance <= case.refined.start_distance
         True
     """
-    problem = VectorizedSphereChute(mu, model=model)
+    problem = VectorizedSphereChute(mu, c=c, r=r, model=model)
     result = minimize(problem, PSI(n_points))
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = rank_of_efficiency(result.F, normalize=False)
@@ -273,20 +323,30 @@ def solve_case(mu: float, model: str, n_points: int) -> Case:
         ranking,
         refined,
         result.algorithm.table,
+        problem.parameters,
     )
 
 
 def reproduce(
     n_points: int = PAPER_POINTS,
     *,
+    mu: Sequence[float] = PAPER_MU,
+    c: float = 0.3193,
+    r: float = 0.1,
+    models: Sequence[str] = MODELS,
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
-    """Solve every case of the paper under both models.
+    """Solve every case of the paper under both models, or likewise cases of another chute.
 
     Args:
         n_points: Test points per case; the paper has 4096.
-        n_jobs: Processes to work in, -1 for one per core.
+        mu: Friction coefficients.
+        c: Initial speed of the centre.
+        r: Radius of the sphere.
+        models: ``"full"``, ``"rolling"`` or both.
+        n_jobs: Processes to work in, -1 for one per core, if there are so many points that
+            starting them is worth it.
         on_case: Called with each case as soon as it is ready, to show progress.
 
     Raises:
@@ -302,14 +362,20 @@ def reproduce(
     """
     n_points = integer("n_points", n_points, minimum=1)
     n_jobs = job_count("n_jobs", n_jobs)
+    for value in mu:
+        positive_number("mu", value)
+    if len(set(mu)) < len(mu) or len(mu) == 0:
+        raise invalid("mu", "one or more friction coefficients, each once", list(mu))
+    for model in models:
+        known_name("model", model, MODELS)
     # Rolling first, as the paper's tables follow from it.
-    wanted = [(mu, model) for model in sorted(MODELS, reverse=True) for mu in PAPER_MU]
+    wanted = [(value, model) for model in sorted(set(models), reverse=True) for value in mu]
 
     def solved(task: tuple[float, str]) -> Case:
-        return solve_case(*task, n_points)
+        return solve_case(*task, n_points, c=c, r=r)
 
     cases = []
-    for case in in_order(in_parallel(solved, wanted, n_jobs)):
+    for case in in_order(in_parallel(solved, wanted, n_jobs if n_points >= _WORTH_WORKERS else 1)):
         on_case(case)
         cases.append(case)
     return Reproduction(n_points, tuple(cases))

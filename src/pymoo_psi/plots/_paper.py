@@ -101,8 +101,10 @@ def paper_figures(
 ) -> Iterator[tuple[int, Figure]]:
     """Make the paper's figures one by one.
 
-    Figures 3 to 8 are for μ = 0.4. Figure 7 shows the motion under the full model, with slip, of
-    the design that is the Salukvadze optimum under ``model``.
+    Figures 3 to 8 are for μ = 0.4, or for the first case of the model if there is none with it.
+    Figure 2 is for μ = 0.2 and 0.6, or of another chute for the least and the largest. Figure 7
+    shows the motion under the full model, with slip, of the design that is the Salukvadze optimum
+    under ``model``.
 
     Args:
         reproduction: The ranked cases; Figure 8 takes as many test points as they do.
@@ -113,8 +115,7 @@ def paper_figures(
         The number of each figure with the figure.
 
     Raises:
-        ArgumentValueError: The model is unknown or has no case with μ = 0.4, or there is no such
-            figure.
+        ArgumentValueError: The model is unknown or has no case, or there is no such figure.
         ArgumentTypeError: ``reproduction`` is none.
 
     Example:
@@ -124,16 +125,27 @@ def paper_figures(
         >>> figure.get_suptitle().splitlines()[0]
         'Pareto-optimal points in the design box (all quantities dimensionless)'
     """
-    case = _case_of(instance("reproduction", reproduction, Reproduction), model)
+    found = _cases(instance("reproduction", reproduction, Reproduction), model)
+    case = next((each for each in found if np.isclose(each.mu, _MU)), found[0])
+    parameters = case.parameters
+    values = [each.mu for each in found]
+    ends = _SURFACES_MU if case.printed else sorted({min(values), max(values)})
     make: dict[int, Any] = {
-        2: lambda: _surfaces_page([criterion_surfaces(mu, model) for mu in _SURFACES_MU]),
+        2: lambda: _surfaces_page(
+            [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends]
+        ),
         **{number: partial(_points_page, case, *space) for number, space in _SPACES.items()},
         7: lambda: _motion_page(case),
         8: lambda: _functions_page(
-            salukvadze_functions(_MU, model, reproduction.n_points),
+            salukvadze_functions(case.mu, model, reproduction.n_points, r=parameters.r),
             # a smooth line needs fewer
             salukvadze_functions(
-                _MU, model, reproduction.n_points, INITIAL_SPEEDS[::2], refined=True
+                case.mu,
+                model,
+                reproduction.n_points,
+                INITIAL_SPEEDS[::2],
+                r=parameters.r,
+                refined=True,
             ),
             reproduction.n_points,
         ),
@@ -216,8 +228,7 @@ def save_figures(
         The paths written.
 
     Raises:
-        ArgumentValueError: The model is unknown or has no case with μ = 0.4, or the suffix is
-            another.
+        ArgumentValueError: The model is unknown or has no case, or the suffix is another.
         OSError: The folder does not exist or cannot be written to.
 
     Example:
@@ -234,14 +245,13 @@ def save_figures(
     return save_pages(pages, directory, dpi)
 
 
-def _case_of(reproduction: Reproduction, model: str) -> Case:
+def _cases(reproduction: Reproduction, model: str) -> list[Case]:
     known_name("model", model, MODELS)
-    for case in reproduction.cases:
-        if case.model == model and np.isclose(case.mu, _MU):
-            return case
+    if cases := [case for case in reproduction.cases if case.model == model]:
+        return cases
     have = ", ".join(f"{case.model} {case.mu:g}" for case in reproduction.cases)
     received = Received(f"the cases {have or 'none'}")
-    raise invalid("reproduction", f"one with the case {model} {_MU:g}", received)
+    raise invalid("reproduction", f"one with cases of the {model} model", received)
 
 
 def _axis_label(name: str) -> str:
@@ -400,7 +410,7 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
 def _facts(case: Case, best: int, way: Trajectory) -> str:
     """Return what is known of the design in row ``best`` and of its motion, line by line."""
     u1, v_p = case.X[best].tolist()
-    parameters = ChuteParameters(mu=case.mu)
+    parameters = case.parameters
     slip = ["slips (grey) all the way"]
     if np.isfinite(way.slip_end):
         slip = [

@@ -72,6 +72,7 @@ def html_of(title: str, about: Sequence[str], sections: Sequence[Section]) -> st
     return "\n".join([
         '<!DOCTYPE html>', '<html lang="en">', "<head>", '<meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+        '<meta name="generator" content="pymoo-psi report">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f"<title>{_text(title)}</title>", f"<style>\n{style}</style>", "</head>", "<body>", *body,
         "</body>", "</html>", "",

@@ -1,0 +1,169 @@
+"""Options that several commands take, and groups of them.
+
+A command takes a group as one argument, such as ``columns: ColumnOptions``; typer is shown the
+fields of the group in its place. Nothing here imports NumPy or pymoo, as ``--help`` would wait.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias, get_type_hints
+
+import typer
+
+NEAR = 0.7  # how alike two options are, of which one is meant; --mu and --out are so to 0.6
+
+
+def expanded(path: Path | None) -> Path | None:
+    """Replace ``~``, which shells leave as it is in ``--out=~/front.csv``."""
+    return path and Path(os.path.expanduser(path))
+
+
+def path_option(metavar: str, help: str) -> Any:
+    """Return an option that takes a path."""
+    return typer.Option(metavar=metavar, help=help, callback=expanded)
+
+
+def several(metavar: str, help: str, *names: str) -> Any:
+    """Return an option that may be given several times."""
+    return typer.Option(*names, metavar=metavar, help=help, show_default=False)
+
+
+ProblemName: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM",
+        help="'chute', the name of a pymoo test problem, or module:attribute. What it takes to be "
+        "made are options, too: chute --mu 0.4, dtlz2 --n-obj 4.",
+    ),
+]
+Designs: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="Designs (CSV, a workbook), a ranking, a test table, or a study.",
+        callback=expanded,
+    ),
+]
+Jobs: TypeAlias = Annotated[int, typer.Option(metavar="N", help="Processes; -1: one per core.")]
+PlainDistances: TypeAlias = Annotated[
+    bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+]
+
+
+Variables: TypeAlias = Annotated[
+    list[str] | None, several("X,Y,…", "Columns with design variables [x1,x2,…].")
+]
+Units: TypeAlias = Annotated[list[str] | None, several("A=KG,B=S", "Units of columns.")]
+Preferences: TypeAlias = Annotated[
+    list[str] | None,
+    several("P", "weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff."),
+]
+Overwrite: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--force", help="Overwrite --out also if it holds something that is not of this command."
+    ),
+]
+
+
+@dataclass(frozen=True)
+class ProblemOptions:
+    """Options that a command does not know itself: arguments of its problem, if they are.
+
+    Attributes:
+        given: Their values, as they are typed, by ``--name``.
+        own: The options of the command, for near misses.
+    """
+
+    given: dict[str, str]
+    own: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ColumnOptions:
+    """What is typed of criteria, senses, limits and computed columns."""
+
+    objectives: Annotated[
+        Sequence[str], several("A,B,…", "Columns with objectives [f1,f2,… or all numeric].")
+    ] = ()
+    maximize: Annotated[Sequence[str], several("A,…", "Objectives of which more is better.")] = ()
+    limits: Annotated[
+        Sequence[str],
+        several('"A<=2.5,1<=X<=2"', "Limits on criteria, variables, outputs; in quotation marks."),
+    ] = ()
+    formulation: Annotated[
+        Path | None,
+        path_option("FILE.json", "All these options in a file, of Formulation.to_json."),
+    ] = None
+    criterion: Annotated[
+        Sequence[str],
+        several('NAME|"NAME=A/B"', "A criterion more: a column, or an expression."),
+    ] = ()
+    relax: Annotated[Sequence[str], several("G,…", "Constraints to leave out.")] = ()
+
+    @property
+    def formulated(self) -> bool:
+        """Whether more is asked than which columns are what."""
+        return bool(self.formulation or self.criterion or self.relax or self.limits)
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """What is typed of how a file of designs is written."""
+
+    decimal: Annotated[
+        str | None,
+        typer.Option(metavar='"."|","', help="Decimal mark of the file [as its numbers tell]."),
+    ] = None
+    thousands: Annotated[
+        str | None, typer.Option(metavar='"."|","', help="Mark between thousands, likewise.")
+    ] = None
+    encoding: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of the file, such as cp1252 [UTF-8].")
+    ] = None
+    skip_rows: Annotated[
+        str | None,
+        typer.Option(metavar="1,3,…", help="Lines of the file to leave out: titles, units."),
+    ] = None
+    drop_incomplete: Annotated[
+        bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
+    ] = False
+
+
+def grouped(command: Callable[..., int]) -> Callable[..., int]:
+    """Return a command that typer sees with the fields of its groups in place of these."""
+    groups: dict[str, Any] = {}
+    shown: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command, eval_str=True).parameters.items():
+        if not is_dataclass(parameter.annotation):
+            shown.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+            continue
+        group = groups[name] = parameter.annotation
+        hints = get_type_hints(group, include_extras=True)
+        for field in fields(group):
+            kind = hints[field.name]
+            if field.default == ():  # typer takes lists, and gives None for none
+                kind = Annotated[list[str] | None, kind.__metadata__[0]]
+            default = None if field.default == () else field.default
+            shown.append(
+                inspect.Parameter(
+                    field.name, parameter.KEYWORD_ONLY, default=default, annotation=kind
+                )
+            )
+
+    @functools.wraps(command)
+    def ungrouped(**given: Any) -> int:
+        for name, group in groups.items():
+            values = {field.name: given.pop(field.name) for field in fields(group)}
+            given[name] = group(**{key: v for key, v in values.items() if v is not None})
+        return command(**given)
+
+    ungrouped.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
+    ungrouped.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
+    return ungrouped
