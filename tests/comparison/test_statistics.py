@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import mannwhitneyu
 
-from pymoo_psi.comparison._statistics import effect_size, holm, least_p, p_value
+from pymoo_psi.comparison._statistics import effect_size, holm, least_p, p_value, shift
 
 
 def test_holm_against_the_textbook():
@@ -99,3 +99,23 @@ def test_effect_sizes_of_two_directions_add_up_to_one(a, b):
 
 def test_infinite_values_have_effect_sizes():
     assert effect_size(np.array([np.inf] * 3), np.array([1.0, np.inf])) == 0.75
+
+
+@pytest.mark.parametrize(("n_a", "n_b"), [(1, 7), (7, 1), (4, 4), (5, 8), (9, 3)])
+def test_the_interval_of_a_shift_holds_what_the_test_does_not_reject(n_a, n_b):
+    rng = np.random.default_rng(n_a)
+    a, b = rng.normal(size=n_a), 0.7 + rng.normal(size=n_b)
+    fixed = (n_a == 1, n_b == 1)
+    estimate, low, high = shift(a, b, fixed=any(fixed))
+    differences = np.sort((b[:, None] - a).ravel())
+    assert estimate == np.median(differences)
+    for candidate in (differences[1:] + differences[:-1]) / 2:  # the p value jumps in between
+        rejected = p_value(a, b - candidate, fixed=fixed) <= 0.05
+        assert rejected == (not low < candidate < high)
+
+
+def test_few_runs_have_no_interval_and_infinities_no_shift():
+    assert np.isnan(shift(np.zeros(1), np.arange(5.0), fixed=True)[1:]).all()
+    assert not np.isnan(shift(np.zeros(1), np.arange(6.0), fixed=True)).any()
+    assert np.isnan(shift(np.array([np.inf, 1]), np.array([np.inf, 2]), fixed=False)).all()
+    assert shift(np.zeros(4), np.full(4, np.inf), fixed=False)[0] == np.inf

@@ -13,9 +13,11 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
     found = sensitivities(osy, ["f1", "f2", "g4", "g6"], n_resamples=5)
     figure = sensitivity_page(found, title="OSY")
     assert [ax.get_title() for ax in shown(figure)] == ["f1", "f2", "g4", "g6"]
+    names = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     for ax in shown(figure):
         part = found.loc[ax.get_title()]
-        assert [text.get_text() for text in ax.get_yticklabels()] == part.index.tolist()
+        assert names == part.index.tolist()
+        assert ax.get_ylim() == figure.axes[0].get_ylim()  # one name, at the left, for all beside
         widths = [bar.get_width() for bar in ax.containers[0]]
         np.testing.assert_allclose(widths, np.maximum(part["first_order"], 0))
         (bands,) = ax.collections

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
@@ -15,6 +15,7 @@ from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.pareto._indicators import attainment_surfaces
 from pymoo_psi.plots import (
     attainment_page,
+    differences_page,
     draw_indicator,
     fronts_page,
     indicators_page,
@@ -23,6 +24,7 @@ from pymoo_psi.plots import (
 )
 from pymoo_psi.plots._comparison import (
     attained_surfaces,
+    difference_curves,
     indicator_curves,
     looks,
     median_runs,
@@ -123,16 +125,58 @@ def test_infinite_values_are_left_out_and_said_so(sparse):
     assert draw_indicator(sparse, "hypervolume").get_title(loc="right") == ""
 
 
-def test_bands_lie_between_the_quartiles(bnh):
+def segments(ax):
+    """The whiskers of each algorithm, ``(algorithms, budgets, 2 ends, 2)``."""
+    return np.array([c.get_segments() for c in ax.collections if isinstance(c, LineCollection)])
+
+
+def test_whiskers_join_the_quartiles_beside_each_other(bnh):
     curves = indicator_curves(bnh, "epsilon")
     ax = draw_indicator(bnh, "epsilon")
-    bands = [c for c in ax.collections if isinstance(c, PolyCollection)]
-    assert len(bands) == len(curves.algorithms)
-    for k, band in enumerate(bands):
-        (path,) = band.get_paths()
-        corners = {tuple(corner) for corner in path.vertices.tolist()}
-        for edge in (curves.lower[k], curves.upper[k]):
-            assert set(zip(curves.evaluations, edge.tolist(), strict=True)) <= corners
+    whiskers = segments(ax)
+    np.testing.assert_array_equal(whiskers[..., 0, 1], curves.lower)
+    np.testing.assert_array_equal(whiskers[..., 1, 1], curves.upper)
+    x = whiskers[..., 0, 0]
+    assert (x[:-1] < x[1:]).all()
+    assert (x[-1, :-1] < x[0, 1:]).all()  # and apart from those of the next budget
+    low, high = ax.get_xlim()
+    assert low < x.min() < x.max() < high
+    for line, k in zip(ax.lines, range(3), strict=True):
+        np.testing.assert_array_equal(line.get_xydata(), np.transpose([x[k], curves.median[k]]))
+
+
+# The differences
+
+
+def test_differences_are_the_medians_of_all_pairs_of_runs(bnh):
+    for indicator in INDICATORS:
+        curves, ratio = difference_curves(bnh, indicator, "nsga3")
+        assert curves.algorithms == ("psi", "psi-scrambled")
+        assert ratio == (indicator != "hypervolume")
+        for i, name in enumerate(curves.algorithms):
+            for j, budget in enumerate(curves.evaluations):
+                a, b = (values(bnh, which, budget, indicator) for which in ("nsga3", name))
+                pairs = np.array([y / x if ratio else y - x for x in a for y in b])
+                expected = np.exp(np.median(np.log(pairs))) if ratio else np.median(pairs)
+                assert curves.median[i, j] == pytest.approx(expected)
+
+
+def test_differences_are_drawn_in_the_colours_of_the_other_pages(bnh):
+    figure = differences_page(bnh, "psi-scrambled")
+    assert texts(figure)[:3] == ["psi", "nsga3", "no difference from psi-scrambled"]
+    colours = [looks(bnh.algorithms)[name]["color"] for name in ("psi", "nsga3")]
+    for ax in figure.axes:
+        assert [line.get_color() for line in ax.lines[:2]] == colours
+        assert set(ax.lines[2].get_ydata()) == {0 if "difference" in ax.get_ylabel() else 1}
+    with pytest.raises(PsiError, match="to must be one of .*got 'psy'; did you mean 'psi'"):
+        differences_page(bnh, "psy")
+
+
+def test_infinite_values_have_differences_and_no_ratios(sparse):
+    curves, ratio = difference_curves(sparse, "igd_plus", "nsga3")
+    assert not ratio
+    assert np.isnan(curves.median[0, 0])  # neither found anything: no difference is known
+    assert_whole(differences_page(sparse))
 
 
 def test_ticks_stand_at_the_budgets_and_crowded_ones_have_no_text(bnh):
@@ -209,8 +253,8 @@ def test_fronts_have_common_axes_that_show_all_of_them(bnh):
 
 def test_of_more_objectives_each_algorithm_has_a_row(four):
     axes = fronts_page(four).axes
-    assert [ax.get_ylabel() for ax in axes] == ["$f_2$", "$f_3$", "$f_4$"] * 2
-    assert {ax.get_xlabel() for ax in axes} == {"$f_1$"}
+    assert [ax.get_ylabel() for ax in axes] == ["f2", "f3", "f4"] * 2
+    assert {ax.get_xlabel() for ax in axes} == {"f1"}
     for column in range(3):
         assert axes[column].get_ylim() == axes[column + 3].get_ylim()
     second = four.runs[median_runs(four, 32)[1]].F
@@ -240,18 +284,41 @@ def test_steps_are_the_edge_of_what_is_attained():
     assert steps(np.zeros((0, 2)), 6.0, 7.0).tolist() == [[6, 7]]
 
 
-def test_bands_hold_what_a_quarter_attains_but_not_three(bnh):
+def test_a_band_says_how_far_the_runs_are_from_the_reference_set(bnh):
+    """At a place of the front the reference set, both objectives made worse by the distance."""
     ax = attainment_page(bnh).axes[-1]
     assert ax.get_title(loc="left") == "nsga3"
-    band = ax.patches[0].get_path()
-    fronts = [run.F for run in bnh.runs if str(run.task).startswith("nsga3, 64")]
-    limits = np.transpose([ax.get_xlim(), ax.get_ylim()])
-    points = np.random.default_rng(1).uniform(*limits, (2000, 2))
-    inside = band.contains_points(points)
-    assert inside.any()
-    for point, is_inside in zip(points, inside, strict=True):
-        n_runs = sum(any((f <= point).all() for f in front) for front in fronts)
-        assert is_inside == (1 <= n_runs < 3)  # of four
+    place, median = ax.lines[0].get_data()
+    frame = bnh.reference.frame
+    fronts = [frame.scaled(run.F) for run in bnh.runs if str(run.task).startswith("nsga3, 64")]
+    assert len(fronts) == 4
+
+    def reached(points, t):
+        """How far along the diagonal through (t/2, -t/2) a point of the set is attained."""
+        return min(max(a - t / 2, b + t / 2) for a, b in points)
+
+    for t, distance in list(zip(place, median, strict=True))[::20]:
+        of_runs = sorted(reached(front, t) for front in fronts)
+        # half of four runs attain what the second best of them does
+        assert distance == pytest.approx(of_runs[1] - reached(bnh.reference.points, t))
+
+
+def test_names_senses_and_units_of_the_problem_are_on_the_axes():
+    beam = get_problem("bnh")
+    beam.names, beam.maximize, beam.units = {"f1": "cost", "f2": "gain"}, ["gain"], {"cost": "€"}
+    comparison = compare(beam, n_evaluations=32, seeds=3, algorithms=["psi", "nsga3"], polish=False)
+    for page in (fronts_page, attainment_page):
+        ax = page(comparison).axes[0]
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("cost [€]", "gain (max)")
+        reference = ax.lines[0].get_xydata()
+        union = {tuple(f) for run in comparison.runs for f in (run.F * [1, -1]).round(9).tolist()}
+        assert {tuple(f) for f in reference.round(9).tolist()} <= union
+        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        assert ((left < reference[:, 0]) & (reference[:, 0] < right)).all()
+        assert ((low < reference[:, 1]) & (reference[:, 1] < high)).all()
+    edge = attainment_page(comparison).axes[0].lines[1].get_xydata()
+    assert (np.diff(edge[:, 0]) >= 0).all()  # from the least cost
+    assert (np.diff(edge[:, 1]) >= 0).all()  # and the least gain, to more of both
 
 
 def test_other_numbers_of_objectives_have_no_surfaces(four):
@@ -318,7 +385,7 @@ def test_where_nothing_was_found_the_pages_say_so(barren, page):
     if page is fronts_page:
         assert said == ["nothing found"] * 3
     else:
-        assert texts(figure)[:3] == ["_under", r"a\$b\$ c \alpha", f"{'x' * 29}…"]
+        assert texts(figure)[:3] == ["_under", r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"]
     if page is attainment_page:
         assert said == ["fewer than half of\nthe runs found any"] * 3
     if page is indicators_page:
@@ -333,7 +400,7 @@ def test_one_algorithm_and_one_budget_are_enough():
     for page in PAGES:
         figure = page(comparison)
         assert_whole(figure)
-        assert len(figure.axes) == (4 if page is indicators_page else 1)
+        assert len(figure.axes) == {indicators_page: 4, attainment_page: 2}.get(page, 1)
         assert "32 evaluations, one run each" in figure.get_suptitle()
 
 
@@ -345,18 +412,19 @@ def test_twenty_algorithms_look_different():
         assert len({look[part] for look in first}) == 4
 
 
-def test_algorithms_of_the_users_have_the_users_names_even_such_that_are_cut_alike():
+def test_algorithms_of_the_users_have_the_users_names_also_where_they_begin_alike():
     names = ["n" * 40 + end for end in ("1", "2")]
     comparison = compare(
         get_problem("bnh"), n_evaluations=32, seeds=2, polish=False,
         algorithms=dict.fromkeys(names, lambda n: NSGA2(pop_size=8)),
     )  # fmt: skip
     page = time_page(comparison)
-    assert texts(page) == [f"{'n' * 29}…"] * 2 + ["small: single runs"]
+    assert texts(page) == [f"{'n' * 15}…{'n' * 13}{end}" for end in "12"] + ["small: single runs"]
     assert "32 evaluations, 2 seeds\n" in page.get_suptitle()
 
 
 def test_pages_of_more_objectives_are_saved_without_attainment(four, tmp_path):
     paths = save_comparison(four, tmp_path, dpi=20)
-    assert [path.name for path in paths] == ["indicators.png", "fronts.png", "time.png"]
+    names = ["indicators.png", "differences.png", "fronts.png", "time.png"]
+    assert [path.name for path in paths] == names
     assert sorted(tmp_path.iterdir()) == sorted(paths)

@@ -30,7 +30,7 @@ def test_every_proposal_is_where_it_was_expected_and_found(frame):
     drawn = np.vstack([dots.get_offsets() for dots in panels[0].collections])
     np.testing.assert_array_equal(drawn, frame[["f1_predicted", "f1"]][:19])
     assert texts(figure) == ["gaussian process", "radial functions"]
-    assert figure.get_suptitle() == "Beams\n19 proposals in 2 rounds"
+    assert figure.get_suptitle() == "Beams\n19 proposals in 2 rounds, the later the darker"
     assert_whole(figure)
 
 

@@ -22,7 +22,7 @@ from pymoo_psi.table import section_points
         ("a\n b", "a b"),
         ("$x$", r"\$x\$"),
         (0.1 + 0.2, "0.3"),
-        ("w" * 50, "w" * 39 + "…"),
+        ("w" * 49 + "1", "w" * 20 + "…" + "w" * 18 + "1"),
     ],
 )
 def test_names_are_literal(name, text):

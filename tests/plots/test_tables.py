@@ -361,6 +361,11 @@ def test_each_pair_of_criteria_is_drawn_once(chute):
     assert [ax.get_xlabel() for ax in shown(figure)[3:]] == ["f1", "f2", "f3"]
     assert [ax.get_ylabel() for ax in (shown(figure)[i] for i in (0, 1, 3))] == ["f2", "f3", "f4"]
     assert {"limit f1 ≤ 2.2", "limit f4 ≤ 1", "prototype: old chute"} <= set(texts(figure))
+    grid = np.array(figure.axes).reshape(3, 3)
+    for k in range(3):
+        assert len({ax.get_ylim() for ax in grid[k, : k + 1]}) == 1
+        assert len({ax.get_xlim() for ax in grid[k:, k]}) == 1
+    assert grid[1, 0].get_ylim() == grid[2, 2].get_xlim()  # f3 upright and lying
     assert_whole(figure)
 
 

@@ -35,7 +35,9 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.parallel._progress import progress_bar
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.table import Layout
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,6 +61,7 @@ class Comparison(Shown):
             among all that it evaluated, or ``"returned"``, those that the algorithm returned.
         reference: What it is measured against.
         measures: One row per run, see :meth:`to_frame`.
+        layout: Names, senses and units of the objectives, as the problem tells them.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -75,6 +78,7 @@ class Comparison(Shown):
     assess: str
     reference: Reference
     measures: pd.DataFrame
+    layout: Layout
 
     def __repr__(self) -> str:
         """Return problem, algorithms and the number of runs."""
@@ -317,7 +321,7 @@ def compare(
         raise ArgumentTypeError(f"on_run must be a function, got {on_run!r:.80}")
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
-    design_space(problem)  # a missing bound is told before the first run
+    layout = problem_layout(problem, design_space(problem))  # what it lacks is told at once
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     count = (
         range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, Integral) else seeds
@@ -348,7 +352,7 @@ def compare(
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)
     measures = _measures(done, reference, assess, n_jobs)
-    return Comparison(problem.name(), problem.n_obj, done, assess, reference, measures)
+    return Comparison(problem.name(), problem.n_obj, done, assess, reference, measures, layout)
 
 
 def _require_problem(reference: Reference, problem: Any) -> None:

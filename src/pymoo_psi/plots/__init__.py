@@ -24,8 +24,9 @@ Of designs under uncertainty:
 
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`indicators_page`, :func:`draw_indicator`: quality against evaluations.
+    :func:`differences_page`: how the others differ from one of them, with intervals.
     :func:`fronts_page`: what the median runs found.
-    :func:`attainment_page`: what half of the runs attain, for two objectives.
+    :func:`attainment_page`: what half of the runs attain, of two objectives.
     :func:`time_page`: time against quality.
     :func:`save_comparison`: all pages as files.
 
@@ -37,6 +38,7 @@ Of the paper:
 
 from pymoo_psi.plots._comparison import (
     attainment_page,
+    differences_page,
     draw_indicator,
     fronts_page,
     indicators_page,
@@ -57,6 +59,7 @@ __all__ = [
     "attainment_page",
     "convergence_page",
     "criteria_page",
+    "differences_page",
     "draw_feasibility",
     "draw_histogram",
     "draw_indicator",

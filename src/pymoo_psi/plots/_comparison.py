@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from pymoo_psi._markers import GREY
 from pymoo_psi._validation import Received, boolean, counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
+from pymoo_psi.comparison._statistics import shift
 from pymoo_psi.pareto._indicators import attainment_surfaces
 from pymoo_psi.plots._style import (
     literal,
@@ -54,9 +55,13 @@ _MEANINGS = {
 _QUARTERS = (25.0, 50.0, 75.0)  # per cent of the runs
 _LETTERS = 108  # in a line of a legend over the width of a page, in its size of 7 points
 _HANDLE = 3.6  # length of a line in a legend, so that its style shows
-_BESIDE = 1.12  # factor between markers beside each other on an axis of evaluations
+_BESIDE = 1.12  # factor between markers beside each other on an axis of evaluations, at most
+_SHARE = 0.45  # of the gap between budgets is for the markers of one of them
 _LABEL = 0.09  # of the width of axes: room for the number of a budget
 
+_TASK = ["algorithm", "evaluations"]
+
+_WHISKER = Line2D([], [], linestyle="none", marker="|", color="0.4", markersize=9.0)
 _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY}
 
 
@@ -65,8 +70,8 @@ def save_comparison(
 ) -> tuple[Path, ...]:
     """Write the pages as files: all of them, or none if one cannot be made.
 
-    They are ``indicators.png``, ``fronts.png``, ``time.png`` and, for two objectives,
-    ``attainment.png``.
+    They are ``indicators.png``, ``differences.png`` (of two algorithms or more), ``fronts.png``,
+    ``time.png`` and, for two objectives, ``attainment.png``.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`.
@@ -88,13 +93,15 @@ def save_comparison(
         ... )
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     [path.name for path in save_comparison(comparison, folder, dpi=20)]
-        ['indicators.png', 'fronts.png', 'time.png', 'attainment.png']
+        ['indicators.png', 'differences.png', 'fronts.png', 'time.png', 'attainment.png']
     """
     return save_pages(_pages(_checked(comparison)), directory, dpi)
 
 
 def _pages(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
     yield "indicators.png", indicators_page(comparison)
+    if len(comparison.algorithms) > 1:
+        yield "differences.png", differences_page(comparison)
     yield "fronts.png", fronts_page(comparison)
     yield "time.png", time_page(comparison)
     if comparison.objectives == 2:
@@ -128,10 +135,14 @@ def _rows_of(comparison: Comparison, algorithm: str, evaluations: int) -> list[i
 
 
 def reference_front(comparison: Comparison) -> Array:
-    """Return the ``(k, m)`` reference set in the units of the objectives."""
+    """Return the ``(k, m)`` reference set in the units and senses of the objectives."""
     frame = comparison.reference.frame
     front: Array = frame.ideal + (frame.nadir - frame.ideal) * comparison.reference.points
-    return front
+    return front * comparison.layout.sign + 0.0  # no -0.0
+
+
+def _labels(comparison: Comparison) -> list[str]:
+    return [literal(comparison.layout.label(name), 28) for name in comparison.layout.objectives]
 
 
 def looks(algorithms: Sequence[str]) -> dict[str, dict[str, Any]]:
@@ -222,18 +233,86 @@ def indicators_page(comparison: Comparison) -> Figure:
     comparison = _checked(comparison)
     with new_page(150.0) as figure:
         for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
-            _draw_curves(ax, indicator_curves(comparison, indicator))
-        band = Patch(facecolor="0.5", alpha=0.3, linewidth=0)
-        legend = [*_entries(comparison.algorithms), ("bands: between the quartiles", band)]
+            _draw_curves(ax, indicator_curves(comparison, indicator), comparison.algorithms)
+            ax.set_ylabel(_MEANINGS[indicator])
+        legend = [*_entries(comparison.algorithms), ("whiskers: quartiles", _WHISKER)]
         what = "quality against evaluations, medians"
         _finish(figure, comparison, what, comparison.evaluations, legend)
     return figure
 
 
+def differences_page(comparison: Comparison, to: str = "") -> Figure:
+    """Return how the other algorithms differ from one, with intervals, against evaluations.
+
+    The marks are the medians of all differences between runs of both, or of all ratios for
+    distances above 0; the whiskers are the 95 % intervals that belong to
+    :meth:`.Comparison.tests`, before these are corrected for their number. An interval that does
+    not reach the line of no difference tells the two algorithms apart.
+
+    Args:
+        comparison: From :func:`pymoo_psi.compare`.
+        to: Name of the algorithm that the others are compared with; the first one by default.
+
+    Raises:
+        ArgumentValueError: There is no such algorithm, or no other.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi.comparison import compare
+        >>> comparison = compare(
+        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
+        ... )
+        >>> [ax.get_ylabel() for ax in differences_page(comparison).axes][1:]
+        ['IGD+, ratio', 'additive epsilon, ratio', 'optimum distance, ratio']
+    """
+    names = _checked(comparison).algorithms
+    to = known_name("to", to, names) if to else names[0]
+    if len(names) < 2:
+        raise invalid("comparison", "of two algorithms or more", Received("one"))
+    with new_page(150.0) as figure:
+        for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
+            curves, ratio = difference_curves(comparison, indicator, to)
+            _draw_curves(ax, curves, names)
+            ax.axhline(1.0 if ratio else 0.0, color="0.25", linewidth=1.0, zorder=1.0)
+            meaning = _MEANINGS[indicator]
+            words = f"{meaning.split(' (')[0]}, ratio" if ratio else f"{meaning},\ndifference"
+            ax.set_ylabel(words)
+        legend = [
+            *(entry for entry, name in zip(_entries(names), names, strict=True) if name != to),
+            (f"no difference from {literal(to, 30)}", Line2D([], [], color="0.25", linewidth=1.0)),
+            ("whiskers: 95 % intervals, where there are runs enough", _WHISKER),
+        ]
+        what = f"the others against {literal(to, 30)}"
+        _finish(figure, comparison, what, comparison.evaluations, legend)
+    return figure
+
+
+def difference_curves(
+    comparison: Comparison, indicator: str, to: str
+) -> tuple[IndicatorCurves, bool]:
+    """Return the differences of the other algorithms from one, and whether they are ratios."""
+    frame = comparison.measures
+    known = frame[indicator].to_numpy(float)
+    ratio = indicator != "hypervolume" and bool((np.isfinite(known) & (known > 0)).all())
+    runs = {key: part[indicator].to_numpy(float) for key, part in frame.groupby(_TASK, sort=False)}
+    fixed = {name for name, seeds in frame.groupby("algorithm")["seed"] if seeds.isna().all()}
+    others = tuple(name for name in comparison.algorithms if name != to)
+    budgets = comparison.evaluations
+    found = np.zeros((len(others), len(budgets), 3))
+    for i, name in enumerate(others):
+        for j, budget in enumerate(budgets):
+            a, b = runs[to, budget], runs[name, budget]
+            one = (to in fixed) != (name in fixed)
+            found[i, j] = (
+                np.exp(shift(np.log(a), np.log(b), fixed=one)) if ratio else shift(a, b, fixed=one)
+            )
+    return IndicatorCurves(indicator, others, budgets, *np.moveaxis(found, 2, 0)), ratio
+
+
 def draw_indicator(
     comparison: Comparison, indicator: str, *, ax: Axes | None = None, legend: bool = True
 ) -> Axes:
-    """Draw the medians of an indicator as lines and the quartiles as bands.
+    """Draw the medians of an indicator as lines and the quartiles as whiskers.
 
     Infinite values are left out, and a line above the axes says so.
 
@@ -263,7 +342,8 @@ def draw_indicator(
     known_name("indicator", indicator, INDICATORS)
     curves = indicator_curves(comparison, indicator)
     with on_axes(ax) as axes:
-        _draw_curves(axes, curves)
+        _draw_curves(axes, curves, comparison.algorithms)
+        axes.set_ylabel(_MEANINGS[indicator])
         if legend:
             entries = _entries(curves.algorithms)
             named_legend(axes, entries, loc="best", handlelength=_HANDLE)
@@ -300,8 +380,8 @@ class IndicatorCurves:
     @property
     def left_out(self) -> str:
         """What is not drawn, as it is infinite; empty if nothing is."""
-        medians = int((~np.isfinite(self.median)).sum())
-        quartiles = int((~np.isfinite(self.lower)).sum() + (~np.isfinite(self.upper)).sum())
+        medians = int(np.isinf(self.median).sum())
+        quartiles = int(np.isinf(self.lower).sum() + np.isinf(self.upper).sum())
         counts = [
             counted(n, what) for n, what in ((medians, "median"), (quartiles, "quartile")) if n
         ]
@@ -319,35 +399,39 @@ def indicator_curves(comparison: Comparison, indicator: str) -> IndicatorCurves:
     return IndicatorCurves(indicator, names, budgets, median, lower, upper)
 
 
-def _draw_curves(axes: Axes, curves: IndicatorCurves) -> None:
+def _draw_curves(axes: Axes, curves: IndicatorCurves, algorithms: Sequence[str]) -> None:
+    """Draw curves beside each other at each budget, so that they do not hide one another.
+
+    Args:
+        axes: Where.
+        curves: Of some of the algorithms.
+        algorithms: All of them, which look the same on all pages.
+    """
     median, lower, upper = (
         np.where(np.isfinite(values), values, np.nan)
         for values in (curves.median, curves.lower, curves.upper)
     )
     n, budgets = len(curves.algorithms), np.array(curves.evaluations, float)
-    _budget_ticks(axes, curves.evaluations)
-    # With one budget there are no lines, and markers on one place would hide each other.
-    beside = _BESIDE if len(budgets) == 1 else 1.0
-    if len(budgets) == 1:
-        axes.set_xlim(budgets[0] / beside ** (n + 1), budgets[0] * beside ** (n + 1))
+    gap = float(np.diff(np.log(budgets)).min(initial=np.log(_BESIDE) * n / _SHARE))
+    beside = min(np.exp(_SHARE * gap / n), _BESIDE)
+    _budget_ticks(axes, curves.evaluations, beside ** (n / 2 + 0.5))
     if np.isnan(median).all():
         axes.set_yticks([])  # matplotlib's would be of a range from 0 to 1 that nothing has
     if curves.logarithmic:
         _logarithmic(axes, "y", (1.0, 2.0, 5.0))
-    for k, look in enumerate(looks(curves.algorithms).values()):
-        x = budgets * beside ** (k - (n - 1) / 2)
-        axes.fill_between(x, lower[k], upper[k], alpha=0.15, color=look["color"], linewidth=0)
-        axes.vlines(x, lower[k], upper[k], color=look["color"], linewidth=0.8, alpha=0.6)
-        axes.plot(x, median[k], markersize=4.0, linewidth=1.2, **look)
-    axes.set_ylabel(_MEANINGS[curves.indicator])
+    known = looks(algorithms)
+    for k, name in enumerate(curves.algorithms):
+        look, x = known[name], budgets * beside ** (k - (n - 1) / 2)
+        axes.vlines(x, lower[k], upper[k], color=look["color"], linewidth=1.1)
+        axes.plot(x, median[k], markersize=4.0, linewidth=0.9, **look)
     axes.set_title(curves.left_out, loc="right", fontsize=7)
 
 
-def _budget_ticks(axes: Axes, evaluations: Sequence[int]) -> None:
-    """Make a logarithmic axis of the evaluations, with ticks at the budgets."""
+def _budget_ticks(axes: Axes, evaluations: Sequence[int], pad: float) -> None:
+    """Make a logarithmic axis of the evaluations, with ticks at the budgets and room beside."""
     low, high = evaluations[0], evaluations[-1]
     axes.set_xscale("log")
-    pad = (high / low) ** 0.06 if high > low else 1.5
+    pad = max(pad, (high / low) ** 0.06)
     axes.set_xlim(low / pad, high * pad)
     room = _LABEL * np.log(high / low)
     labels, last = [], -np.inf
@@ -429,9 +513,9 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
     """
     comparison = _checked(comparison)
     budget = _budget_of(comparison, evaluations)
-    reference = reference_front(comparison)
-    chosen = median_runs(comparison, budget)
-    fronts = [comparison.runs[row].found(comparison.assess) for row in chosen]
+    reference, labels = reference_front(comparison), _labels(comparison)
+    chosen, sign = median_runs(comparison, budget), comparison.layout.sign
+    fronts = [comparison.runs[row].found(comparison.assess) * sign for row in chosen]
     n_planes = min(comparison.objectives - 1, 3)
     shown = range(1 + n_planes)
     limits = [view(np.concatenate([F[:, j] for F in (*fronts, reference)])) for j in shown]
@@ -451,8 +535,8 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
                     ax.text(0.5, 0.5, "nothing found", transform=ax.transAxes, ha="center")
                 ax.set_xlim(limits[0])
                 ax.set_ylim(limits[j])
-                ax.set_xlabel("$f_1$")
-                ax.set_ylabel(f"$f_{j + 1}$")
+                ax.set_xlabel(labels[0])
+                ax.set_ylabel(labels[j])
             run = comparison.runs[chosen[k]]
             seed = "" if run.task.seed is None else f", seed {run.task.seed}"
             quality = comparison.measures["hypervolume"].iloc[chosen[k]]
@@ -487,11 +571,13 @@ def median_runs(comparison: Comparison, evaluations: int) -> list[int]:
 
 
 def attainment_page(comparison: Comparison, evaluations: int | None = None) -> Figure:
-    """Return what half of the runs attain, together, and each with a band in axes of its own.
+    """Return what half of the runs attain, together, and how far it is from the reference set.
 
     A run attains a point if one of its own is no worse in either objective. The lines are the
     empirical attainment surfaces of half of the runs, the bands those between the surfaces of a
-    quarter and three quarters.
+    quarter and three quarters. As good surfaces lie on each other, each algorithm has axes of its
+    own with the distance: by how much both objectives of the reference set must get worse, at each
+    place along the front, until the algorithm attains them.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`, with two objectives.
@@ -518,25 +604,27 @@ def attainment_page(comparison: Comparison, evaluations: int | None = None) -> F
     budget = _budget_of(comparison, evaluations)
     surfaces = attained_surfaces(comparison, budget)
     names = comparison.algorithms
-    alone = names if len(names) > 1 else ()
     # The axes of all are two rows and columns wide; the others are right of them, then below.
     places = [(0, 2), (0, 3), (1, 2), (1, 3)]
-    places += [(2 + k // 4, k % 4) for k in range(len(alone) - 4)]
-    high = 1 + max([1, *(row for row, _ in places[: len(alone)])])
+    places += [(2 + k // 4, k % 4) for k in range(len(names) - 4)]
+    high = 1 + max([1, *(row for row, _ in places[: len(names)])])
     with new_page(30.0 + 50.0 * high) as figure:
         grid = figure.add_gridspec(high, 4)
-        together = figure.add_subplot(grid[:2, :2] if alone else grid[:, :])
-        draw_surfaces(together, comparison, surfaces, names, bands=not alone)
-        for name, place in zip(alone, places, strict=False):
-            ax = figure.add_subplot(grid[place])
-            draw_surfaces(ax, comparison, surfaces, [name], bands=True)
+        _draw_surfaces(figure.add_subplot(grid[:2, :2]), comparison, surfaces)
+        top = 0.0
+        alone = [figure.add_subplot(grid[place]) for place in places[: len(names)]]
+        for ax, name in zip(alone, names, strict=True):
+            top = max(top, _draw_distance(ax, comparison, name, surfaces[name]))
             ax.set_title(literal(name, 18), loc="left", fontsize=7.5)
+        for ax in alone:
+            ax.set_ylim(0, 1.05 * top or 1.0)
         legend = [
             *_entries(names, markers=False),
             ("bands: 25 to 75 % of the runs", Patch(facecolor="0.5", alpha=0.3, linewidth=0)),
             ("reference set", Line2D([], [], **_DOTS, markersize=4.0)),
         ]
-        _finish(figure, comparison, "what half of the runs attain", [budget], legend)
+        what = "what half of the runs attain, and how far it is from the reference set"
+        _finish(figure, comparison, what, [budget], legend)
     return figure
 
 
@@ -576,28 +664,61 @@ def steps(surface: Array, right: float, top: float) -> Array:
     return edge.T
 
 
-def draw_surfaces(
-    axes: Axes, comparison: Comparison, surfaces: Surfaces, names: Sequence[str], *, bands: bool
-) -> None:
-    """Draw the median surfaces of some algorithms, on axes as wide as those of all take."""
-    reference = reference_front(comparison)
-    every = [surface for own in surfaces.values() for surface in own.values()]
-    horizontal, vertical = map(view, np.concatenate([*every, reference]).T)
-    right, top = horizontal[1], vertical[1]
+def _draw_surfaces(axes: Axes, comparison: Comparison, surfaces: Surfaces) -> None:
+    """Draw the median surface of each algorithm, all in one."""
+    sign, reference = comparison.layout.sign, reference_front(comparison)
+    every = [surface[50.0] * sign for surface in surfaces.values()]
+    ends = [view(column) for column in np.concatenate([*every, reference]).T]
+    # In the objectives' own senses the worst value is at the left or below where more is better.
+    right, top = (max(end * s for end in both) for both, s in zip(ends, sign, strict=True))
     axes.plot(*reference.T, **_DOTS, markersize=1.6, markeredgewidth=0.0)
-    for name in names:
-        look = looks(comparison.algorithms)[name]
-        better, median, worse = (steps(surfaces[name][share], right, top) for share in _QUARTERS)
-        if bands:
-            band = np.concatenate([better, worse[::-1]])
-            axes.fill(*band.T, color=look["color"], alpha=0.2, linewidth=0)
-        axes.plot(*median.T, color=look["color"], linestyle=look["linestyle"], linewidth=1.3)
-        if len(names) == 1 and len(surfaces[name][50.0]) == 0:
-            axes.text(
-                0.5, 0.5, "fewer than half of\nthe runs found any", transform=axes.transAxes,
-                ha="center", va="center", fontsize=7,
-            )  # fmt: skip
-    axes.set_xlim(horizontal)
-    axes.set_ylim(vertical)
-    axes.set_xlabel("$f_1$")
-    axes.set_ylabel("$f_2$")
+    for name, look in looks(comparison.algorithms).items():
+        edge = steps(surfaces[name][50.0], right, top) * sign
+        axes.plot(*edge.T, color=look["color"], linestyle=look["linestyle"], linewidth=1.3)
+    axes.set_xlim(ends[0])
+    axes.set_ylim(ends[1])
+    first, second = _labels(comparison)
+    axes.set_xlabel(first)
+    axes.set_ylabel(second)
+
+
+def _draw_distance(
+    axes: Axes, comparison: Comparison, name: str, surfaces: dict[float, Array]
+) -> float:
+    """Draw how far surfaces are from the reference set along the front; return the farthest."""
+    look = looks(comparison.algorithms)[name]
+    place = np.linspace(-1, 1, 201)
+    better, median, worse = (shortfall(comparison, surfaces[share], place) for share in _QUARTERS)
+    axes.fill_between(place, better, worse, color=look["color"], alpha=0.25, linewidth=0)
+    axes.plot(place, median, color=look["color"], linestyle=look["linestyle"], linewidth=1.2)
+    axes.set_xlim(-1, 1)
+    axes.set_xticks([-1, 1], [f"best\n{literal(n, 9)}" for n in comparison.layout.objectives])
+    axes.set_ylabel("distance (units of N − U)", fontsize=7)
+    if np.isnan(median).all():
+        axes.text(
+            0.5, 0.5, "fewer than half of\nthe runs found any", transform=axes.transAxes,
+            ha="center", va="center", fontsize=7,
+        )  # fmt: skip
+    return float(np.nan_to_num([median, worse]).max())
+
+
+def shortfall(comparison: Comparison, surface: Array, place: Array) -> Array:
+    """Return by how much a surface is worse than the reference set, along the front.
+
+    Args:
+        comparison: Whose reference set and scale.
+        surface: ``(k, 2)`` corners in the units of the objectives, minimised.
+        place: ``(n,)`` differences of the first and the second objective in the scale, from -1,
+            at the best first objective, to 1.
+
+    Returns:
+        ``(n,)`` in the scale, in both objectives at once, which is the additive epsilon of that
+        place; NaN where nothing is attained.
+    """
+    reached = []
+    for corners in (comparison.reference.frame.scaled(surface), comparison.reference.points):
+        # On the diagonal (t/2 + s, −t/2 + s) a corner c is attained from s = max(...) on.
+        first, second = corners[:, :1] - place / 2, corners[:, 1:] + place / 2
+        reached.append(np.maximum(first, second).min(axis=0, initial=np.inf))
+    surplus: Array = reached[0] - reached[1] if len(surface) else np.full(len(place), np.nan)
+    return surplus

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._validation import instance
-from pymoo_psi.plots._style import CURVES, new_page
+from pymoo_psi.plots._style import CURVES, new_page, wrapped
 from pymoo_psi.table import Convergence
 
 _LETTERS = 96  # of a line over the width of a page
@@ -35,15 +33,15 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
         3
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    verdict = "\n".join(textwrap.wrap(found.verdict(), _LETTERS))
+    verdict = wrapped(found.verdict(), _LETTERS)
     with new_page(78.0) as figure:
         for ax, values, name in zip(
             figure.subplots(1, 3),
             (found.mu1, found.hypervolume, found.covering_radius),
             (
-                r"distance $\mu_1$ of the best design",
-                "hypervolume (of the last)",
-                "covering radius",
+                r"distance $\mu_1$ of the best design to $U$",
+                "hypervolume (share of the last)",
+                "covering radius (sides of the box)",
             ),
             strict=True,
         ):
@@ -61,6 +59,7 @@ def _draw_curve(ax: Axes, found: Convergence, values: object) -> None:
     ax.set_xscale("log", base=2)
     shown = found.tests[::-1][::2][::-1]  # every other one, the last among them
     ax.set_xticks(shown, [str(n) for n in shown.tolist()])
+    ax.set_xlim(found.tests[0] / 1.25, found.tests[-1] * 1.25)  # also where the first have none
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xlabel("tests")
 

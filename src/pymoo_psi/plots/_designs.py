@@ -277,10 +277,16 @@ def design_look() -> dict[str, Any]:
     }
 
 
-def draw_plane(axes: Axes, plane: Plane, wide: int) -> None:
+def draw_plane(
+    axes: Axes, plane: Plane, wide: int, ends: Sequence[tuple[float, float]] = ()
+) -> None:
     """Draw the designs, each group with a marker of its own, the limits with what is beyond them.
 
-    The axes are one of ``wide`` beside each other on a page, and have text for that room.
+    Args:
+        axes: The axes.
+        plane: The designs.
+        wide: How many axes are beside each other on a page, and have text for that room.
+        ends: Of the horizontal and the vertical axis; those of the designs unless given.
     """
     places = plane.places()
     for name, members in members_of(plane.group).items():
@@ -288,10 +294,11 @@ def draw_plane(axes: Axes, plane: Plane, wide: int) -> None:
     if len(plane.prototype):
         axes.plot(*plane.prototype.T, **prototype_look(""))
     drawn = np.vstack([places, plane.prototype])
-    axes.set_xlim(_ends(plane, drawn[:, 0]))
-    axes.set_ylim(view(drawn[:, 1]))
-    for letter, name, ends in zip("xy", plane.names, plane.limits, strict=True):
-        draw_limits(axes, letter, name, ends)
+    across, up = ends or (_ends(plane, drawn[:, 0]), view(drawn[:, 1]))
+    axes.set_xlim(across)
+    axes.set_ylim(up)
+    for letter, name, limit in zip("xy", plane.names, plane.limits, strict=True):
+        draw_limits(axes, letter, name, limit)
     label_axes(axes, wide, plane.labels, plane.options, whole=plane.abscissa == "integer")
 
 

@@ -191,13 +191,14 @@ def points_page(reproduction: Reproduction) -> Figure:
             for ax in (above, below):
                 ax.set_xscale("log", base=2)
                 ax.set_yscale("log")
+                ax.yaxis.set_major_formatter("{x:g}")
                 ax.axvline(reproduction.n_points, **_TRANSITION)
             shown = found[0][1].tests[::-2][::-1].tolist()
             below.set_xticks(shown, [str(n) for n in shown])
             below.xaxis.set_minor_locator(NullLocator())
             below.set_xlabel("test points")
             above.set_title(_MODEL_NAMES[model])
-            above.legend()
+        grid[0, 0].legend()
         grid[0, 0].set_ylabel("excess of distance over the least, %")
         grid[1, 0].set_ylabel("gain of hypervolume, %")
         figure.suptitle(

@@ -61,5 +61,6 @@ def predictions_page(predictions: pd.DataFrame, *, title: str = "") -> Figure:
             tick_counts(axes, x=5, y=5)
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
-        figure.suptitle(f"{title}\n{len(known)} proposals in {rounds.max()} rounds".strip())
+        told = f"{len(known)} proposals in {rounds.max()} rounds, the later the darker"
+        figure.suptitle(f"{title}\n{told}".strip())
     return figure

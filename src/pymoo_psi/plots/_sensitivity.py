@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from pymoo_psi._markers import GREY
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._designs import checked_table
-from pymoo_psi.plots._style import CURVES, legend_below, literal, new_page, on_axes
+from pymoo_psi.plots._style import CURVES, legend_below, literal, new_page, on_axes, wrapped
 from pymoo_psi.table import Kind, Rule, TestTable, feasibility_rules
 from pymoo_psi.table._designs import values_in_order
 from pymoo_psi.table._layout import Limits
@@ -66,15 +65,14 @@ def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str =
     wide = min(3, max(len(columns), 1))
     high = -(-len(columns) // wide)
     with new_page(22 + high * (16 + 5.0 * len(variables))) as figure:
-        grid = figure.subplots(high, wide, squeeze=False).ravel()
+        grid = figure.subplots(high, wide, squeeze=False, sharey=True).ravel()
         for ax in grid[len(columns) :]:
             ax.set_axis_off()
         for ax, column in zip(grid, columns, strict=False):
             found = sensitivities.loc[column].loc[variables]
             _draw_indices(ax, found["first_order"], found["lower"], found["upper"])
-            shown = [literal(name, 16) for name in variables]
-            ax.set_yticks(np.arange(len(variables)), shown)
-            ax.set_title(literal(column))
+            ax.set_yticks(np.arange(len(variables)), [literal(name, 32) for name in variables])
+            ax.set_title(literal(column, 28))
         for ax in grid[max(len(columns) - wide, 0) : len(columns)]:
             ax.set_xlabel("share of the variance")
         left_out = len(largest) - len(variables)
@@ -146,9 +144,9 @@ def draw_feasibility(
             if not _is_number(table, name):
                 options = values_in_order(table.column(name))
                 axis.set_ticks(range(len(options)), [literal(option, 14) for option in options])
-        axes.set_xlabel(literal(first))
-        axes.set_ylabel(literal(second))
-        rule = "\n".join(textwrap.wrap(literal(rules.rules[0], 150), _LETTERS))
+        axes.set_xlabel(literal(table.layout.label(first)))
+        axes.set_ylabel(literal(table.layout.label(second)))
+        rule = wrapped(literal(rules.rules[0], 150), _LETTERS)
         axes.set_title(f"{title}\n{rule}".strip())
         if legend:
             legend_below(axes, ncols=3)

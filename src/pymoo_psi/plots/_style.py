@@ -6,7 +6,9 @@ Each colour goes with a marker or a line style of its own, so that a grey print 
 from __future__ import annotations
 
 import os
+import re
 import tempfile
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
@@ -154,11 +156,20 @@ def literal(name: object, most: int = 40) -> str:
 
     Args:
         name: A name or a value.
-        most: Characters; of a longer name the beginning is kept.
+        most: Characters; of a longer name the middle is left out, as names that begin alike often
+            end with a number.
     """
     text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
-    text = text if len(text) <= most else f"{text[: most - 1]}…"
+    if len(text) > most:
+        end = (most - 1) // 2
+        text = f"{text[: most - 1 - end]}…{text[len(text) - end :]}"
     return text.replace("$", r"\$")
+
+
+def wrapped(text: str, letters: int) -> str:
+    """Return text in lines of so many letters; a number stays with its sign and its unit."""
+    kept = re.sub(r"(?<=[<>=≤≥]) | (?=(?:%|[<>]=) )", "\0", text)
+    return "\n".join(textwrap.wrap(kept, letters)).replace("\0", " ")
 
 
 def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:

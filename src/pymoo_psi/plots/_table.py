@@ -30,7 +30,7 @@ from pymoo_psi.plots._designs import (
     variable_plane,
 )
 from pymoo_psi.plots._histogram import draw_bars
-from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page
+from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page, view
 from pymoo_psi.table import Layout, TestTable, histogram
 from pymoo_psi.table._layout import Key, Limits
 
@@ -162,11 +162,15 @@ def criteria_page(
     wide = len(chosen) - 1
     group = design_groups(table, limits)
     hidden = []
+    ends = {}  # of each criterion, so that the axes of a row and of a column agree
+    for name in chosen:
+        alone = criteria_plane(table, name, name, limits, group).nearby(margin)
+        ends[name] = view(np.vstack([alone.values, alone.prototype])[:, 0])
     with grid_page(wide, wide) as (figure, grid):
         for k, second in enumerate(chosen[1:]):
             for ax, first in zip(grid[k], chosen[: k + 1], strict=False):
                 plane = criteria_plane(table, first, second, limits, group)
-                hidden.append(_draw_near(ax, plane, wide, margin))
+                hidden.append(_draw_near(ax, plane, wide, margin, (ends[first], ends[second])))
                 if len(marked):
                     ax.plot(marked.column(first), marked.column(second), **design_look())
             for ax in grid[k, k + 1 :]:
@@ -207,10 +211,12 @@ def grid_page(high: int, wide: int) -> Iterator[tuple[Figure, Any]]:
         yield figure, figure.subplots(high, wide, squeeze=False)
 
 
-def _draw_near(ax: Any, plane: Plane, wide: int, margin: float) -> bool:
+def _draw_near(
+    ax: Any, plane: Plane, wide: int, margin: float, ends: Sequence[tuple[float, float]] = ()
+) -> bool:
     """Draw what is near the feasible designs; say whether that is less than all."""
     near = plane.nearby(margin)
-    draw_plane(ax, near, wide)
+    draw_plane(ax, near, wide, ends)
     return len(near.values) < len(plane.values)
 
 
