@@ -241,3 +241,12 @@ def test_mistakes(call, kind, message):
     with pytest.raises(kind, match=message) as caught:
         call()
     assert isinstance(caught.value, PsiError)
+
+
+def test_large_numbers_are_written_as_people_write_them():
+    prices = pd.DataFrame({"price": [12_345.0, 72_345.0, 2e6], "mass": [9.0, 2.0, 1.0]})
+    behind = explain(prices, 1).sentences[1]
+    assert "price by 60000 (3 %)" in behind
+    assert "e+" not in behind
+    far = explain(prices * [1e6, 1], 1).sentences[1]  # beyond ten millions nobody counts zeros
+    assert "price by 6e+10" in far

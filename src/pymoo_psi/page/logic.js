@@ -650,12 +650,14 @@ function rounded(value, digits) {
   return `${value < 0 ? "-" : ""}${kept[0]}${digits > 1 ? "." : ""}${kept.slice(1)}e${exponent}`
 }
 
-// A number with a few digits as Python's format "g" writes it.
+// A number with a few digits as Python's format "g" writes it, large ones without an exponent
+// (`number` of pareto/_sentences.py).
 function short(value, digits) {
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
   const [mantissa, power] = rounded(value, digits).split("e")
   const exponent = Number(power)
   const bare = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text)
+  if (exponent >= digits && Math.abs(value) < 1e7) return String(Number(`${mantissa}e${power}`))
   if (exponent < -4 || exponent >= digits) {
     const size = String(Math.abs(exponent)).padStart(2, "0")
     return `${bare(mantissa)}e${exponent < 0 ? "-" : "+"}${size}`

@@ -17,7 +17,7 @@ from pymoo_psi._validation import instance
 from pymoo_psi.pareto._dominance import nondominated
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame
 from pymoo_psi.pareto._rounding import settled, unit_lengths
-from pymoo_psi.pareto._sentences import capital, label, listed, percent
+from pymoo_psi.pareto._sentences import capital, label, listed, number, percent
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -197,8 +197,8 @@ class _Front:
         if self.ranking.frame.normalize or ranges[most] < OUTWEIGHED * ranges[least]:
             return ""
         return (
-            f"Without normalising, {self._name(most)} with a range of {ranges[most]:.3g} outweighs "
-            f"{self._name(least)} with one of {ranges[least]:.3g}."
+            f"Without normalising, {self._name(most)} with a range of {number(ranges[most], 3)} "
+            f"outweighs {self._name(least)} with one of {number(ranges[least], 3)}."
         )
 
     def equidistant(self) -> str:
@@ -303,8 +303,8 @@ class _Front:
         if np.nanmax(stretched, initial=0.0) >= OUTLIER:
             j = int(np.nanargmax(stretched))
             text = (
-                f"{who} alone stretches the range of {self._name(j)} {stretched[j]:.3g} times; "
-                f"without it the optimum would be {there}."
+                f"{who} alone stretches the range of {self._name(j)} {number(stretched[j], 3)} "
+                f"times; without it the optimum would be {there}."
             )
             return float(moved[k, b]), Caution("outlier", text)
         text = f"Without {self._label(left_out)}, {role}, the optimum would be {there}."

@@ -21,7 +21,7 @@ from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._rounding import settled, unit_lengths
-from pymoo_psi.pareto._sentences import capital, label, listed, percent, wrapped
+from pymoo_psi.pareto._sentences import capital, label, listed, number, percent, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -501,7 +501,7 @@ def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
 
 def _amount(value: float, unit: str | None, share: float, first: bool) -> str:
     """Return an amount with its unit and its share of the range, which the first one explains."""
-    amount = f"{value:.4g} {unit}" if unit else f"{value:.4g}"
+    amount = f"{number(value)} {unit}" if unit else number(value)
     if np.isnan(share):  # of a criterion in which all Pareto-optimal designs are equal
         return amount
     return f"{amount} ({percent(share)}{' of its range' if first else ''})"

@@ -38,6 +38,12 @@ def listed(names: Sequence[Any]) -> str:
     return f"{', '.join(before)} and {last}" if before else last
 
 
+def number(value: float, digits: int = 4) -> str:
+    """Return a number with a few digits, large ones as people write them: 59990, not 5.999e+04."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
+
+
 def percent(share: float) -> str:
     """Return a share as a sentence tells it: two digits, and none behind the point above 10."""
     hundreds = 100 * share
