@@ -27,12 +27,10 @@ class Workers:
         count: How many evaluations run at the same time.
         kind: ``"processes"`` of our own, joblib's ``"loky"`` processes where that is configured,
             ``"threads"`` of this process, or a ``"cluster"``.
-        return_as: How joblib can return the results.
     """
 
     count: int
     kind: str
-    return_as: str
 
 
 def active_workers(n_jobs: int) -> Workers:
@@ -51,11 +49,7 @@ def active_workers(n_jobs: int) -> Workers:
         elif type(backend).__name__ == "LokyBackend" and get_active_backend()[0] is backend:
             kind = "loky"
         n_jobs = _cores() if n_jobs == -1 else n_jobs
-    return Workers(
-        count=max(1, backend.effective_n_jobs(n_jobs)),
-        kind=kind,
-        return_as="generator_unordered" if backend.supports_return_generator else "list",
-    )
+    return Workers(max(1, backend.effective_n_jobs(n_jobs)), kind)
 
 
 @cache
@@ -78,18 +72,13 @@ def by_joblib(
 ) -> Generator[Result]:
     """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched.
 
-    Args:
-        f: What to evaluate.
-        waiting: The designs; they are taken from it.
-        workers: What joblib is to use.
-        cost: What a design takes, as measured so far; it takes further measurements.
-        timeout: Seconds that the evaluation of a watched design may take; None is any number.
-        retries: How many times a watched design whose process died is tried again.
-        watch: Evaluate each design in a process beside the worker, which can be ended.
+    The arguments are those of :meth:`ProcessPool.run`; to ``watch`` is to evaluate in a process
+    beside the worker, which can be ended. Time limit and retries are for what is watched.
     """
-    from joblib import Parallel, delayed
+    from joblib.parallel import Parallel, delayed, get_active_backend
 
     under_way: dict[int, Any] = {}
+    unordered = get_active_backend()[0].supports_return_generator
 
     def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
         while waiting:
@@ -102,7 +91,8 @@ def by_joblib(
     def results(evaluate: Callable[..., Any]) -> Iterator[Result]:
         while waiting:  # joblib asks for no more tasks once there were none
             # One at a time: joblib would send many together that have been short so far.
-            parallel = Parallel(workers.count, batch_size=1, return_as=workers.return_as)
+            return_as = "generator_unordered" if unordered else "list"
+            parallel = Parallel(workers.count, batch_size=1, return_as=return_as)
             chunks = iter(parallel(tasks(evaluate)))
             try:
                 for chunk in chunks:

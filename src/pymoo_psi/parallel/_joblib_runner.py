@@ -85,8 +85,6 @@ class JoblibRunner:
         True
     """
 
-    _pool: ProcessPool
-
     def __init__(
         self,
         n_jobs: int = -1,
@@ -99,7 +97,9 @@ class JoblibRunner:
         self.timeout = None if timeout is None else positive_number("timeout", timeout)
         self.retries = integer("retries", retries, minimum=0)
         self.in_process = boolean("in_process", in_process)
-        self._forget()
+        self._cost = Cost()
+        self._pool = ProcessPool()
+        self._started = False
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
@@ -172,19 +172,10 @@ class JoblibRunner:
         except EvaluationError as error:
             raise_again(error)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
-        return {name: v for name, v in self.__dict__.items() if not name.startswith("_")}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Start with the settings only."""
-        self.__dict__.update(state)
-        self._forget()
-
-    def _forget(self) -> None:
-        self._cost = Cost()
-        self._pool = ProcessPool()
-        self._started = False
+        settings = {name: v for name, v in vars(self).items() if not name.startswith("_")}
+        return partial(type(self), **settings), ()
 
 
 def evaluate_here(

@@ -17,6 +17,7 @@ import os
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
+from multiprocessing.pool import RemoteTraceback  # type: ignore[attr-defined]
 from typing import Any, NoReturn
 
 import cloudpickle
@@ -96,18 +97,17 @@ def raise_again(error: EvaluationError) -> NoReturn:
     if isinstance(original, EvaluationError):  # of a problem that tells the design itself
         design, reason = original.design, original.reason
         raise_again(EvaluationError(design, reason, original.original, error.trace))
+    there = remote_traceback(error)
     if original is None:
-        raise error from (RemoteTraceback(error.trace) if error.trace else None)
-    if error.trace:
-        original.__cause__ = RemoteTraceback(error.trace)
+        raise error from there
+    if there is not None:
+        original.__cause__ = there
     raise error from original
 
 
-class RemoteTraceback(Exception):  # noqa: N818 - a carrier of text, not an error of its own
-    """The traceback of a worker, shown as the cause of the exception that it belongs to."""
-
-    def __str__(self) -> str:
-        return f'\n"""\n{self.args[0]}"""'
+def remote_traceback(error: EvaluationError) -> BaseException | None:
+    """Return the traceback of a worker, to be shown as a cause; None if there is none."""
+    return RemoteTraceback(f'\n"""\n{error.trace}"""') if error.trace else None
 
 
 def _sendable(error: BaseException | None) -> BaseException | None:

@@ -11,7 +11,7 @@ from typing import Any
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._backend import active_workers, by_joblib
 from pymoo_psi.parallel._cost import Cost
-from pymoo_psi.parallel._outcome import RemoteTraceback
+from pymoo_psi.parallel._outcome import remote_traceback
 from pymoo_psi.parallel._pool import ProcessPool
 
 # Tasks for each worker that are under way, wait for it, or are done and wait to be read: two are
@@ -56,7 +56,7 @@ def in_parallel(
     except EvaluationError as error:
         if error.original is None:
             raise WorkerError(f"a worker process failed: {error.reason}") from error
-        error.original.__cause__ = RemoteTraceback(error.trace)
+        error.original.__cause__ = remote_traceback(error)
         raise error.original from None
 
 
