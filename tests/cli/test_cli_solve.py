@@ -278,8 +278,16 @@ runpy.run_module("pymoo_psi", run_name="__main__")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
-@pytest.mark.parametrize("more", [["--study", "s.db"], ["--jobs", "2"], ["--algorithm", "nsga3"]])
-def test_an_interruption_is_told_in_a_line(run, tmp_path, more):
+@pytest.mark.parametrize(
+    ("more", "how"),
+    [
+        (["--study", "s.db"], signal.SIGINT),
+        (["--study", "s.db"], signal.SIGTERM),  # as clusters send it before they kill
+        (["--jobs", "2"], signal.SIGINT),
+        (["--algorithm", "nsga3"], signal.SIGINT),
+    ],
+)
+def test_an_interruption_is_told_in_a_line(run, tmp_path, more, how):
     words = ["solve", "models_of_solve:Slow", "--points", "100000", "--out", "o.csv", *more]
     process = subprocess.Popen(
         [sys.executable, "-c", MAIN, *words],
@@ -288,8 +296,9 @@ def test_an_interruption_is_told_in_a_line(run, tmp_path, more):
     while not (tmp_path / "started").exists() and process.poll() is None:
         time.sleep(0.05)
     time.sleep(0.5)
-    os.killpg(process.pid, signal.SIGINT)
+    os.killpg(process.pid, how)
     out, err = process.communicate()
-    assert (process.returncode, err) == (130, "pymoo-psi: interrupted\n")
+    told = (130, "pymoo-psi: interrupted\n") if how == signal.SIGINT else (-how, "")
+    assert (process.returncode, err) == told
     assert ("of 100000 designs are in s.db; the same command continues" in out) == ("s.db" in more)
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]

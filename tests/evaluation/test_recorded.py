@@ -407,6 +407,7 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
         (lambda path: Recorded(Model(), study=None), "path must be the name of a file"),
         (lambda path: Recorded(Model(), study=path, retry=3), "retry must be 'failed' or numbers"),
         (lambda path: Recorded(Model(requires_kwargs=True), study=path), "on the design alone"),
+        (lambda path: Recorded(Recorded(Model(), study=path), study=path), "another file than"),
         (lambda path: Recorded(get_problem("df1"), study=path), "on the design alone"),
         (
             lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),

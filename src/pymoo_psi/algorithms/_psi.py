@@ -328,19 +328,20 @@ class PSI(Algorithm):
 
     def _give_values(self, block: Population, tests: TestTable) -> None:
         """Give individuals the values of their tests; pymoo then does not evaluate them."""
+        names = tests.layout.outputs
         values = zip(
             block,
             tests.numbers.tolist(),
-            *(tests.F, tests.G, tests.H, self._violation(tests)[:, None], tests.outputs),
+            # Copies, as individuals may be changed; one of each array, as a row takes a while.
+            *(values.copy() for values in (tests.F, tests.G, tests.H)),
+            self._violation(tests)[:, None],
+            tests.outputs.tolist(),
             strict=True,
         )
         for individual, number, f, g, h, violation, outputs in values:
-            # copies, since a row of the table would keep the whole table in memory
-            individual.F, individual.G, individual.H = f.copy(), g.copy(), h.copy()
-            individual.CV = violation.copy()
-            individual.data["failure"] = tests.reasons.get(number, "")
-            individual.data |= dict(zip(tests.layout.outputs, outputs.tolist(), strict=True))
-            individual.data["outputs"] = tests.layout.outputs
+            individual.F, individual.G, individual.H, individual.CV = f, g, h, violation
+            individual.data.update(zip(names, outputs, strict=True))
+            individual.data |= {"failure": tests.reasons.get(number, ""), "outputs": names}
             individual.evaluated.update("FGH")
 
     # What pymoo's tools read: individuals made from the table when they are first asked for.
@@ -354,12 +355,12 @@ class PSI(Algorithm):
         known = len(self._population)
         if known < self.n_tested:
             tests = self.table.rows(np.arange(known, self.n_tested))
-            designs = self._investigation.space.designs(tests.X)
+            designs = self._investigation.space.designs(tests.X.copy())
             block = Population.empty(len(tests))
             iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[known:]
             rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
             for individual, x, number, iteration in rows:
-                individual.X = x.copy()
+                individual.X = x
                 individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
             self._give_values(block, tests)
             self._population = Population.merge(self._population, block)

@@ -308,7 +308,8 @@ def require_folder(folder: Path, shown: str) -> Path:
         with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
             pass
     except OSError as error:  # it names the trial's file, which tells the user nothing
-        raise OSError(error.errno, error.strerror, shown) from None
+        remedy = "" if folder.exists() else f"; make the folder {folder.absolute()} first"
+        raise OSError(error.errno, f"{error.strerror}{remedy}", shown) from None
     return folder.absolute()
 
 

@@ -29,7 +29,7 @@ from pymoo_psi.cli._options import box_text, formulation_of, numbers_in, share_i
 from pymoo_psi.cli._output import judged, print_frame, require_output, run_bar, say, write_csv
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.evaluation._failures import untolerant
-from pymoo_psi.evaluation._memory import Memory
+from pymoo_psi.evaluation._memory import Memory, stored_at_termination
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.pareto._sentences import labelled, listed
@@ -293,17 +293,20 @@ def _outputs(front: TestTable) -> tuple[pd.DataFrame, tuple[str, ...]]:
 
 @contextmanager
 def _told_if_stopped(search: Search) -> Iterator[None]:
-    """Say how a study continues if the user stops the body."""
-    try:
+    """Say how a study continues if the user, or SIGTERM, stops the body."""
+    if search.study is None:
         yield
-    except KeyboardInterrupt:
-        if search.study is not None:
+        return
+    with stored_at_termination():
+        try:
+            yield
+        except KeyboardInterrupt:
             # There may be no file yet. What is in it is counted, not what the bar has shown.
             stored = len(read_tests(search.study)[0]) if search.study.exists() else 0
             # runs with other seeds may be in the same study
             of = "" if search.algorithm == "nsga3" else f" of {search.points}"
             say(f"{stored}{of} designs are in {search.study}; the same command continues.")
-        raise
+            raise
 
 
 def _last_tests(population: Any, layout: Layout) -> TestTable:

@@ -170,9 +170,8 @@ class _Model:
         """
         stands_for_nan = self.problem.replace_nan_values_by
         row: Values = {"failure": ""}
-        with np.errstate(over="ignore"):  # of long doubles
-            for name, size in self.sizes.items():
-                row[name] = _vector(name, raw.get(name), size, stands_for_nan)
+        for name, size in self.sizes.items():
+            row[name] = _vector(name, raw.get(name), size, stands_for_nan)
         if not np.isfinite(row["F"]).all() and meets_constraints(row["G"], row["H"]):
             raise _BadValues(f"F is {row['F'].tolist()} though the design is feasible")
         for name, value in raw.items():
@@ -304,13 +303,17 @@ def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> A
         raise _BadValues(f"{name} has masked values")
     try:
         array = np.asarray(value)
-        if array.dtype.kind in "mM":  # NumPy would count nanoseconds
-            raise TypeError(f"it holds {array.dtype}")
-        if array.dtype.kind == "c":
-            if (array.imag != 0).any():
-                raise _BadValues(f"{name} is complex: {array.tolist()}")
-            value = array.real
-        numbers = np.array(value, dtype=np.float64)
+        if array.dtype == np.float64:
+            numbers = array.copy()
+        else:
+            if array.dtype.kind in "mM":  # NumPy would count nanoseconds
+                raise TypeError(f"it holds {array.dtype}")
+            if array.dtype.kind == "c":
+                if (array.imag != 0).any():
+                    raise _BadValues(f"{name} is complex: {array.tolist()}")
+                value = array.real
+            with np.errstate(over="ignore"):  # of long doubles
+                numbers = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise _BadValues(f"{name} is not an array of numbers: {error}") from error
     # one design's values may stand in a row or a column, but not in a matrix
@@ -319,7 +322,8 @@ def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> A
     numbers = numbers.reshape(size)
     if nan_stands_for is not None:
         numbers[np.isnan(numbers)] = nan_stands_for
-    if np.isnan(numbers).any():
+    # The greatest of some numbers is NaN if one of them is, and sooner found than all that are.
+    if size and np.isnan(np.maximum.reduce(numbers)):
         raise _BadValues(f"{name} is {numbers.tolist()}")
     return numbers
 

@@ -85,7 +85,8 @@ class Recorded(WrappedProblem):
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
-        ArgumentValueError: It has no finite bounds, or its values depend on more than the design.
+        ArgumentValueError: It has no finite bounds, its values depend on more than the design, or
+            the file is that of a ``Recorded`` within.
         StudyError: The study belongs to another problem or to an investigation by ``PSI``, is
             damaged or cannot be written; in use: another process is writing it.
         EvaluationError: In use: a design failed.
@@ -134,6 +135,12 @@ class Recorded(WrappedProblem):
         self._space = design_space(self._model)
         self._layout = problem_layout(self._model, self._space, names, maximize, units)
         self._study = Study(study)
+        inner = problem
+        while isinstance(inner, WrappedProblem):
+            if isinstance(inner, Recorded) and inner._study.path == self._study.path:
+                rule = "another file than that of the Recorded within, which keeps every evaluation"
+                raise invalid("study", rule, self._study.path, "record the problem once")
+            inner = inner.wrapped
         self._memory = Memory(self._study, retried(retry))
         identity = problem_identity(self._model, self._space)
         self._memory.begin(self._layout, {**identity, "sampling": _SAMPLING, "key": study_key})

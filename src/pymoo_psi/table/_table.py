@@ -1195,7 +1195,7 @@ def _other_prototype(a: TestTable, b: TestTable) -> str:
 
 def _other_problem(a: TestTable, b: TestTable) -> str:
     """Say in what the problems of two tables differ; empty if in nothing, or one is not known."""
-    if a.problem is None or b.problem is None:
+    if a.problem is None or b.problem is None or a.problem is b.problem:
         return ""
     one, other = _told(a.problem), _told(b.problem)
     keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
