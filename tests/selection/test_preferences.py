@@ -23,7 +23,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
-from pymoo_psi.selection import HighTradeoff, McdmMethod, compare_selectors
+from pymoo_psi.selection import HighTradeoff, McdmMethod, _mcdm, compare_selectors
 from tests.selection.test_selectors import topsis
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
@@ -159,7 +159,9 @@ def test_sets_without_a_knee():
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("m", [2, 3])
-def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed):
+def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed, monkeypatch):
+    monkeypatch.setattr(_mcdm, "_BLOCK", 7)  # so that there are several blocks, the last one short
+    monkeypatch.setattr(_mcdm, "_CANDIDATES", 5)
     F = np.random.default_rng(seed).dirichlet(np.ones(m), 60) ** 1.7
     _, d = in_shares(F, F.min(axis=0))
     with warnings.catch_warnings():
