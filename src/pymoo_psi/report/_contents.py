@@ -20,7 +20,13 @@ from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._explanation import explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
 from pymoo_psi.pareto._sentences import label, labelled, listed, measured_in, percent
-from pymoo_psi.plots import criteria_page, draw_feasibility, sensitivity_page, table_page
+from pymoo_psi.plots import (
+    criteria_page,
+    draw_feasibility,
+    ranking_page,
+    sensitivity_page,
+    table_page,
+)
 from pymoo_psi.plots._style import new_page
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
@@ -380,6 +386,12 @@ def _pareto(case: Case) -> Iterator[Part]:
         partial(criteria_page, case.table, case.limits, criteria=drawn, design=number),
         f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}",
     )
+    if len(names) > _PAIRS:
+        yield Picture(
+            partial(ranking_page, ranking, units=case.units),
+            "A line for each Pareto-optimal design, through its share of the range of each "
+            "criterion from best to worst, by rank of efficiency.",
+        )
 
 
 def _alternatives(case: Case) -> Iterator[Part]:

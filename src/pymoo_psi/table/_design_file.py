@@ -183,11 +183,18 @@ class DesignFile:
         return guessed_roles(self.names, lambda name: False).label
 
     def called(self, objectives: Sequence[str]) -> list[str]:
-        """``(n,)`` what sentences call the designs: by test point, or row, of file or column."""
-        for name, word in (("test_point", "test point"), ("row", "row")):
-            if name in self.columns and name not in objectives:
-                return [f"{word} {cell}" for cell in _plain(self.columns[name]).tolist()]
-        return [f"row {row}" for row in self.rows]
+        """``(n,)`` what sentences call the designs: "A", "test point 7", or by row of the file.
+
+        As the decision page does: a label that is a text stands for itself, and one that several
+        designs have has the number of the row among the designs behind it.
+        """
+        name = self.label
+        if not name or name in objectives:
+            return [f"row {row}" for row in self.rows]
+        labels = [str(cell) for cell in _plain(self.columns[name]).tolist()]
+        count, word = Counter(labels), name.replace("_", " ")
+        ids = [t if count[t] == 1 else f"{t} #{i}" for i, t in enumerate(labels, start=1)]
+        return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in ids]
 
     def roles(
         self, objectives: Sequence[str] | None = None, variables: Sequence[str] | None = None
