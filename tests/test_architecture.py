@@ -159,7 +159,9 @@ def documented(module):
                     yield f"{name}.{part}", member
 
 
-@pytest.mark.parametrize("room", ["", ".chute", ".plots", ".page", ".report", ".paper", ".comparison"])
+@pytest.mark.parametrize(
+    "room", ["", ".chute", ".plots", ".page", ".report", ".paper", ".comparison"]
+)
 def test_every_public_name_has_an_example(room):
     """What the examples show is tested by running them: pytest takes the doctests of ``src``."""
     items = list(documented(importlib.import_module(f"pymoo_psi{room}")))

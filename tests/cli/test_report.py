@@ -1,14 +1,17 @@
 """The command's report says what ``rank`` and ``solve`` print of the same file and options."""
 
 import re
+import shutil
 from html import unescape
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi.cli import main
+from pymoo_psi.cli import _page, main
+from pymoo_psi.page._data import payload
 from pymoo_psi.report import _document
+from tests.page.test_page_logic import in_node
 
 COST = np.linspace(1, 9, 41)
 CARS = pd.DataFrame({"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5})
@@ -32,13 +35,21 @@ def texts(path):
 @pytest.fixture(autouse=True)
 def undrawn(monkeypatch):
     """Leave pictures out, which take most of the time."""
-    monkeypatch.setattr(_document, "_image", lambda figure: "data:image/svg+xml;base64,")
+    monkeypatch.setattr(_document, "_image", lambda picture: "data:image/svg+xml;base64,")
 
 
 @pytest.fixture
 def cars(tmp_path):
     file = tmp_path / "cars.csv"
     CARS.to_csv(file, index=False)
+    return file
+
+
+@pytest.fixture
+def named(tmp_path):
+    file = tmp_path / "named.csv"
+    cars = CARS.drop(columns="seats").assign(name=[f"car {i}" for i in range(len(CARS))])
+    cars.to_csv(file, index=False)
     return file
 
 
@@ -77,6 +88,34 @@ def test_a_study_is_told_as_by_rank(study, tmp_path, capsys, options):
     printed = said("rank", capsys, study, *options)
     assert main(["report", str(study), "--out", str(out), *options]) == 0
     check(texts(out), printed)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.parametrize("plain", [[], ["--no-normalize"]])
+def test_the_page_says_what_the_report_says(named, study, tmp_path, capsys, monkeypatch, plain):
+    """Of a file with names of its own, and of a study, whose designs go by test point."""
+    pages, out = [], tmp_path / "out.html"
+    made = _page.decision_page
+    monkeypatch.setattr(
+        _page, "decision_page", lambda *a, **k: pages.append(made(*a, **k)) or pages[-1]
+    )
+    told = []
+    for file, options in ((named, ["--maximize", "range [km]"]), (study, [])):
+        assert (
+            main(["page", str(file), "--out", str(tmp_path / "page.html"), *options, *plain]) == 0
+        )
+        assert main(["report", str(file), "--out", str(out), *options, *plain]) == 0
+        told.append(texts(out))
+    cases = [
+        {"payload": payload(page), "states": [{}], "rows": [[0]], "pins": [[0, 1]], "texts": []}
+        for page in pages
+    ]
+    for answer, reported in zip(in_node(cases), told, strict=True):
+        (state,) = answer["states"]
+        sentences = state["verdict"]["sentences"]
+        assert sentences == reported[reported.index(sentences[0]) :][: len(sentences)]
+        warned = [f"Caution: {text}" for text in state["cautions"]]
+        assert warned == [text for text in reported if text.startswith("Caution: ")]
 
 
 def test_preferences_are_told_as_by_rank(study, tmp_path, capsys):

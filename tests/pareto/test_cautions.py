@@ -15,6 +15,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
+from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._representatives import representatives_of
 
 X = np.linspace(0, 1, 101)
@@ -47,7 +48,7 @@ def test_a_convex_set_has_a_clear_compromise(m):
     assert explain(F, int(ranking.salukvadze[0])).shares.max() < 0.35
 
 
-@pytest.mark.parametrize("m", [2, 3, 5])
+@pytest.mark.parametrize("m", [2, 3, 5, 10])
 def test_a_straight_set_has_a_clear_compromise(m):
     """The foot of the perpendicular from the ideal point; 1 % of the distance is 7 % of a range."""
     assert not {"tie", "near tie", "equidistant", "extreme", "edge"} & set(
@@ -90,6 +91,85 @@ def test_a_set_in_pieces_is_told_where_another_piece_is_as_good():
     # Where one piece is far nearer than the other there is nothing to warn of.
     apart = bulging(0.6)
     assert kinds(apart[(X < 0.3) | (X > 0.7)]) == []
+
+
+@pytest.mark.parametrize("m", [2, 3])
+def test_many_pieces_of_which_one_is_nearest(m):
+    """DTLZ7: 2^(m - 1) pieces; the one that is nearest is so clearly, and lies at no edge."""
+    x = lp_tau(2000, m - 1)
+    F = np.column_stack([x, 2 * m - (x * (1 + np.sin(3 * np.pi * x))).sum(axis=1)])
+    F = F[nondominated(F)]
+    assert np.diff(np.sort(F[:, 0])).max() > 0.2  # a gap
+    assert kinds(F) == []
+
+
+def test_an_arc_in_three_criteria_is_one_of_two_that_counts_one_twice():
+    """DTLZ5: f1 = f2, so that the end where both are best is nearer than all else on the arc."""
+    angle = np.linspace(0, np.pi / 2, 200)
+    arc = np.column_stack([np.cos(angle), np.cos(angle), np.sin(angle)])
+    assert explain(arc, int(rank_of_efficiency(arc).salukvadze[0])).shares.round(9).tolist() == [
+        0,
+        0,
+        1,
+    ]
+    assert {"redundant", "extreme", "edge"} <= set(kinds(arc))
+    assert "equidistant" in kinds(arc[:, 1:])  # without the double it is a circle
+
+
+def test_ten_criteria_of_one_variable_have_a_compromise_in_the_middle():
+    """Ten wishes for one setting, each at another place: the middle is far from none of them."""
+    wishes = np.linspace(0, 1, 10)
+    F = (X[:, None] - wishes) ** 2
+    ranking = rank_of_efficiency(F)
+    assert explain(F, int(ranking.salukvadze[0])).shares.max() < 0.3
+    assert kinds(F) == ["edge"]  # of the wishes that are in the middle themselves
+
+
+@pytest.mark.parametrize("m", [3, 5])
+def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_hardly_nearer(m):
+    """Where m - 1 criteria can be bad at once (inverted DTLZ1) the least distance is flat."""
+    F = 1 - bulging(1, m, 400)
+    assert explain(F, int(rank_of_efficiency(F).salukvadze[0])).shares.min() > 0.5
+    assert "near tie" in kinds(F)
+
+
+@pytest.mark.parametrize(
+    ("n", "expected"),
+    [
+        (1, {()}),
+        (2, {("tie",)}),  # two ends of two criteria
+        (3, {()}),  # the one between them, whatever is left out
+        (10, {("outlier",), ("unstable",)}),  # the steep end makes the scale
+        (100, {()}),
+        (10**5, {()}),
+    ],
+)
+def test_the_fewer_designs_of_a_convex_set_the_more_hangs_on_its_ends(n, expected):
+    share = np.linspace(0, 1, n) if n > 1 else np.array([0.5])
+    F = np.column_stack([share, (1 - np.sqrt(share)) ** 2])
+    assert tuple(kinds(F)) in expected
+
+
+@pytest.mark.parametrize("n", [3, 10, 10**5])
+def test_shapes_are_told_from_few_designs_as_from_many(n):
+    """Two ends that tie are no sphere; two neighbours that tie in the middle are no two choices."""
+    share = np.linspace(0, 1, n)
+    circle, concave, straight = (
+        np.column_stack([share, np.maximum(1 - share**p, 0) ** (1 / p)]) for p in (2, 4, 1)
+    )
+    assert kinds(circle)[0] == "equidistant"
+    assert {"tie", "extreme", "edge"} <= set(kinds(concave))
+    assert kinds(straight) == (["tie"] if n == 10 else [])  # 11 % of a range apart
+
+
+def test_scales_of_criteria_are_no_reason():
+    """In units of the ranges, metres or micrometres, money or shares give the same advice."""
+    F = bulging(0.6, 3, 200)
+    scaled = F * [1e-6, 1.0, 1e9] + [0, -5, 1e9]
+    assert (
+        rank_of_efficiency(F).salukvadze.tolist() == rank_of_efficiency(scaled).salukvadze.tolist()
+    )
+    assert kinds(F) == kinds(scaled)
 
 
 def test_one_outlier_moves_the_choice_and_is_named():

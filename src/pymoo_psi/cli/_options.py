@@ -167,7 +167,7 @@ def formulated_in(
     if file is not found:  # then it knows its objectives and senses
         columns = replace(columns, objectives=(), maximize=())
     file, roles, remarks = _with_roles(file, columns, written, variables)
-    return file.as_tests(roles), asked.limits, file.called(roles.objectives), remarks
+    return file.as_tests(roles), asked.limits, file.called(roles.label), remarks
 
 
 def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation:

@@ -75,7 +75,7 @@ def run_rank(
     more = [name for name in names if name in roles.maximize]
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
     frame = _ranked(file, file.cells, ranking)
-    ranking = labelled(ranking, file.called(names))
+    ranking = labelled(ranking, file.called(roles.label))
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)

@@ -68,7 +68,8 @@ const values = (data, ranking, column) =>
 // What a design is called in a sentence: a label that is a text stands for itself.
 function called(data, row) {
   const id = data.ids[row]
-  return row >= data.n || !/^\d+( #\d+)?$/.test(id) ? id : `${data.label_name} ${id}`
+  const kind = data.label_name.replaceAll("_", " ")
+  return row >= data.n || !/^\d+( #\d+)?$/.test(id) ? id : `${kind} ${id}`
 }
 
 // ------------------------------------------------------------------------ order, rounding, dominance
@@ -973,7 +974,7 @@ function cautions(data, ranking) {
     const values = near.map((k) => column[k])
     return greatestOf(values) - leastOf(values)
   }))
-  const equidistant = n >= 3 && 2 * near.length > n && spread > 0.5
+  const equidistant = near.length >= 3 && 2 * near.length > n && spread > 0.5
   // By what share of a range a design differs most from the optimum, and in what.
   const apart = (k) => {
     const shares = D.map((column) => Math.abs(column[k] - column[optimum]))
@@ -985,7 +986,7 @@ function cautions(data, ranking) {
     found.push(`${near.length} of ${n} Pareto-optimal designs are within 1 % of the least ` +
       "distance to the ideal point, as on a sphere around it: a preference must choose.")
   } else {
-    const different = places.filter((k) => isBest[front[k]] && apart(k)[0] > 0)
+    const different = places.filter((k) => isBest[front[k]] && apart(k)[0] > EDGE)
     if (different.length) {
       const more = different.length > 1 ? ` and ${different.length - 1} more` : ""
       found.push(`${capital(name(optimum))} is as near to the ideal point as ` +

@@ -82,7 +82,7 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
                     nothing.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
-    ``tie``         Several different designs are the optimum.
+    ``tie``         Several designs that differ by more than 1 % of a range are the optimum.
     ``near tie``    A design that differs by more than a tenth of a range is at most 1 % farther.
     ``extreme``     The optimum is worst in a criterion, within 1 % of its range: it is no
                     compromise. The set bulges away from the ideal point.
@@ -205,7 +205,7 @@ class _Front:
         near = self.mu <= self.mu[self.best[0]] * (1 + NEAR)
         # More than half of the designs, and from all over the set.
         spread = np.ptp(self.d[near], axis=0).max() > 0.5
-        if len(near) < 3 or 2 * near.sum() <= len(near) or not spread:
+        if near.sum() < 3 or 2 * near.sum() <= len(near) or not spread:  # two ends only tie
             return ""
         return (
             f"{near.sum()} of {len(self.rows)} Pareto-optimal designs are within 1 % of the least "
@@ -213,7 +213,7 @@ class _Front:
         )
 
     def tie(self) -> str:
-        different = [i for i in self.best.tolist() if self._apart(i)[0] > 0]
+        different = [i for i in self.best.tolist() if self._apart(i)[0] > EDGE]
         if not different:
             return ""
         first, other = (self._label(i) for i in (self.best[0], different[0]))

@@ -88,7 +88,7 @@ def _part(part: Part) -> str:
     if isinstance(part, Cells):
         return _table(part)
     return (
-        f'<figure><img src="{_image(part.draw())}" alt="{_text(part.caption)}">'
+        f'<figure><img src="{_image(part)}" alt="{_text(part.caption)}">'
         f"<figcaption>{_text(part.caption)}</figcaption></figure>"
     )
 
@@ -119,8 +119,9 @@ def _text(text: str) -> str:
     return escape(shown.replace(" %", "\N{NO-BREAK SPACE}%"))
 
 
-def _image(figure: Figure) -> str:
-    """Return a figure as the address of an image that holds it."""
+def _image(picture: Picture) -> str:
+    """Return a picture as the address of an image that holds it."""
+    figure = picture.draw()
     for line in figure.findobj(Line2D):
         if np.size(line.get_xdata()) > _MANY:
             line.set_rasterized(True)

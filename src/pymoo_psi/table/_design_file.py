@@ -182,17 +182,16 @@ class DesignFile:
         """The column with the designs' numbers or names, as far as its name tells."""
         return guessed_roles(self.names, lambda name: False).label
 
-    def called(self, objectives: Sequence[str]) -> list[str]:
+    def called(self, label: str | None) -> list[str]:
         """``(n,)`` what sentences call the designs: "A", "test point 7", or by row of the file.
 
         As the decision page does: a label that is a text stands for itself, and one that several
         designs have has the number of the row among the designs behind it.
         """
-        name = self.label
-        if not name or name in objectives:
+        if not label:  # a column without a name numbers rows
             return [f"row {row}" for row in self.rows]
-        labels = [str(cell) for cell in _plain(self.columns[name]).tolist()]
-        count, word = Counter(labels), name.replace("_", " ")
+        labels = [str(cell) for cell in _plain(self.columns[label]).tolist()]
+        count, word = Counter(labels), label.replace("_", " ")
         ids = [t if count[t] == 1 else f"{t} #{i}" for i, t in enumerate(labels, start=1)]
         return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in ids]
 
