@@ -1,19 +1,21 @@
 """Learning from tests against what users would take instead: few evaluations, many variables.
 
-Every run is kept in ``benchmarks/learning.jsonl`` as soon as it is done: kill the benchmark when
-the machine is wanted, and continue it by the same command.
+The whole study, a day on one core, in the order in which its results are wanted; then its tables:
 
-    python -m benchmarks.learning --seeds 21 --jobs 2
-    python -m benchmarks.learning osy zdt3 --algorithms surrogate,tpe --seeds 3
+    python -m benchmarks.learning --jobs 2
     python -m benchmarks.learning --table
 
-All algorithms start without the corner and the middle of the box, where some test problems have
-their optima: PSI and the surrogates from scrambled points of Sobol'. One run serves all budgets, as
-the first designs of a longer run are those of a shorter one; NSGA-III, whose population depends on
-the budget, has a run for each.
+Every run is kept in ``benchmarks/learning.jsonl`` as soon as it is done: kill the benchmark when
+the machine is wanted, and continue it by the same command. Some runs only:
 
-Rivals that are not installed are left out: ``pip install optuna`` for ``tpe``; with ``torch`` and
-``optuna-integration`` also ``optuna-gp``.
+    python -m benchmarks.learning osy zdt3 --algorithms surrogate,tpe --evaluations 256 --seeds 3
+
+All algorithms start without the corner and the middle of the box, where some test problems have
+their optima: PSI takes another stretch of the LPτ sequence with each seed, all else scrambled or
+random points. One run serves all budgets, as the first designs of a longer run are those of a
+shorter one; NSGA-III, whose population depends on the budget, has a run for each.
+
+Rivals that are not installed are left out: ``pip install optuna parmoo botorch``.
 """
 
 from __future__ import annotations
@@ -35,14 +37,15 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from scipy.stats import permutation_test
 
 from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.comparison_problems import known_front
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine
-from pymoo_psi import QMCSampling, SurrogatePSI, compare, nsga3
+from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
 from pymoo_psi.comparison import INDICATORS, Reference
+from pymoo_psi.comparison._algorithms import named_algorithms
+from pymoo_psi.comparison._statistics import effect_size, holm, p_value
 from pymoo_psi.pareto import nondominated
 
 Array = NDArray[np.float64]
@@ -50,8 +53,7 @@ Array = NDArray[np.float64]
 HERE = Path(__file__).parent
 KEPT = HERE / "learning.jsonl"
 README = HERE / "README.md"
-BUDGETS = (64, 128, 256, 512)
-SHOWN = ("surrogate", "psi", "nsga3", "tpe")
+BUDGETS = (64, 128, 256, 512, 1024)
 SIGNIFICANCE = 0.05
 
 TUNED = (
@@ -67,6 +69,9 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "ten_bar_truss": TenBarTruss,
     "stepped_cantilever": SteppedCantilever,
 }
+
+
+MANY = tuple(name for name, make in PROBLEMS.items() if make().n_var >= 6)
 
 
 class Watched(Problem):
@@ -106,9 +111,15 @@ def _surrogate(problem: Watched, n_evaluations: int, seed: int) -> None:
 
 
 def _psi(problem: Watched, n_evaluations: int, seed: int) -> None:
-    state = np.random.default_rng(seed)
-    U = QMCSampling("sobol").unit_points(n_evaluations, problem.n_var, random_state=state)
-    problem.evaluate(problem.xl + (problem.xu - problem.xl) * U)
+    investigate(problem, n_evaluations, first=1 + (seed + 1) * max(BUDGETS))
+
+
+def _psi_scrambled(problem: Watched, n_evaluations: int, seed: int) -> None:
+    investigate(problem, n_evaluations, sampling=QMCSampling("sobol"), seed=seed)
+
+
+def _half_and_half(problem: Watched, n_evaluations: int, seed: int) -> None:
+    named_algorithms(["psi-scrambled+nsga3"])[0].search(problem, n_evaluations, seed)
 
 
 def _nsga3(problem: Watched, n_evaluations: int, seed: int) -> None:
@@ -143,13 +154,32 @@ def _optuna(sampler: str, problem: Watched, n_evaluations: int, seed: int) -> No
 ALGORITHMS: dict[str, Callable[[Watched, int, int], None]] = {
     "surrogate": _surrogate,
     "psi": _psi,
+    "psi-scrambled": _psi_scrambled,
     "nsga3": _nsga3,
+    "psi+nsga3": _half_and_half,
     "tpe": partial(_optuna, "TPESampler"),
     "optuna-nsga3": partial(_optuna, "NSGAIIISampler"),
     "optuna-gp": partial(_optuna, "GPSampler"),
 }
 NEEDED = {"tpe": "optuna", "optuna-nsga3": "optuna", "optuna-gp": "torch"}
-OF_BUDGET = ("nsga3", "optuna-nsga3")  # with a run for each budget
+OF_BUDGET = ("nsga3", "psi+nsga3", "optuna-nsga3")  # with a run for each budget
+OURS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
+
+FEW = BUDGETS[:3]
+SLOW = ("osy", "welded_beam", "zdt3", "stepped_cantilever")
+# problems, algorithms, budgets and number of seeds, one after the other
+PLAN: tuple[tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], int], ...] = (
+    (MANY, OURS, (256, 1024), 21),
+    (MANY, ("surrogate",), FEW, 21),
+    (tuple(PROBLEMS), OURS, (256, 1024), 21),
+    (tuple(PROBLEMS), ("surrogate",), FEW, 21),
+    (tuple(PROBLEMS), ("tpe",), FEW, 5),
+    (SLOW, ("optuna-nsga3", "parmoo", "botorch", "optuna-gp"), FEW, 3),
+    (tuple(PROBLEMS), OURS, BUDGETS, 21),
+    (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 5),
+    (tuple(PROBLEMS), ("tpe",), FEW, 21),
+    (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 21),
+)
 
 
 def reference_of(name: str) -> Reference:
@@ -189,7 +219,7 @@ def run(name: str, algorithm: str, seed: int, budgets: tuple[int, ...]) -> list[
 
 
 def tasks(
-    problems: list[str], algorithms: list[str], budgets: tuple[int, ...], seeds: int
+    problems: tuple[str, ...], algorithms: tuple[str, ...], budgets: tuple[int, ...], seeds: int
 ) -> Iterator[tuple[str, str, int, tuple[int, ...]]]:
     """Yield the runs that are not kept yet, seed by seed, so that early results are of all."""
     kept = results()
@@ -203,6 +233,33 @@ def tasks(
                 for group in groups:
                     if any((name, algorithm, seed, b) not in done for b in group):
                         yield name, algorithm, seed, group
+
+
+def carry_out(
+    problems: tuple[str, ...],
+    algorithms: tuple[str, ...],
+    budgets: tuple[int, ...],
+    seeds: int,
+    *,
+    jobs: int,
+) -> None:
+    """Run what is not kept yet, and keep it."""
+    for name in problems:
+        reference_of(name)
+    missing = [a for a in algorithms if find_spec(NEEDED.get(a, "numpy")) is None]
+    if missing:
+        print(f"not installed: {', '.join(missing)}", flush=True)
+    there = tuple(a for a in algorithms if a not in missing)
+    todo = list(tasks(problems, there, budgets, seeds))
+    done = Parallel(jobs, return_as="generator_unordered")(delayed(run)(*task) for task in todo)
+    for count, rows in enumerate(done, 1):
+        with KEPT.open("a", encoding="utf-8") as file:
+            file.writelines(json.dumps(row) + "\n" for row in rows)
+        last = rows[-1]
+        print(
+            f"{count} of {len(todo)}: {last['problem']} {last['algorithm']} {last['seed']} "
+            f"{last['evaluations']}: {last['hypervolume']:.4f}", flush=True,
+        )  # fmt: skip
 
 
 def results() -> pd.DataFrame:
@@ -219,87 +276,80 @@ def results() -> pd.DataFrame:
     return frame.drop_duplicates(["problem", "algorithm", "seed", "evaluations"], keep="last")
 
 
-def p_value(a: Array, b: Array) -> float:
-    """Return the p value of a difference of means, by permutations of the runs."""
-    if len(a) < 2 or len(b) < 2:
-        return 1.0
-    found = permutation_test(
-        (a, b), lambda x, y, axis: x.mean(axis=axis) - y.mean(axis=axis), vectorized=True,
-        n_resamples=9999, rng=np.random.default_rng(0),
-    )  # fmt: skip
-    return float(found.pvalue)
+def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
+    """Return medians at a budget, marked where the surrogates are surely better (+) or worse (-).
 
-
-def holm(p: list[float]) -> list[float]:
-    """Return p values adjusted for their number (Holm 1979)."""
-    adjusted, largest = [0.0] * len(p), 0.0
-    for place, i in enumerate(np.argsort(p)):
-        largest = max(largest, min(1.0, (len(p) - place) * p[i]))
-        adjusted[i] = largest
-    return adjusted
-
-
-def table(frame: pd.DataFrame) -> list[str]:
-    """Return median hypervolumes, with those marked that are surely not the surrogates'."""
-    shown = [a for a in (*SHOWN, "optuna-nsga3", "optuna-gp") if a in set(frame["algorithm"])]
+    The last column is NSGA-III with four times the budget.
+    """
+    known = set(zip(frame["algorithm"], frame["evaluations"], strict=True))
+    rivals = [a for a in ALGORITHMS if a != "surrogate" and (a, budget) in known]
+    entries = [(a, budget) for a in rivals] + [("nsga3", b) for b in BUDGETS if b == 4 * budget]
+    titles = [a if b == budget else f"{a}, {b}" for a, b in entries]
     lines = [
-        f"| problem (variables) | evaluations | {' | '.join(shown)} |",
-        f"|---|---|{'---|' * len(shown)}",
+        f"| problem (variables) | surrogate | {' | '.join(titles)} |",
+        f"|---|---|{'---|' * len(titles)}",
     ]
+    more = 1 if indicator == "hypervolume" else -1
     for name in PROBLEMS:
-        for budget in sorted(set(frame["evaluations"])):
-            at = frame[(frame["problem"] == name) & (frame["evaluations"] == budget)]
-            values = {a: at[at["algorithm"] == a]["hypervolume"].to_numpy() for a in shown}
-            if not len(values["surrogate"]):
-                continue
-            rivals = [a for a in shown[1:] if len(values[a])]
-            adjusted = holm([p_value(values["surrogate"], values[a]) for a in rivals])
-            sure = {a for a, p in zip(rivals, adjusted, strict=True) if p < SIGNIFICANCE}
-            cells = []
-            for a in shown:
-                v = values[a]
-                cell = f"{np.median(v):.3f} ({v.min():.3f}, {len(v)})" if len(v) else "–"
-                cells.append(f"*{cell}*" if a in sure else cell)
-            mark = "" if name in TUNED else " ◦"
-            size = PROBLEMS[name]().n_var
-            lines.append(f"| {name}{mark} ({size}) | {budget} | {' | '.join(cells)} |")
+        ours, *others = (
+            frame.loc[
+                (frame["problem"] == name)
+                & (frame["algorithm"] == algorithm)
+                & (frame["evaluations"] == evaluations),
+                indicator,
+            ].to_numpy(dtype=float)
+            for algorithm, evaluations in [("surrogate", budget), *entries]
+        )
+        if not len(ours):
+            continue
+        p = [p_value(ours, v, fixed=(False, False)) if len(v) else np.nan for v in others]
+        cells = [_cell(ours, more)]
+        for v, adjusted in zip(others, holm(np.array(p)), strict=True):
+            mark = ""
+            if adjusted < SIGNIFICANCE:
+                mark = " +" if more * (effect_size(ours, v) - 0.5) > 0 else " -"
+            cells.append(_cell(v, more) + mark)
+        used = "" if name in TUNED else " ◦"
+        lines.append(f"| {name}{used} ({PROBLEMS[name]().n_var}) | {' | '.join(cells)} |")
+    return lines
+
+
+def _cell(values: Array, more: int) -> str:
+    if not len(values):
+        return "–"
+    return f"{np.median(values):.3f} ({(more * values).min() * more:.3f}, {len(values)})"
+
+
+def tables(frame: pd.DataFrame) -> list[str]:
+    """Return all tables in Markdown, and what a design costs."""
+    lines = []
+    for indicator, budget in (
+        *(("hypervolume", b) for b in (256, 64, 128, 512)), ("mu1_excess", 256),
+    ):  # fmt: skip
+        what = "hypervolume" if indicator == "hypervolume" else "excess of μ1"
+        lines += [f"**{budget} evaluations, {what}**", "", *table(frame, indicator, budget), ""]
     costs = frame.groupby("algorithm")["seconds_a_design"].median()
-    told = ", ".join(f"{a} {costs[a]:.3f}" for a in shown)
-    return [*lines, "", f"Processor seconds a design, medians: {told}."]
+    told = ", ".join(f"{a} {costs[a]:.3f}" for a in ALGORITHMS if a in costs)
+    return [*lines, f"Processor seconds a design, medians: {told}."]
 
 
 def main() -> None:
-    """Run what is missing; print the table, and write it into the README."""
+    """Run what is missing; print the tables, and write them into the README."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", choices=[[], *PROBLEMS], metavar="PROBLEM")
-    parser.add_argument("--algorithms", default=",".join(SHOWN))
-    parser.add_argument("--evaluations", default=",".join(map(str, BUDGETS)))
+    parser.add_argument("--algorithms", default=",".join(OURS))
+    parser.add_argument("--evaluations", default=",".join(map(str, FEW)))
     parser.add_argument("--seeds", type=int, default=21)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--table", action="store_true", help="only the table of what is kept")
+    parser.add_argument("--table", action="store_true", help="only the tables of what is kept")
     given = parser.parse_args()
     if not given.table:
-        wanted = given.algorithms.split(",")
-        missing = [a for a in wanted if find_spec(NEEDED.get(a, "numpy")) is None]
-        if missing:
-            print(f"not installed: {', '.join(missing)}", flush=True)
+        algorithms = tuple(given.algorithms.split(","))
         budgets = tuple(int(word) for word in given.evaluations.split(","))
-        names = given.problems or list(PROBLEMS)
-        for name in names:
-            reference_of(name)
-        todo = list(tasks(names, [a for a in wanted if a not in missing], budgets, given.seeds))
-        done = Parallel(given.jobs, return_as="generator_unordered")(
-            delayed(run)(*task) for task in todo
-        )
-        for count, rows in enumerate(done, 1):
-            with KEPT.open("a", encoding="utf-8") as file:
-                file.writelines(json.dumps(row) + "\n" for row in rows)
-            last = rows[-1]
-            print(
-                f"{count} of {len(todo)}: {last['problem']} {last['algorithm']} {last['seed']} "
-                f"{last['evaluations']}: {last['hypervolume']:.4f}", flush=True,
-            )  # fmt: skip
-    lines = table(results())
+        asked = (tuple(given.problems), algorithms, budgets, given.seeds)
+        for part in (asked,) if given.problems else PLAN:
+            carry_out(*part, jobs=given.jobs)
+    lines = tables(results())
     print("\n".join(lines))
     marks = "<!-- learning: written by python -m benchmarks.learning -->", "<!-- end learning -->"
     text = "\n".join([marks[0], "", f"On {describe_machine()}.", "", *lines, "", marks[1]])

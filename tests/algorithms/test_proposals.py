@@ -115,6 +115,7 @@ def test_outputs_without_bound_become_bounded():
     assert B[4, 0] == B[:, 0].max() < 1e8
     np.testing.assert_array_equal(B[:4, 0], Y[:4, 0])
     assert B[0, 1] == 3.0  # what is not known is as bad as the worst
+    assert np.isfinite(bounded(np.array([[1e300], [1e300], [-1e300], [-1e300]])).std())
 
 
 # The search

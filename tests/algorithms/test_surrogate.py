@@ -219,6 +219,12 @@ def _environment():
     return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
 
 
+def test_a_run_that_ends_among_the_points_goes_on_like_any_other(tmp_path, undisturbed):
+    run(Mixed(), 5, study=tmp_path / "run.db")
+    table = run(Mixed(), 24, study=tmp_path / "run.db").table
+    np.testing.assert_array_equal(table.X, undisturbed.table.X[:24])
+
+
 def test_a_study_of_other_proposals_or_with_changed_ones_is_refused(tmp_path):
     path = tmp_path / "run.db"
     run(get_problem("bnh"), 28, study=path)

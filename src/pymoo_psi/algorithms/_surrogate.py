@@ -172,8 +172,8 @@ class SurrogatePSI(PSI):
             # Twice as many as variables let lengths be told apart; 20 are a sample from which a
             # heavy tail is told; beyond 64 proposals tell more than points.
             size = self._asked or min(max(2 * n_var + 2, 20), 64)
+            what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
-            what = f", {size} points"
         plan = Plan.of(
             problem,
             size,

@@ -29,6 +29,7 @@ _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 _FAR_OUT, _LEAST_UNIT = 3.0, 0.01
 # Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
 _BEYOND = 1e6
+_HUGE = 1e100  # the squares of larger values overflow
 _FOLDS = 10  # of a cross-validation
 # Tests to which lengths are fitted: more take the third power of their number in time, a second
 # for an output with 512, and change lengths little.
@@ -103,7 +104,7 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
 
 def bounded(Y: Array) -> Array:
     """Return ``(n, q)`` outputs without NaN and infinities, and without values far beyond all."""
-    Y = Y.copy()
+    Y = np.where(np.isinf(Y), Y, np.clip(Y, -_HUGE, _HUGE))
     for y in Y.T:
         finite = np.isfinite(y)
         if not finite.any():
