@@ -145,7 +145,8 @@ def propose(
     Z, seen = encode(tests.points[known]), encode(tests.points)
     risk = _Risk(Z, encode(tests.points[tests.failed]), turn)
     if fit is None:
-        return _unknown(_far(seen, encode, risk, batch, goal, random), tests.Y)
+        nothing = np.full((batch, tests.Y.shape[1]), np.nan)
+        return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
     kind, near = TURNS[turn % len(TURNS)]
     Y = bounded(tests.Y[known])
     T = fit.to(Y)
@@ -154,8 +155,8 @@ def propose(
     def judge(points: Array) -> tuple[Array, Array]:
         at = encode(points)
         predicted = surrogate(at)
-        excess = goal.excess(predicted, fit)
-        return predicted[:, : goal.n_obj], np.column_stack([excess, risk(at)])
+        excess = np.hstack([goal.excess(predicted, fit), risk(at)])
+        return predicted[:, : goal.n_obj], excess
 
     inward = _inward(fit, goal.n_obj)
     order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
@@ -201,11 +202,6 @@ def encoded(space: DesignSpace, points: Array) -> Array:
         else:
             columns.append(step / max(count - 1, 1))
     return np.column_stack(columns)
-
-
-def _unknown(points: Array, Y: Array) -> Proposals:
-    nothing = np.full((len(points), Y.shape[1]), np.nan)
-    return Proposals(points, "", nothing, nothing)
 
 
 def _far(

@@ -211,7 +211,7 @@ class SurrogatePSI(PSI):
         left = self._n_tests() - done
         if done == len(tests.numbers) and left:
             ready = (done - self._n_uniform) // self.block_size
-            first = self._number(done)
+            first = int(tests.numbers[-1]) + 1
             numbers = np.arange(first, first + min(self.block_size, left))
             self._rounds.append(self._round(ready, first))
             points = self._rounds[-1].points[: len(numbers)]
@@ -219,12 +219,6 @@ class SurrogatePSI(PSI):
             tests.rounds = np.append(earlier, np.full(len(numbers), ready + 1))
             tests.aim(np.append(tests.numbers, numbers), np.vstack([tests.points, points]))
         return len(tests.numbers) - done
-
-    def _number(self, row: int) -> int:
-        """Return the number of the test in a row of the table."""
-        numbers = self._investigation.numbers
-        within = row < len(numbers)
-        return int(numbers[row]) if within else int(numbers[-1]) + 1 + row - len(numbers)
 
     def _round(self, ready: int, first: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""
