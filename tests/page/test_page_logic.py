@@ -196,7 +196,7 @@ def test_ranks_are_those_of_python(cases, answers):
         np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=1e-13)
         whole = rank_of_efficiency(case.frame[case.names], maximize=case.maximize).pareto
         freed += (ranking.pareto & ~whole[rows]).sum()
-    assert freed > 100  # dominated designs whose dominators are rejected
+    assert freed > 50  # dominated designs whose dominators are rejected
 
 
 def test_the_order_is_that_of_the_ranking(cases, answers):

@@ -28,6 +28,7 @@ from typer.core import TyperCommand
 from pymoo_psi.cli._groups import (
     NEAR,
     ColumnOptions,
+    DecisionFile,
     Designs,
     FileOptions,
     Jobs,
@@ -406,6 +407,7 @@ def rank(
     file: Designs,
     columns: ColumnOptions,
     written: FileOptions,
+    decision: DecisionFile = None,
     no_normalize: PlainDistances = False,
     out: Annotated[Path | None, path_option("FILE", "Write all designs, .csv or .json.")] = None,
     figure: Annotated[
@@ -423,8 +425,8 @@ def rank(
 
     return run_rank(
         file, columns, written,
-        normalize=not no_normalize, prefer=prefer or (), representatives=representatives,
-        out=out, figure=figure, force=force, top=top,
+        decision=decision, normalize=not no_normalize, prefer=prefer or (),
+        representatives=representatives, out=out, figure=figure, force=force, top=top,
     )  # fmt: skip
 
 
@@ -442,6 +444,7 @@ def page(
     prototype: Annotated[
         Path | None, path_option("FILE.csv", "Existing designs to compare with.")
     ] = None,
+    decision: DecisionFile = None,
     no_normalize: PlainDistances = False,
     title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
     out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
@@ -452,7 +455,7 @@ def page(
 
     return run_page(
         file, columns, written,
-        variables=variables or (), units=units or (), prototype=prototype,
+        variables=variables or (), units=units or (), prototype=prototype, decision=decision,
         normalize=not no_normalize, title=title, out=out, force=force,
     )  # fmt: skip
 

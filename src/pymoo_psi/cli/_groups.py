@@ -64,6 +64,9 @@ Preferences: TypeAlias = Annotated[
     list[str] | None,
     several("P", "weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff."),
 ]
+DecisionFile: TypeAlias = Annotated[
+    Path | None, path_option("FILE.json", "What was decided on the page: limits, choice, reason.")
+]
 Overwrite: TypeAlias = Annotated[
     bool,
     typer.Option(

@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import counted
+from pymoo_psi.cli._decision import decided_designs
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
@@ -24,6 +25,7 @@ def run_page(
     variables: Sequence[str],
     units: Sequence[str],
     prototype: Path | None,
+    decision: Path | None,
     normalize: bool,
     title: str | None,
     out: Path,
@@ -38,23 +40,35 @@ def run_page(
         variables: Those that are design variables, as they are typed.
         units: Units of columns, as they are typed.
         prototype: A file of existing designs to compare with, beside those that ``path`` has.
+        decision: A decision file, with which the page opens.
         normalize: Rank with each objective in units of its range.
         title: Heading of the page; the file's name unless given.
         out: The HTML file to write.
         force: Whether to overwrite any file.
     """
-    require_output(out, (".html", ".htm"), path, prototype, by="page", force=force)
-    file, roles, remarks = designs_of(path, replace(columns, limits=()), written, variables)
-    limits = limits_in(columns.limits, file.names, roles.objectives, roles.maximize)
-    # The page has a slider for the worse side of each criterion; other limits leave designs out.
-    opening = {}
-    for name, (low, high) in list(limits.items()):
-        worse, better = (low, high) if name in roles.maximize else (high, low)
-        if name in roles.objectives and worse is not None and better is None:
-            opening[name] = worse
-            del limits[name]
-    if limits:
-        file = replace(file, known=roles, remarks=()).under(Formulation(limits=limits))
+    require_output(out, (".html", ".htm"), path, prototype, decision, by="page", force=force)
+    # Designs that failed are counted on the page.
+    written = replace(written, drop_incomplete=True)
+    decided = None
+    if decision is None:
+        file, roles, remarks = designs_of(path, replace(columns, limits=()), written, variables)
+        limits = limits_in(columns.limits, file.names, roles.objectives, roles.maximize)
+    else:
+        file, roles, remarks, decided = decided_designs(
+            path, columns, written, decision, normalize, variables
+        )
+        limits, normalize = {}, decided.normalize
+    # What is neither label nor text can be limited on the page, whatever its role.
+    others = [
+        name
+        for name in ((*limits,) if decided is None else (*decided.limits, *decided.categories))
+        if name not in (*roles.objectives, *roles.variables, *roles.outputs, roles.label)
+    ]
+    roles = replace(roles, outputs=(*roles.outputs, *others))
+    # The label is no column of the page: limits on it leave designs out.
+    if roles.label in limits:
+        asked = Formulation(limits={roles.label: limits.pop(roles.label)})
+        file = replace(file, known=roles, remarks=()).under(asked)
         remarks += file.remarks
     frame = file.frame(roles.objectives)
     # Designs without a label go by their row of the file, counted from 1 as spreadsheets do.
@@ -77,16 +91,15 @@ def run_page(
         label=roles.label,
         normalize=normalize,
         prototype=existing,
-        limits=opening,
+        limits=limits or None,
+        decision=decision,
+        failed=file.failed,
+        infeasible=file.infeasible,
         title=title or path.stem,
     )
     page.save(out)
-    for remark in remarks:
+    for remark in (*remarks, *page.remarks):
         say(remark)
-    if opening:
-        # rank and solve leave out what is beyond a limit, and may name another optimum.
-        sliders = ", ".join(f"{name} {value:g}" for name, value in opening.items())
-        say(f"Sliders open at {sliders}; ranks are those of all designs, also of hidden ones.")
     size = counted(len(frame), "design")
     say(f"{size} by {', '.join(roles.objectives)}: open {out} in a browser")
     return 0

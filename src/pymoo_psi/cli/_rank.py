@@ -20,6 +20,7 @@ from pymoo_psi.cli._choice import (
     say_preferences,
     say_representatives,
 )
+from pymoo_psi.cli._decision import decided_designs, under_decision
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
@@ -35,6 +36,7 @@ def run_rank(
     columns: ColumnOptions,
     written: FileOptions,
     *,
+    decision: Path | None,
     normalize: bool,
     prefer: Sequence[str],
     representatives: int | None,
@@ -49,6 +51,7 @@ def run_rank(
         path: The file; see :func:`pymoo_psi.table.read_designs`.
         columns: Its columns that are objectives, and those of them to be maximised.
         written: How it is written.
+        decision: A decision file of the page, under whose limits the designs are ranked.
         normalize: Measure each objective in units of its range.
         prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
         representatives: How many designs to print that stand for the Pareto set, if any.
@@ -61,11 +64,18 @@ def run_rank(
     if representatives is not None:
         integer("--representatives", representatives, minimum=1)
     if out is not None:
-        require_output(out, (".csv", ".json"), path, by="rank", force=force)
+        require_output(out, (".csv", ".json"), path, decision, by="rank", force=force)
     if figure is not None:
         suffixes = (".png", ".pdf", ".svg")
-        require_output(figure, suffixes, path, by="figure", force=force, option="--figure")
-    file, roles, remarks = designs_of(path, columns, written)
+        require_output(
+            figure, suffixes, path, decision, by="figure", force=force, option="--figure"
+        )
+    if decision is None:
+        file, roles, remarks = designs_of(path, columns, written)
+    else:
+        file, roles, remarks, decided = decided_designs(path, columns, written, decision, normalize)
+        file, decisions = under_decision(file, roles, decided)
+        remarks, normalize = [*remarks, *decisions], decided.normalize
     names = list(roles.objectives)
     if taken := [name for name in names if name in RANKING_COLUMNS]:
         raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")

@@ -1,7 +1,4 @@
-"""What the decision page shows, as data: columns of numbers, designs in the order of drawing.
-
-A design is drawn by its group: the rank of efficiency, or one of the groups named here.
-"""
+"""What the decision page shows, as data, and how its script gets it."""
 
 from __future__ import annotations
 
@@ -14,29 +11,30 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._rounding import settled
 from pymoo_psi.table._design_file import Roles, roles_head
+from pymoo_psi.table._limits import Bounds
 
-Role = Literal["criterion", "variable", "output", "geometric"]
+Role = Literal["criterion", "variable", "output"]
 
-DOMINATED, OPTIMUM, PROTOTYPE = -1, 6, 7
-"""Groups beside the ranks 0 to 5; a higher group is drawn on top."""
-# page.js knows them as numbers: 7 stays whatever the limits, above 5 lines are bold, above 0 they
-# do not fade with their number.
-
-# page.js looks for the optimum by this text among the marks.
-_SPECIAL = {OPTIMUM: "Salukvadze optimum", DOMINATED: "dominated", PROTOTYPE: "prototype"}
-
+# Under these names ``rank --out`` writes them.
+_GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
 _DIGITS = 4  # that a written number resolves within the range of its column
+_REASONS = 20  # why designs failed; more would not be read
+# Of the distance between the quartiles: what lies farther beyond them is an outlier, a penalty
+# perhaps. Of an exponential distribution that is one value in a thousand, of a normal one none.
+_FENCE = 5.0
+_DECADES = 2.0  # that a logarithmic scale spans at least: on a straight one a tenth is all below
+# Dominators that are tried on all designs at once, before each is searched for by itself.
+_STRONGEST = 64
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """A quantity of the page: what it is called, how its numbers are written, its values.
+    """A quantity of the page: what it is called and its values.
 
     Attributes:
-        field: Its name within the page, free of the user's characters.
         name: The user's name.
         unit: The user's unit; empty if there is none.
         role: What it is.
@@ -44,7 +42,6 @@ class Column:
         values: ``(n,)`` float64, or texts.
     """
 
-    field: str
     name: str
     unit: str
     role: Role
@@ -52,38 +49,20 @@ class Column:
     values: NDArray[Any]
 
     @property
-    def label(self) -> str:
-        """Name and unit, for axes and headings."""
-        unit = f" [{self.unit}]" if self.unit else ""
-        return f"{self.name}{unit}{' (max)' if self.maximize else ''}"
-
-    @property
     def is_number(self) -> bool:
-        """Whether it can be an axis; a column of texts is in the table only."""
+        """Whether it can be an axis and have limits; of texts some can be chosen."""
         return self.values.dtype.kind == "f"
-
-    @property
-    def notation(self) -> tuple[Literal["fixed", "exponent"], int]:
-        """How its numbers are written: fixed or with an exponent, and with how many decimals.
-
-        The decimals tell designs apart: they follow the range, not the size, of the values. From
-        1e7 on, or where more than 8 decimals would be needed, an exponent is shorter.
-        """
-        return notation_of(self.values)
-
-    @property
-    def printf(self) -> str:
-        """The notation as a format of printf."""
-        kind, digits = self.notation
-        return f"%.{digits}{'f' if kind == 'fixed' else 'e'}"
 
 
 def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent"], int]:
-    """Return how numbers are written, see :attr:`Column.notation`."""
+    """Return how numbers are written: fixed or with an exponent, and with how many decimals.
+
+    The decimals tell designs apart: they follow the range, not the size, of the values. From 1e7
+    on, or where more than 8 decimals would be needed, an exponent is shorter.
+    """
     known = values[np.isfinite(values)]
     low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
     size, span = max(abs(low), abs(high)), high - low
-    # The axes change to an exponent at the same size: power_limit_high in the theme.
     if size < 1e7 and (known == np.round(known)).all():
         return "fixed", 0
     # A constant has no range; its own size then says how many decimals are of use.
@@ -97,45 +76,33 @@ def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """What a page shows, the best design drawn last.
+    """What a page shows.
 
     Attributes:
         title: Heading of the page.
-        columns: Criteria, variables, outputs, then μ1, μ2, μ3; each with ``(n,)`` values.
+        columns: Criteria, variables, outputs; each with ``(n,)`` values.
         label_name: What the designs' labels are called, such as "test_point".
-        labels: ``(n,)`` labels of the designs, integers or texts.
-        rank: ``(n,)`` ranks of efficiency; -1 for prototypes.
-        group: ``(n,)`` groups of drawing: ranks, but -1 dominated, 6 the Salukvadze optimum
-            whatever its rank, 7 a prototype.
-        n_designs: How many designs there are, shown or not, without prototypes.
-        remarks: What a reader must know, in short sentences.
-        normalize: Whether the criteria are measured in units of their ranges.
-        limits: Limits the page opens with, by name of the criterion.
+        labels: ``(n,)`` labels of the designs, integers or texts; existing ones last.
+        n_designs: How many of them are designs and no existing ones.
+        ranking: The ranking of the designs without any limits.
+        limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
+        opens_with: What else the page opens with, see ``logic.js``.
+        remarks: What a reader must know, in sentences.
+        failed: How many designs failed, or have no finite criteria, by reason.
+        infeasible: How many designs violate constraints, and are not on the page.
     """
 
     title: str
     columns: tuple[Column, ...]
     label_name: str
     labels: NDArray[Any]
-    rank: NDArray[np.int32]
-    group: NDArray[np.int32]
     n_designs: int
+    ranking: EfficiencyRanking
+    limits: Bounds
+    opens_with: Mapping[str, Any]
     remarks: tuple[str, ...]
-    normalize: bool
-    limits: Mapping[str, float]
-
-    @property
-    def marks(self) -> NDArray[np.object_]:
-        """``(n,)`` what is special about a design; empty for most.
-
-        Example:
-            >>> import pandas as pd
-            >>> from pymoo_psi.page import decision_page
-            >>> frame = pd.DataFrame({"cost": [0, 1, 4, 5], "mass": [4, 1, 0, 5]})
-            >>> decision_page(frame, ["cost", "mass"]).marks.tolist()
-            ['dominated', '', '', 'Salukvadze optimum']
-        """
-        return text_column([_SPECIAL.get(g, "") for g in self.group.tolist()])
+    failed: Mapping[str, int]
+    infeasible: int
 
     @property
     def optima(self) -> list[str]:
@@ -148,17 +115,7 @@ class PageData:
             >>> decision_page(frame, ["cost", "mass"]).optima
             ['B']
         """
-        return [str(label) for label in self.labels[self.group == OPTIMUM]]
-
-
-def columns_with(data: PageData, *roles: Role) -> list[Column]:
-    """Return the columns of numbers with one of these roles, for axes."""
-    return [column for column in data.columns if column.role in roles and column.is_number]
-
-
-def group_name(group: int) -> str:
-    """Return what the page calls a group."""
-    return _SPECIAL.get(group) or (f"rank {group}" if group else "unranked")
+        return [str(label) for label in self.labels[self.ranking.salukvadze]]
 
 
 def text_column(cells: Sequence[object]) -> NDArray[np.object_]:
@@ -166,13 +123,6 @@ def text_column(cells: Sequence[object]) -> NDArray[np.object_]:
     texts = np.empty(len(cells), dtype=object)
     texts[:] = ["" if cell is None or cell != cell else str(cell) for cell in cells]
     return texts
-
-
-# Of the values between the quartiles: what lies farther out by more than this many times their
-# distance is an outlier, a penalty perhaps. Of an exponential distribution that is one in a
-# thousand, of a normal one none.
-_FENCE = 5.0
-_DECADES = 2.0  # from which on a scale is logarithmic: on a straight one a tenth is all below
 
 
 @dataclass(frozen=True)
@@ -208,7 +158,6 @@ def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
     positive = bool(values.min() > 0)
     wide = positive and np.quantile(values, 0.75) > 10 * np.quantile(values, 0.25)
     measured = np.log(values) if wide else values
-    low, high = float(measured.min()), float(measured.max())
     # Wider parts where more than half of the values are equal, and tell of no distance.
     for share in (0.25, 0.1, 0.02):
         first, last = np.quantile(measured, [share, 1 - share])
@@ -216,28 +165,40 @@ def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
             reach = _FENCE * (last - first)
             inside = (measured >= first - reach) & (measured <= last + reach)
             return float(values[inside].min()), float(values[inside].max())
-    return (float(values.min()), float(values.max())) if wide else (low, high)
+    return float(values.min()), float(values.max())
 
 
-def witnesses(F: NDArray[np.float64]) -> NDArray[np.int32]:
+def witnesses(F: NDArray[np.float64], optimal: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Return for each dominated row one Pareto-optimal row that dominates it; -1 for the others.
 
     Args:
         F: ``(n, m)`` objectives without NaN, all minimised.
+        optimal: ``(n,)`` which rows no other dominates.
     """
+    from scipy.spatial import KDTree  # takes a tenth of a second to import
+
     found = np.full(len(F), -1, dtype=np.int32)
-    optimal = nondominated(F)
-    F = settled(F)
-    front = np.flatnonzero(optimal)
-    rest = np.flatnonzero(~optimal)
+    rest, front = np.flatnonzero(~optimal), np.flatnonzero(optimal)
+    if len(rest) == 0:
+        return found
     # Ranks in each column, which are compared as the values are and have sums of one size. The
     # rows near the ideal point dominate most, so that a few of them leave little to search.
-    ranks = np.column_stack([np.unique(column, return_inverse=True)[1] for column in F.T])
+    ranks = np.column_stack([np.unique(column, return_inverse=True)[1] for column in settled(F).T])
     front = front[np.argsort(ranks[front].sum(axis=1), kind="stable")]
-    for row in front[:64]:
+    for row in front[:_STRONGEST]:
         below = (ranks[rest] >= ranks[row]).all(axis=1)
         found[rest[below]] = row
         rest = rest[~below]
+    # Of the others nearly all have a dominator among the nearest optimal rows.
+    tree = KDTree(ranks[front])
+    for k in (8, 64):
+        if len(rest) == 0:
+            return found
+        near = tree.query(ranks[rest], min(k, len(front)))[1].reshape(len(rest), -1)
+        below = (ranks[front[near]] <= ranks[rest][:, None]).all(axis=2)
+        has = below.any(axis=1)
+        found[rest[has]] = front[near[has, below[has].argmax(axis=1)]]
+        rest = rest[~has]
     for part in np.array_split(rest, max(1, len(rest) * len(front) // 2_000_000)):
         below = np.ones((len(part), len(front)), dtype=bool)
         for column in ranks.T:
@@ -263,13 +224,13 @@ def payload(data: PageData) -> dict[str, Any]:
 
     Numbers are little-endian float64 in base64: every digit, and a third of the length of a text.
     """
-    designs = data.group != PROTOTYPE
-    n = int(designs.sum())
-    criteria = [column for column in data.columns if column.role == "criterion"]
-    F = np.column_stack([-c.values if c.maximize else c.values for c in criteria])
-    witness = witnesses(F[:n])
-    ids = design_ids(data.labels.tolist())
+    n, ranking = data.n_designs, data.ranking
+    witness = witnesses(ranking.objectives.minimized, ranking.pareto)
     labels = data.labels.tolist()
+    ids = design_ids(labels[:n])
+    # An existing design may be called as one of the others is.
+    for label in map(str, labels[n:]):
+        ids.append(label if label not in ids else f"{label} (existing {len(ids) - n + 1})")
     return {
         "title": data.title,
         "file": file_name(data.title),
@@ -278,60 +239,66 @@ def payload(data: PageData) -> dict[str, Any]:
         "ids": None if ids == [str(label) for label in labels] else ids,
         "n": n,
         "prototypes": len(labels) - n,
-        "normalize": data.normalize,
+        "normalize": ranking.frame.normalize,
         "remarks": list(data.remarks),
-        "failed": {"count": 0, "reasons": []},
-        "infeasible": 0,
-        "columns": [_packed(column, witness < 0, n) for column in data.columns],
+        "failed": {
+            "count": sum(data.failed.values()),
+            # The most frequent ones: messages may all differ.
+            "reasons": [list(pair) for pair in Counter(data.failed).most_common(_REASONS)],
+        },
+        "infeasible": data.infeasible,
+        "columns": [
+            *(_packed(f"c{j}", column, ranking.pareto) for j, column in enumerate(data.columns)),
+            *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
+        ],
         "witness": _base64(witness),
-        "head": csv_head(data),
-        "opens_with": _opening(data),
+        "head": _csv_head(data),
+        "opens_with": {
+            "limits": {
+                name: [end if np.isfinite(end) else None for end in pair]
+                for name, pair in data.limits.items()
+            },
+            **data.opens_with,
+        },
     }
 
 
-def csv_head(data: PageData) -> dict[str, Any]:
+def _csv_head(data: PageData) -> dict[str, Any]:
     """Return what stands above an exported CSV, so that it is ranked in the same senses."""
     names: dict[str, tuple[str, ...]] = {
         role: tuple(column.name for column in data.columns if column.role == role)
         for role in ("criterion", "variable", "output")
     }
-    # The geometric criteria are exported under the names that ``rank --out`` gives them.
-    known = {c.field if c.role == "geometric" else c.name: c for c in data.columns}
     more = tuple(column.name for column in data.columns if column.maximize)
     roles = Roles(names["criterion"], names["variable"], data.label_name, more, names["output"])
-    units = {name: column.unit for name, column in known.items()}
-    numbers = {name for name, column in known.items() if column.is_number}
+    units = {column.name: column.unit for column in data.columns}
+    numbers = {*_GEOMETRIC, *(column.name for column in data.columns if column.is_number)}
     if data.labels.dtype != object:
         numbers.add(data.label_name)
-    return roles_head([data.label_name, *known, "rank", "mark"], numbers.__contains__, roles, units)
+    header = [data.label_name, *units, *_GEOMETRIC, "rank", "mark"]
+    return roles_head(header, numbers.__contains__, roles, units)
 
 
-def _opening(data: PageData) -> dict[str, Any]:
-    maximized = {column.name for column in data.columns if column.maximize}
-    limits = {
-        name: [limit, None] if name in maximized else [None, limit]
-        for name, limit in data.limits.items()
-    }
-    return {"limits": limits}
+def _packed(field: str, column: Column, optimal: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return a column as the payload has it.
 
-
-def _packed(column: Column, optimal: NDArray[np.bool_], n: int) -> dict[str, Any]:
-    """Return a column as the payload has it; ``optimal`` are the ``(n,)`` Pareto-optimal rows."""
+    Args:
+        field: Its name within the page, free of the user's characters.
+        column: The column.
+        optimal: ``(n,)`` which designs are Pareto optimal.
+    """
     packed: dict[str, Any] = {
-        "field": column.field,
+        "field": field,
         "name": column.name,
         "unit": column.unit,
         "role": column.role,
         "maximize": column.maximize,
         "texts": None,
-        "values": None,
     }
-    if column.role == "geometric":
-        return packed | {"notation": ["fixed", 4], "range": [0, 1], "log": False}
     if not column.is_number:
         texts, places = np.unique(column.values.astype(str), return_inverse=True)
         return packed | {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
-    values = column.values[:n]
+    values = column.values[: len(optimal)]  # without those of existing designs
     known = np.isfinite(values)
     scale = Scale.of(values[known & optimal])
     beyond = known & ((values < scale.low) | (values > scale.high))
@@ -343,6 +310,13 @@ def _packed(column: Column, optimal: NDArray[np.bool_], n: int) -> dict[str, Any
         "clipped": int((beyond & optimal).sum()),
         "beyond": int(beyond.sum()),
     }
+
+
+def _geometric(field: str, name: str) -> dict[str, Any]:
+    """Return a column whose values depend on the limits: the script computes them."""
+    packed = {"field": field, "name": name, "unit": "", "role": "geometric", "maximize": False}
+    more = {"texts": None, "values": None, "notation": ["fixed", 4], "range": [0, 1], "log": False}
+    return packed | more
 
 
 def _base64(values: NDArray[Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -11,26 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name
+from pymoo_psi._validation import Received, boolean, counted, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.page._data import (
-    DOMINATED,
-    OPTIMUM,
-    PROTOTYPE,
-    Column,
-    PageData,
-    Role,
-    payload,
-    text_column,
-)
+from pymoo_psi.page._data import Column, PageData, Role, design_ids, payload, text_column
+from pymoo_psi.page._decision import Decision
 from pymoo_psi.page._document import html_of
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.table._layout import Limit
+from pymoo_psi.table._limits import Bounds, ends, within
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-_GEOMETRIC = ("μ1 (to U)", "μ2 (to line UN)", "μ3 (along UN)")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,30 +31,30 @@ class DecisionPage(PageData):
 
     Attributes:
         title: Heading of the page.
-        columns: Criteria, variables, outputs, then μ1, μ2, μ3, each with ``name``, ``unit``,
-            ``role``, ``maximize`` and ``(n,)`` ``values``.
+        columns: Criteria, variables, outputs, each with ``name``, ``unit``, ``role``,
+            ``maximize`` and ``(n,)`` ``values``.
         label_name: What the designs' labels are called, such as "test_point".
-        labels: ``(n,)`` labels of the designs, integers or texts, the best design last.
-        rank: ``(n,)`` ranks of efficiency; -1 for prototypes.
-        group: ``(n,)`` how a design is drawn: its rank, but -1 if it is dominated, 6 for the
-            Salukvadze optimum whatever its rank, 7 for a prototype.
-        n_designs: How many designs there are, shown or not, without prototypes.
-        remarks: What a reader must know, in short sentences.
-        normalize: Whether the criteria are measured in units of their ranges.
-        limits: Limits the page opens with, by name of the criterion.
+        labels: ``(n,)`` labels of the designs in the order of the frame, integers or texts;
+            existing designs last.
+        n_designs: How many of them are designs and no existing ones.
+        ranking: The :class:`~pymoo_psi.pareto.EfficiencyRanking` of the designs without any limits.
+        limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
+        opens_with: What else the page opens with.
+        remarks: What a reader must know, in sentences.
+        failed: How many designs failed, or have no finite criteria, by reason.
+        infeasible: How many designs violate constraints, and are not on the page.
 
     Example:
         >>> import pandas as pd
         >>> from pymoo_psi.page import decision_page
         >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
         >>> decision_page(frame, ["cost", "mass"], title="Brackets")
-        DecisionPage('Brackets': 3 of 3 designs)
+        DecisionPage('Brackets': 3 designs)
     """
 
     def __repr__(self) -> str:
-        """Return the title and how many designs are shown."""
-        shown = int((self.group != PROTOTYPE).sum())
-        return f"DecisionPage({self.title!r}: {shown} of {self.n_designs} designs)"
+        """Return the title and how many designs there are."""
+        return f"DecisionPage({self.title!r}: {counted(self.n_designs, 'design')})"
 
     def html(self) -> str:
         """Return the page as one HTML document that needs no network.
@@ -111,7 +103,10 @@ def decision_page(
     label: str | None = None,
     normalize: bool = True,
     prototype: pd.DataFrame | Mapping[str, Any] | None = None,
-    limits: Mapping[str, float] | None = None,
+    limits: Mapping[str, Limit] | None = None,
+    decision: str | PathLike[str] | None = None,
+    failed: Mapping[str, int] | None = None,
+    infeasible: int = 0,
     title: str = "Pareto set",
 ) -> DecisionPage:
     """Return a page to decide on a Pareto set with, to be saved as one HTML file.
@@ -119,13 +114,14 @@ def decision_page(
     On top stands the best compromise (:func:`pymoo_psi.rank_of_efficiency`) among the designs that
     are left under the limits that the reader sets, why it is that, and what others would cost.
     Linked plots and a table show what is left, which is compared, chosen from and exported as CSV;
-    limits, choice and reason are kept in the address of the page and in a decision file.
+    limits, choice and reason are kept in the address of the page and in a decision file. Designs
+    without a finite value of every objective are left out and counted.
 
     Args:
-        frame: One row per design, two or more.
-        objectives: Names of the columns with the criteria; finite numbers.
+        frame: One row per design, one or more.
+        objectives: Names of the columns with the criteria.
         variables: Names of the columns with the design variables. Numbers, which may be missing,
-            are plotted; texts are in the table only.
+            are plotted and limited; of texts some can be chosen.
         outputs: Names of the columns with what else a model gave, likewise.
         maximize: Names of the objectives, and of outputs, of which more is better.
         units: Units of columns by name.
@@ -134,24 +130,29 @@ def decision_page(
         normalize: Rank with each objective in units of its range.
         prototype: An existing design, or several as a frame, with a value for each objective.
             It is not ranked and stays on the page whatever the limits.
-        limits: Limits on objectives that are set when the page opens and that its reader can move:
-            at most this, or at least for an objective of which more is better.
+        limits: Limits that are set when the page opens and that its reader can move, on objectives,
+            variables and outputs: ``(lower, upper)`` with ``None`` for an open end. A number is the
+            worse end: at most this, or at least where more is better.
+        decision: A decision file that a page has saved; the page opens with what was decided.
+        failed: How many more designs failed, by reason; told on the page.
+        infeasible: How many designs violate constraints; told on the page.
         title: Heading of the page.
 
     Returns:
         The page: what it shows as data, ``.html()`` and ``.save(path)``.
 
     Raises:
-        ArgumentValueError: A name is not a column or occurs twice; there are fewer than two
-            designs; an objective is missing somewhere or infinite; a limit leaves no design.
+        ArgumentValueError: A name is not a column or occurs twice; no design has all objectives;
+            the limits leave none; the decision is about other criteria, directions or columns.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
+        OSError: The decision file cannot be opened.
 
     Example:
         >>> import pandas as pd
         >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]}, index=["A", "B", "C"])
         >>> page = decision_page(frame, ["cost", "mass"], units={"mass": "kg"}, title="Brackets")
         >>> page, page.optima
-        (DecisionPage('Brackets': 3 of 3 designs), ['B'])
+        (DecisionPage('Brackets': 3 designs), ['B'])
     """
     import pandas as pd
 
@@ -165,39 +166,48 @@ def decision_page(
         known_name("maximize", name, [*objectives, *outputs])
     for name in units or {}:
         known_name("units", name, [*objectives, *others])
-    if len(frame) < 2:
-        rule = "of at least two designs to decide between"
-        raise invalid("frame", rule, Received(f"{len(frame)} rows"))
-    # Ranked as criteria that are all minimised; shown as the user has them.
-    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
-    F = np.column_stack([_numbers(frame, name, complete=True) for name in objectives])
-    ranking = rank_of_efficiency(F * sign, normalize=boolean("normalize", normalize))
-    order, remarks = _rows_to_show(ranking)
-    _check_limits(limits or {}, frame, objectives, maximize)
+    F = np.column_stack([_numbers(frame, name) for name in objectives])
+    frame, F, lost = _complete(frame, F, objectives)
+    more = [name for name in objectives if name in maximize]
+    normalize = boolean("normalize", normalize)
+    ranking = rank_of_efficiency(
+        pd.DataFrame(F, columns=list(objectives)), normalize=normalize, maximize=more
+    )
+    labels = _labels(frame.index if label is None else frame[label])
+    opens_with: Mapping[str, Any] = {}
+    remarks: tuple[str, ...] = ()
+    if decision is not None:
+        if limits is not None:
+            raise invalid("limits", "left out beside a decision, which has its own", limits)
+        decided = Decision.read(decision)
+        if decided.normalize is not normalize:
+            raise invalid("normalize", f"{decided.normalize}, as it was decided", normalize)
+        decided.require("the frame", objectives, maximize, units or {}, [*objectives, *others])
+        opens_with, limits = decided.state, decided.limits
+        remarks = tuple(decided.now(design_ids(labels.tolist()), frame))
+    bounds = _bounds(limits or {}, frame, [*objectives, *others], maximize)
 
-    # Prototypes are measured by the U and N of the designs, which they must not move.
-    extra = _prototype_frame(prototype, objectives, label)
+    # Prototypes stand behind the designs and are not ranked: they must not move U and N.
+    existing = _prototype_frame(prototype, objectives, label)
     used = [*objectives, *others, *([] if label is None else [label])]
-    mu = ranking.criteria[order]
-    whole = frame.iloc[order]
-    if len(extra):  # last, as they are drawn on top
-        P = np.column_stack([_numbers(extra, name, complete=True) for name in objectives])
-        mu = np.vstack([mu, ranking.frame.distances(P * sign)])
-        whole = pd.concat([whole, extra.reindex(columns=used)])
-    columns = _columns(whole, objectives, variables, outputs, maximize, units or {}, mu)
+    whole = frame
+    if len(existing):
+        for name in objectives:
+            _numbers(existing, name, finite=True)
+        whole = pd.concat([frame, existing.reindex(columns=used)])
+        labels = _labels(whole.index if label is None else whole[label])
     return DecisionPage(
         title=str(title),
-        columns=columns,
+        columns=_columns(whole, objectives, variables, outputs, maximize, units or {}),
         label_name=label or str(frame.index.name or "design"),
-        labels=_labels(whole.index if label is None else whole[label]),
-        rank=np.concatenate([ranking.rank[order], np.full(len(extra), -1)]).astype(np.int32),
-        group=np.concatenate(
-            [_groups(ranking)[order], np.full(len(extra), PROTOTYPE, dtype=np.int32)]
-        ),
+        labels=labels,
         n_designs=len(frame),
+        ranking=ranking,
+        limits=bounds,
+        opens_with=opens_with,
         remarks=remarks,
-        normalize=bool(normalize),
-        limits=dict(limits or {}),
+        failed=Counter(lost) + Counter(failed or {}),
+        infeasible=infeasible,
     )
 
 
@@ -219,37 +229,38 @@ def _check_columns(
             seen.add(name)
 
 
-def _check_limits(
-    limits: Mapping[str, float],
-    frame: pd.DataFrame,
-    objectives: Sequence[str],
-    maximize: Sequence[str],
-) -> None:
+def _complete(
+    frame: pd.DataFrame, F: NDArray[np.float64], objectives: Sequence[str]
+) -> tuple[pd.DataFrame, NDArray[np.float64], dict[str, int]]:
+    """Return the designs with all objectives, these, and how many lack which first."""
+    known = np.isfinite(F)
+    kept = known.all(axis=1)
+    if not kept.any():
+        rule = "of one design or more with a finite value of every objective"
+        raise invalid("frame", rule, Received(f"none in {len(F)} rows"))
+    first = (~known[~kept]).argmax(axis=1)
+    lost = {
+        f"no finite {name}": int((first == j).sum())
+        for j, name in enumerate(objectives)
+        if (first == j).any()
+    }
+    return frame.iloc[np.flatnonzero(kept)], F[kept], lost
+
+
+def _bounds(
+    limits: Mapping[str, Limit], frame: pd.DataFrame, names: Sequence[str], maximize: Sequence[str]
+) -> Bounds:
+    """Return the least and the greatest value of limited columns; some design must keep them."""
+    bounds = {}
     for name, limit in limits.items():
-        known_name("limits", name, list(objectives))
-        # Beyond the best value no design would be left, and the page would open empty.
-        value, best = finite_number(f"the limit on {name!r}", limit), frame[name].min()
-        if name in maximize and value > (best := frame[name].max()):
-            raise invalid(f"the limit on {name!r}", f"at most {best:g}, its best value", value)
-        if name not in maximize and value < best:
-            raise invalid(f"the limit on {name!r}", f"at least {best:g}, its best value", value)
-
-
-def _groups(ranking: EfficiencyRanking) -> NDArray[np.int32]:
-    """Return the ``(n,)`` groups of ranked designs; the optimum is one whatever its rank."""
-    groups = np.where(ranking.pareto, ranking.rank, DOMINATED).astype(np.int32)
-    groups[ranking.salukvadze] = OPTIMUM
-    return groups
-
-
-def _rows_to_show(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], tuple[str, ...]]:
-    """Return the rows to show, the best last, and what is to be said about them."""
-    group, mu1 = _groups(ranking), ranking.criteria[:, 0]
-    order = np.lexsort((-mu1, group))  # the best last, since what is drawn last is on top
-    remarks: list[str] = []
-    if not (ranking.rank == 6).any():
-        remarks.append("No design has rank 6: several are equally near to U.")
-    return order, tuple(remarks)
+        known_name("limits", name, names)
+        worse_below = name in maximize and not isinstance(limit, (tuple, list))
+        bounds[name] = ends(name, (limit, None) if worse_below else limit)
+    left = within(bounds, lambda name: _numbers(frame, name), len(frame))
+    if not left.any():
+        rule = "limits that leave one design or more"
+        raise invalid("limits", rule, Received(f"none of {len(frame)} designs keeps them"))
+    return bounds
 
 
 def _prototype_frame(
@@ -285,41 +296,30 @@ def _columns(
     outputs: Sequence[str],
     maximize: Sequence[str],
     units: Mapping[str, str],
-    mu: NDArray[np.float64],
 ) -> tuple[Column, ...]:
-    """Return the columns of the rows shown; ``mu`` are their ``(n, 3)`` geometric criteria."""
+    """Return the columns of the page, those of objectives first."""
     from pandas.api.types import is_numeric_dtype
 
-    # A field is a column's name within the page, free of the user's characters.
-    columns = [
-        Column(f"c{j}", name, units.get(name, ""), "criterion", name in maximize,
-               _numbers(whole, name, complete=True))
-        for j, name in enumerate(objectives)
-    ]  # fmt: skip
-    others: list[tuple[str, Role, Sequence[str]]] = [
-        ("v", "variable", variables),
-        ("o", "output", outputs),
+    groups: list[tuple[Role, Sequence[str]]] = [
+        ("criterion", objectives),
+        ("variable", variables),
+        ("output", outputs),
     ]
-    for letter, role, names in others:
-        for j, name in enumerate(names):
-            number = is_numeric_dtype(whole[name])
+    columns = []
+    for role, names in groups:
+        for name in names:
             values: NDArray[Any] = (
-                _numbers(whole, name, complete=False)
-                if number
+                _numbers(whole, name)
+                if role == "criterion" or is_numeric_dtype(whole[name])
                 else text_column(whole[name].tolist())
             )
-            field, unit = f"{letter}{j}", units.get(name, "")
-            more = role == "output" and name in maximize
-            columns.append(Column(field, name, unit, role, more, values))
-    columns += [
-        Column(f"mu{j + 1}", name, "", "geometric", False, mu[:, j])
-        for j, name in enumerate(_GEOMETRIC)
-    ]
+            more = role != "variable" and name in maximize
+            columns.append(Column(name, units.get(name, ""), role, more, values))
     return tuple(columns)
 
 
-def _numbers(frame: pd.DataFrame, name: str, *, complete: bool) -> NDArray[np.float64]:
-    """Return the ``(n,)`` values of a column; NaN where they are missing, unless ``complete``."""
+def _numbers(frame: pd.DataFrame, name: str, *, finite: bool = False) -> NDArray[np.float64]:
+    """Return the ``(n,)`` values of a column; NaN where they are missing, unless ``finite``."""
     from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
     column = frame[name]
@@ -330,12 +330,9 @@ def _numbers(frame: pd.DataFrame, name: str, *, complete: bool) -> NDArray[np.fl
             f"column {name!r} must be numbers, got {cells[row]!r:.40} in row {row + 1}"
         )
     values = column.to_numpy(dtype=np.float64, na_value=np.nan)
-    bad = ~np.isfinite(values) if complete else np.isinf(values)
-    if bad.any():
-        row = int(np.flatnonzero(bad)[0])
-        received = Received(f"{values[row]} in row {row + 1}")
-        remedy = "leave out designs that failed" if complete else ""
-        raise invalid(f"column {name!r}", "finite", received, remedy)
+    if finite and not np.isfinite(values).all():
+        row = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise invalid(f"column {name!r}", "finite", Received(f"{values[row]} in row {row + 1}"))
     return values
 
 
@@ -349,6 +346,6 @@ def _is_number(cell: Any) -> bool:
 
 def _labels(column: Any) -> NDArray[Any]:
     cells = column.tolist()
-    if all(type(cell) is int and abs(cell) < 2**31 for cell in cells):
-        return np.array(cells, dtype=np.int32)
+    if all(type(cell) is int and abs(cell) < 2**53 for cell in cells):
+        return np.array(cells, dtype=np.int64)
     return text_column(cells)

@@ -133,6 +133,8 @@ class DesignFile:
         prototype: Rows of existing designs under the names of the columns, their index the
             designs' names; ``None`` if there are none.
         remarks: What a reader must know about the rows, in sentences.
+        failed: How many designs that are left out failed, by reason.
+        infeasible: How many designs that are left out violate constraints.
 
     Example:
         >>> import tempfile
@@ -151,6 +153,8 @@ class DesignFile:
     known: Roles | None = None
     prototype: pd.DataFrame | None = None
     remarks: tuple[str, ...] = field(default=())
+    failed: Mapping[str, int] = field(default_factory=dict)
+    infeasible: int = 0
 
     def __len__(self) -> int:
         """Return the number of designs."""
@@ -278,7 +282,7 @@ class DesignFile:
             for name in used:
                 known_name(f"a column of {how!r:.60}", name, known, f"see {self.path}")
             needed.update(used)
-        numbers = {name: self._numbers(name) for name in self.names if name in needed}
+        numbers = {name: self.numbers(name) for name in self.names if name in needed}
         values = computed_columns(asked, numbers)
         roles = self.roles(() if asked.criteria else None)
         former = self.known or roles
@@ -310,7 +314,7 @@ class DesignFile:
         further = (*former.objectives, *former.outputs, *asked.computed)
         outputs = tuple(dict.fromkeys(n for n in further if n not in criteria))
         senses = tuple(name for name in (*criteria, *outputs) if name in more)
-        found = self._some(kept, {**self.columns, **added}, [*self.remarks, *remarks])
+        found = self.some(kept, {**self.columns, **added}, [*self.remarks, *remarks])
         return replace(found, known=Roles(criteria, variables, label, senses, outputs))
 
     def complete(self, names: Sequence[str]) -> DesignFile:
@@ -319,7 +323,7 @@ class DesignFile:
         Raises:
             ArgumentValueError: A column cannot be read, or no design is complete.
         """
-        F = np.column_stack([self._numbers(name) for name in names])
+        F = np.column_stack([self.numbers(name) for name in names])
         kept = np.flatnonzero(np.isfinite(F).all(axis=1))
         if len(kept) == len(F):
             return self
@@ -327,11 +331,15 @@ class DesignFile:
             raise unfit(self.path, f"none of its {len(F)} designs is complete")
         n = len(F) - len(kept)
         rows = "1 incomplete design is" if n == 1 else f"{n} incomplete designs are"
-        return self._some(kept, self.columns, (*self.remarks, f"{rows} left out."))
+        lacking = (~np.isfinite(np.delete(F, kept, axis=0))).argmax(axis=1).tolist()
+        failed = Counter(self.failed) + Counter(f"no finite {names[j]}" for j in lacking)
+        found = self.some(kept, self.columns, (*self.remarks, f"{rows} left out."))
+        return replace(found, failed=dict(failed))
 
-    def _some(
+    def some(
         self, kept: NDArray[np.intp], columns: Mapping[str, Column], remarks: Sequence[str]
     ) -> DesignFile:
+        """Return some of the designs, with other columns and remarks."""
         # Numbers were read with all rows there: leaving some out cannot change how others are read.
         return replace(
             self,
@@ -347,7 +355,7 @@ class DesignFile:
         Raises:
             ArgumentValueError: A cell holds no finite number, or none that is certain.
         """
-        F = np.column_stack([self._numbers(name) for name in names])
+        F = np.column_stack([self.numbers(name) for name in names])
         for i, j in np.argwhere(~np.isfinite(F)):
             cell = self.columns[names[j]].cells[i]
             blank = is_blank(cell)
@@ -427,7 +435,8 @@ class DesignFile:
             cell = f"{self._where(problem.row)} holds {problem.cell!r:.40}"
             raise unfit(self.path, f"{cell} in the column {name!r}, {problem.what}; {remedy}")
 
-    def _numbers(self, name: str) -> NDArray[np.float64]:
+    def numbers(self, name: str) -> NDArray[np.float64]:
+        """Return the ``(n,)`` values of a column; NaN where it has none."""
         self._require_read(name)
         numbers = self.columns[name].numbers
         if numbers is None:
@@ -556,6 +565,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
         rows = pd.DataFrame([cells], index=[prototype.name])
     n, others = len(feasible), len(table) - len(feasible)
+    lost = table.numbers[table.status == "failed"].tolist()
+    reasons = Counter(table.reasons.get(number) or "no reason is known" for number in lost)
     # Of tests with the same design the first stands for all, as in the table's own Pareto set.
     feasible = feasible[table.rows(feasible).repeats == 0]
     frame = table.rows(feasible).to_frame().reset_index()
@@ -571,9 +582,13 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         remarks.append(f"{n} of {len(table)} tests {are} feasible; the others are left out.")
     if again := n - len(feasible):
         remarks.append(f"{again} of them tested a design once more, which counts once.")
-    further = layout.outputs + (ORIGIN if layout.experiments else ())
+    # The other column of their origin numbers the tests, as the label does: it is nothing to weigh.
+    further = layout.outputs + (ORIGIN[:1] if layout.experiments else ())
     roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized, further)
-    return DesignFile(Path(path), columns, feasible + 1, (), roles, rows, tuple(remarks))
+    told = tuple(remarks)
+    return DesignFile(
+        Path(path), columns, feasible + 1, (), roles, rows, told, reasons, others - len(lost)
+    )
 
 
 def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
@@ -582,9 +597,17 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
 
     columns = dict(sheet.columns)
     feasible = existing = np.zeros(len(sheet.lines), dtype=bool)
+    failed: Counter[str] = Counter()
     # A column status of somebody else's, with other words in it, selects nothing.
     if set(columns.get("status", ["?"])) <= set(STATUSES):
-        feasible = np.array([cell == "ok" for cell in columns["status"]])
+        status = columns["status"]
+        feasible = np.array([cell == "ok" for cell in status])
+        reasons = columns.get("reason", [""] * len(status))
+        failed.update(
+            str(why or "no reason is known")
+            for how, why in zip(status, reasons, strict=True)
+            if how == "failed"
+        )
     else:
         feasible = ~feasible
     if {"mark", *RANKING_COLUMNS[:-1]} <= set(columns):  # the page's export
@@ -608,6 +631,8 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         taken[kept] + 1,
         [sheet.lines[i] for i in taken[kept]],
         remarks=(f"{left} left out.",) if n else (),
+        failed=failed,
+        infeasible=n - failed.total(),
     )
     if len(old) == 0:
         return found

@@ -1,0 +1,78 @@
+"""``--decision FILE``: designs looked at as somebody has decided on them on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pymoo_psi._validation import counted, invalid
+from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._options import designs_of
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.page._data import design_ids, text_column
+from pymoo_psi.page._decision import Decision
+from pymoo_psi.table import DesignFile
+from pymoo_psi.table._design_file import Roles
+
+
+def decided_designs(
+    path: Path,
+    columns: ColumnOptions,
+    written: FileOptions,
+    decision: Path,
+    normalize: bool,
+    variables: Sequence[str] = (),
+) -> tuple[DesignFile, Roles, list[str], Decision]:
+    """Read a file of designs and a decision on them, whose criteria are taken unless named.
+
+    Raises:
+        ArgumentValueError: The decision is about other criteria, directions, units or columns, or
+            the options say otherwise.
+        OSError: A file cannot be opened.
+    """
+    decided = Decision.read(decision)
+    if columns.limits:
+        remedy = "it has its own; rank without it to set others"
+        raise invalid("--limits", "left out beside --decision", columns.limits[0], remedy)
+    if decided.normalize and not normalize:
+        remedy = f"{decision} was decided with each objective in units of its range"
+        raise invalid("--no-normalize", "left out beside --decision", "--no-normalize", remedy)
+    if not columns.objectives and not columns.formulated:
+        columns = replace(columns, objectives=decided.criteria, maximize=decided.maximize)
+    try:
+        file, roles, remarks = designs_of(path, columns, written, variables)
+    except ArgumentValueError as error:
+        raise ArgumentValueError(f"{decision} does not fit: {error}") from None
+    units = {name: column.unit for name, column in file.columns.items()}
+    decided.require(path, roles.objectives, roles.maximize, units, file.names)
+    return file, roles, remarks, decided
+
+
+def under_decision(
+    file: DesignFile, roles: Roles, decided: Decision
+) -> tuple[DesignFile, list[str]]:
+    """Return the designs within the limits of a decision, and what there is to tell.
+
+    Raises:
+        ArgumentValueError: None is left, or a limited column is not one of numbers.
+    """
+    frame = file.frame(roles.objectives)
+    labels = file.rows if roles.label is None else frame[roles.label]
+    ids = design_ids(text_column(labels.tolist()).tolist())
+    left = decided.left(ids, frame)
+    if not left.any():
+        what = f"it leaves none of the {len(file)} designs of {file.path}"
+        raise ArgumentValueError(f"{decided.path}: {what}; decide anew on the page")
+    told = [f"{decided.path}: decided on {decided.date} by {', '.join(decided.criteria)}."]
+    if decided.reason:
+        told.append(f"Reason: {decided.reason}")
+    if decided.verdict:
+        told.append(f"Then: {decided.verdict[0]}")
+    told += decided.now(ids, frame)
+    kept = np.flatnonzero(left)
+    if beyond := len(file) - len(kept):
+        told.append(f"{counted(beyond, 'design')} beyond its limits: left out.")
+    return file.some(kept, file.columns, file.remarks), told
