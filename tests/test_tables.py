@@ -20,6 +20,7 @@ from pymoo_psi import (
     representatives,
 )
 from pymoo_psi._tables import ROWS, escaped, latex_table
+from pymoo_psi.page import decision_page
 from pymoo_psi.selection import SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import Layout, convergence
 
@@ -76,6 +77,14 @@ def test_names_are_data_in_a_notebook(table, view):
 def test_a_comparison_is_shown_with_the_users_names(comparison):
     text, rows = shown(comparison)
     assert [row[2] for row in rows] == ["algorithm", EVIL, "psi"]
+
+
+def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):
+    page = decision_page(frame_of(table).reset_index(), [EVIL, "gain"], title=EVIL)
+    (frame,) = ET.fromstring(f"<div>{page._repr_html_()}</div>")
+    assert frame.tag == "iframe"
+    assert frame.get("srcdoc").split() == page.html().split()  # XML makes spaces of line ends
+    assert "allow-same-origin" not in frame.get("sandbox")
 
 
 def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_first(table):

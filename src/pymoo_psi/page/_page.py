@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +69,16 @@ class DecisionPage(PageData):
             (True, True)
         """
         return html_of(self.title, payload(self))
+
+    def _repr_html_(self) -> str:
+        """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
+        # What a notebook stores is UTF-8, which the name of a file need not be; see save.
+        text = self.html().encode("utf-8", "replace").decode()
+        # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
+        return (
+            f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts allow-downloads allow-modals" '
+            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
+        )
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the page, whole or not at all.

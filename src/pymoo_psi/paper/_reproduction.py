@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
-from pymoo_psi._tables import latex_table
+from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import Received, integer, invalid, job_count, known_name, positive_number
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS, ChuteParameters
@@ -112,8 +112,8 @@ class Case:
         return frame
 
 
-@dataclass(frozen=True, eq=False)
-class Reproduction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reproduction(Shown):
     """All cases of the paper, computed with ``n_points`` test points each.
 
     Example:
@@ -124,6 +124,14 @@ class Reproduction:
 
     n_points: int
     cases: tuple[Case, ...]
+
+    def __repr__(self) -> str:
+        """Return how many points and which cases."""
+        cases = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
+        return f"Reproduction({self.n_points} test points: {cases})"
+
+    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
+        return self.table_6_1().head(n), len(self.cases)
 
     def table_6_1(self) -> pd.DataFrame:
         """Return the Salukvadze optima, with the printed one of the same μ beside each.

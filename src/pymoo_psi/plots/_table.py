@@ -107,10 +107,13 @@ def table_page(
             for axes, row in zip(grid[1:] if rows else (), planes, strict=True)
             for ax, plane in zip(axes, row, strict=True)
         ]
-        # A histogram shows its bins from edge to edge, but here its x is that of the planes.
-        for top, below, plane in zip(tops, grid[1], planes[0], strict=True) if rows else ():
+        # A histogram shows its bins from edge to edge, a plane its designs with a margin; without a
+        # box of the variable either may reach farther.
+        for column, plane in zip(grid.T, planes[0], strict=True) if rows else ():
             if plane.abscissa == "real":
-                top.set_xlim(below.get_xlim())
+                ends = [end for ax in column[:2] for end in ax.get_xlim()]
+                for ax in column:
+                    ax.set_xlim(min(ends), max(ends))
         share_axes(grid, below=bool(rows))
         design_legends(figure, grid, table, group if rows else None, title="points")
         figure.suptitle(_heading(table, title, any(hidden)))
