@@ -21,6 +21,7 @@ from pymoo_psi import (
 )
 from pymoo_psi._tables import ROWS, escaped, latex_table
 from pymoo_psi.page import decision_page
+from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.selection import SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import Layout, convergence
 
@@ -177,6 +178,13 @@ def test_tables_are_those_of_the_frames(table):
     assert heading[2] == r"gain [\%] (max)"
     assert [float(row[0].strip("$")) for row in rows] == frame.index[:7].tolist()
     assert [float(row[2].strip("$")) for row in rows] == frame["gain"].tolist()[:7]
+
+
+def test_tables_without_rows_have_their_headings(table):
+    empty = cells(table.rows([]).to_latex())
+    assert empty == [["test point", "width [mm$<$i$>$]", escaped(EVIL), "gain (max)"]]
+    nothing = Reproduction(8, (solve_case(0.4, "full", 8),)).to_latex("6.2")
+    assert len(cells(nothing)) == 1  # no design of rank 5 is cheaper than the optimum
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")

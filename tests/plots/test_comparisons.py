@@ -424,7 +424,7 @@ def test_algorithms_of_the_users_have_the_users_names_also_where_they_begin_alik
 
 
 def test_pages_of_more_objectives_are_saved_without_attainment(four, tmp_path):
-    paths = save_comparison(four, tmp_path, dpi=20)
-    names = ["indicators.png", "differences.png", "fronts.png", "time.png"]
-    assert [path.name for path in paths] == names
+    paths = save_comparison(four, tmp_path, dpi=20, suffix=".svg")
+    names = ["indicators", "differences", "fronts", "time"]
+    assert [path.name for path in paths] == [f"{name}.svg" for name in names]
     assert sorted(tmp_path.iterdir()) == sorted(paths)

@@ -214,7 +214,7 @@ class Reproduction(Shown):
             if "nan" not in printed:
                 rows.append(["printed", "", "", *printed])
         headings = ("model", "μ", "test point", *_CRITERIA)
-        return latex_table(zip(headings, zip(*rows, strict=True), strict=True))
+        return latex_table((name, [row[j] for row in rows]) for j, name in enumerate(headings))
 
     def continuous_optima(self) -> pd.DataFrame:
         """Return the continuous Salukvadze optimum of every case.

@@ -27,6 +27,7 @@ from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.comparison._statistics import shift
 from pymoo_psi.pareto._indicators import attainment_surfaces
 from pymoo_psi.plots._style import (
+    FIGURE_SUFFIXES,
     literal,
     named_legend,
     new_page,
@@ -66,7 +67,11 @@ _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY}
 
 
 def save_comparison(
-    comparison: Comparison, directory: str | os.PathLike[str], *, dpi: int = 200
+    comparison: Comparison,
+    directory: str | os.PathLike[str],
+    *,
+    dpi: int = 200,
+    suffix: str = ".png",
 ) -> tuple[Path, ...]:
     """Write the pages as files: all of them, or none if one cannot be made.
 
@@ -77,11 +82,13 @@ def save_comparison(
         comparison: From :func:`pymoo_psi.compare`.
         directory: An existing folder; files of these names in it are replaced.
         dpi: Dots per inch; a page is 180 mm wide.
+        suffix: ``".png"``, ``".pdf"`` or ``".svg"``.
 
     Returns:
         The paths written.
 
     Raises:
+        ArgumentValueError: The suffix is another.
         OSError: The folder does not exist or cannot be written to.
 
     Example:
@@ -95,17 +102,19 @@ def save_comparison(
         ...     [path.name for path in save_comparison(comparison, folder, dpi=20)]
         ['indicators.png', 'differences.png', 'fronts.png', 'time.png', 'attainment.png']
     """
-    return save_pages(_pages(_checked(comparison)), directory, dpi)
+    suffix = known_name("suffix", suffix, FIGURE_SUFFIXES)
+    pages = ((f"{name}{suffix}", figure) for name, figure in _pages(_checked(comparison)))
+    return save_pages(pages, directory, dpi)
 
 
 def _pages(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
-    yield "indicators.png", indicators_page(comparison)
+    yield "indicators", indicators_page(comparison)
     if len(comparison.algorithms) > 1:
-        yield "differences.png", differences_page(comparison)
-    yield "fronts.png", fronts_page(comparison)
-    yield "time.png", time_page(comparison)
+        yield "differences", differences_page(comparison)
+    yield "fronts", fronts_page(comparison)
+    yield "time", time_page(comparison)
     if comparison.objectives == 2:
-        yield "attainment.png", attainment_page(comparison)
+        yield "attainment", attainment_page(comparison)
 
 
 # What all pages share

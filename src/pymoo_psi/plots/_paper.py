@@ -37,6 +37,7 @@ from pymoo_psi.paper._figures import (
 from pymoo_psi.plots._ranking import draw_points
 from pymoo_psi.plots._style import (
     CURVES,
+    FIGURE_SUFFIXES,
     enlarge_markers,
     new_page,
     save_pages,
@@ -45,7 +46,6 @@ from pymoo_psi.plots._style import (
 
 Array = NDArray[np.float64]
 
-FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 _MU = 0.4  # the paper's for Figures 7 and 8; it names none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)
 _TITLE_PAD = 18.0  # points between axes and title, room for a legend of one row
@@ -330,11 +330,7 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
     points = ranked_points(case, names)
     pairs = tuple(combinations(range(len(names)), 2))
     rows, columns = (2, 3) if len(pairs) == 3 else (1, 2)
-    with new_page(150 if rows == 2 else 98, layout=None) as figure:
-        top, bottom = (0.875, 0.17) if rows == 2 else (0.83, 0.27)
-        figure.subplots_adjust(
-            left=0.09, right=0.98, bottom=bottom, top=top, wspace=0.36, hspace=0.42
-        )
+    with new_page(150 if rows == 2 else 98) as figure:
         grid = figure.subplots(rows, columns)
         views = (
             (points, f"all {counted(len(points.values), 'point')}"),
@@ -352,7 +348,7 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
             f"{_subject(case.model, case.mu)}"
         )
         entries = grid.flat[0].get_legend_handles_labels()
-        enlarge_markers(figure.legend(*entries, loc="lower center", ncols=3))
+        enlarge_markers(figure.legend(*entries, loc="outside lower center", ncols=3))
     return figure
 
 

@@ -18,7 +18,7 @@ from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._ranking import UtopianFrame
 from pymoo_psi.plots._designs import label_axes
 from pymoo_psi.plots._style import enlarge_markers, literal, new_page
-from pymoo_psi.plots._table import MATRIX, share_axes
+from pymoo_psi.plots._table import MATRIX, row_height, share_axes
 
 _LINES = 2000  # of a group; more would be one grey area, and take long to draw
 _BARE = 60  # lines beyond which those of a group are thin and have no marks
@@ -56,7 +56,7 @@ def ranking_page(
     points = RankedPoints(tuple(headings), values, ranking.rank[front], optimum[front])
     wide = len(headings) - 1 if 2 <= len(headings) <= MATRIX + 1 else 0
     labels, upright = _ends(headings, ranking)
-    height = 92.0 + 40.0 * upright + wide * {1: 66.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
+    height = 92.0 + 40.0 * upright + wide * row_height(wide)
     with new_page(height) as figure:
         cells = figure.add_gridspec(wide + 1, max(wide, 1), height_ratios=[1.0] * wide + [1.2])
         pairs = np.array(

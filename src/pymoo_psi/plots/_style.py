@@ -35,6 +35,7 @@ CURVES: tuple[dict[str, Any], ...] = (
     {"color": "#000000", "linestyle": "-.", "marker": "^"},
 )
 
+FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
 _WIDTH = 180.0  # of a page in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
 

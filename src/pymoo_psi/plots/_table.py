@@ -206,11 +206,15 @@ def _criteria(keys: Sequence[Key] | None, layout: Layout) -> list[str]:
     ]
 
 
+def row_height(wide: int) -> float:
+    """Return the height in mm of axes of which ``wide`` are beside each other, the fewer higher."""
+    return {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
+
+
 @contextmanager
 def grid_page(high: int, wide: int) -> Iterator[tuple[Figure, Any]]:
     """Give a page with axes in ``high`` rows and ``wide`` columns, an array of them."""
-    # 34 mm are for title and legends; fewer axes beside each other are wider, so also higher.
-    with new_page(34.0 + high * {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)) as figure:
+    with new_page(34.0 + high * row_height(wide)) as figure:  # 34 mm are for title and legends
         yield figure, figure.subplots(high, wide, squeeze=False)
 
 
