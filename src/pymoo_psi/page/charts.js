@@ -199,7 +199,7 @@ const Charts = (() => {
   // they change places. A drag along an axis sets its limits. Criteria get better downwards.
   //   on = {limit(column, [low, high], done), move(column, steps), hide(column), pick(row), hover(row, x, y)}
   function parallel(parent, on) {
-    const TOP = 10, BOTTOM = 22
+    const [TOP, BOTTOM] = [10, 34]
     const heads = document.createElement("div")
     heads.className = "heads"
     const plot = document.createElement("div")
@@ -341,8 +341,8 @@ const Charts = (() => {
           g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
           written(g, told.texts[k], x + 6, at(value), "left")
         })
-        const foot = [column.role === "criterion" ? "↓ better" : "", told.factor].filter(Boolean).join("  ")
-        if (foot) written(g, foot, x, size.height - 8, "center")
+        const feet = [column.role === "criterion" ? "↓ better" : "", told.factor].filter(Boolean)
+        feet.forEach((text, k) => written(g, text, x, size.height - 22 + 14 * k, "center"))
       })
     }
 
@@ -566,25 +566,24 @@ const Charts = (() => {
       value === value ? Math.min(BINS - 1, Math.max(0, Math.floor(share(value) * BINS))) : 255)
   }
 
-  // A histogram: all designs behind, what is left in front, each to its own greatest count.
-  function histogram(canvas, all, left) {
+  // A histogram: all designs behind, what is left in front.
+  function histogram(canvas) {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight]
-    if (!width) return
-    if (canvas.width !== Math.round(width * devicePixelRatio)) {
-      canvas.width = Math.round(width * devicePixelRatio)
-      canvas.height = Math.round(height * devicePixelRatio)
-    }
+    canvas.width = Math.round(width * devicePixelRatio)
+    canvas.height = Math.round(height * devicePixelRatio)
     const g = canvas.getContext("2d")
-    g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
-    g.clearRect(0, 0, width, height)
-    const most = Math.max(...all, 1)
-    for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
-      g.fillStyle = colour
-      counts.forEach((count, k) => {
-        // Square roots: one design in a bin is still seen beside a thousand.
-        const bar = count ? Math.max(1.5, Math.sqrt(count / most) * height) : 0
-        g.fillRect((k * width) / BINS, height - bar, width / BINS - 0.6, bar)
-      })
+    g.scale(devicePixelRatio, devicePixelRatio)
+    return (all, left) => {
+      g.clearRect(0, 0, width, height)
+      const most = Math.max(...all, 1)
+      for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
+        g.fillStyle = colour
+        counts.forEach((count, k) => {
+          // Square roots: one design in a bin is still seen beside a thousand.
+          const bar = count ? Math.max(1.5, Math.sqrt(count / most) * height) : 0
+          g.fillRect((k * width) / BINS, height - bar, width / BINS - 0.6, bar)
+        })
+      }
     }
   }
 

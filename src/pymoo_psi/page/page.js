@@ -7,7 +7,7 @@
 const page = (() => {
   const payload = JSON.parse(document.getElementById("payload").textContent)
   const data = Logic.decode(payload)
-  const MOST_DRAWN = 1500 // lines; more are a blur, and take longer than a frame
+  const MOST_DRAWN = 1000 // designs in a chart; more lines are a blur, and take longer than a frame
   const MOST_PINS = 5
   const $ = (id) => document.getElementById(id)
   const count_text = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
@@ -16,7 +16,17 @@ const page = (() => {
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
   const numeric = data.columns.filter((column) => column.role !== "geometric" && !column.texts)
   const limitable = data.columns.filter((column) => column.role !== "geometric")
-  const written = (column, value) => Logic.written(column, value)
+
+  // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
+  const SUPERSCRIPT = {"-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((sign, digit) => [digit, sign]))}
+  const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:\.\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
+    const size = Math.abs(Number(number))
+    if (size >= 1e-5 && size < 1e6) return String(Number(number))
+    return `${mantissa}×10${[...String(Number(power))].map((sign) => SUPERSCRIPT[sign]).join("")}`
+  })
+  // On a scale over decades the digits follow the size of the number, not the range of the column.
+  const written = (column, value) => readable(column.log && Number.isFinite(value)
+    ? String(Number(value.toPrecision(4))) : Logic.written(column, value))
 
   // An element with properties, attributes (those with a dash, and role) and children.
   function make(tag, properties = {}, ...children) {
@@ -108,7 +118,7 @@ const page = (() => {
     show_preference()
     show_charts(everything)
     table.show()
-    if (!moved && steps_of !== chosen_row()) show_steps()
+    show_steps()
     Object.assign(step, {count: step.count + 1, last: performance.now() - start})
     step.total += step.last
   }
@@ -121,8 +131,7 @@ const page = (() => {
     thinking = setTimeout(() => {
       if (!verdict) return
       const sentences = Logic.cautions(data, ranking)
-      $("cautions").replaceChildren(...sentences.map((text) => make("p", {className: "caution", textContent: text})))
-      show_steps()
+      $("cautions").replaceChildren(...sentences.map((text) => make("p", {className: "caution", textContent: readable(text)})))
     }, 200 + 10 * step.last) // longer where a ranking takes long, so that it comes between no two steps
   }
 
@@ -181,7 +190,7 @@ const page = (() => {
         make("p", {className: "best"}, Charts.icon("6"), make("strong", {textContent: called(row)}),
           make("span", {className: "hint", textContent: rank > 0 ? `rank ${rank}` : ""}), ...toggles(row)),
         // Of many criteria the table below tells the same and is read faster.
-        ...verdict.sentences.slice(0, data.criteria.length > 6 ? 1 : 2).map((text) => make("p", {textContent: text})),
+        ...verdict.sentences.slice(0, data.criteria.length > 6 ? 1 : 2).map((text) => make("p", {textContent: readable(text)})),
         ...(verdict.bad ? [make("p", {className: "warning", textContent: verdict.warning})] : []))
       $("verdict-table").replaceChildren(
         make("thead", {}, make("tr", {}, ...["Criterion", "Value", "Best left", "From its best", "Share of range"].map(
@@ -198,7 +207,7 @@ const page = (() => {
         })))
       const {whole, ties} = verdict
       $("verdict-more").replaceChildren(
-        ...(whole ? [make("p", {className: "whole"}, whole.sentence, " ", ...toggles(whole.row).slice(1))] : []),
+        ...(whole ? [make("p", {className: "whole"}, readable(whole.sentence), " ", ...toggles(whole.row).slice(1))] : []),
         ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ", …" : ""}.`})] : []))
     }
     const row = chosen_row()
@@ -262,7 +271,7 @@ const page = (() => {
       : `Gains and losses against ${called(rows[0])}: in units, in per cent of its value / of the range.`
     if (rows.length < 2) return $("compare-table").replaceChildren()
     const table = Logic.compare(data, ranking, rows, rows[0])
-    const heads = rows.map((row, k) => make("th", {scope: "col"}, Charts.icon(look(row)), make("span", {className: "label", textContent: called(row)}),
+    const heads = rows.map((row, k) => make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span", {className: "label", textContent: called(row)}),
       make("div", {className: "roles", textContent: [k === 0 ? "base" : "", verdict && row === verdict.row ? "best" : "", row === chosen_row() ? "chosen" : ""].filter(Boolean).join(", ")}),
       make("div", {className: "tools"},
         k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, onclick: () => rebase(row)}) : null,
@@ -302,16 +311,15 @@ const page = (() => {
   }
 
   // For the chosen design, or else the best, the cheapest step to improve each criterion.
-  let steps_of = -1
   function show_steps() {
-    const chosen = steps_of = chosen_row()
+    const chosen = chosen_row()
     const row = chosen >= 0 && left.mask[chosen] && ranking.pareto[chosen] ? chosen : verdict?.row ?? -1
-    $("steps-title").hidden = $("steps-table").hidden = row < 0
+    $("steps").hidden = row < 0
     if (row < 0) return
     $("steps-title").textContent = `Cheapest step to improve each criterion of ${called(row)}`
-    const {steps} = Logic.explain(data, ranking, row)
+    const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
     $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
-      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {textContent: step_text(next), title: next.text}),
+      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {textContent: step_text(next), title: readable(next.text)}),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
   }
 
@@ -328,14 +336,20 @@ const page = (() => {
 
   // A slider gives what can be read: the digits that the column is written with, so that the limit
   // in force is the number in its field.
-  const readable = ({notation: [kind, digits]}, value) =>
-    Number(kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
+  const rounded = ({log, notation: [kind, digits]}, value) => Number(log ? value.toPrecision(4)
+    : kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
 
   // "1.5" and "1e3" are numbers; "1,5" may be 15 or 1.5 to its writer and is not taken.
   function parsed(text) {
     const plain = text.trim().replaceAll("−", "-").replace(/[\u202f\u00a0 ]/g, "")
     if (plain === "") return null
     return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN
+  }
+
+  // A number that fits its field.
+  const short = (column, value) => {
+    const text = written(column, value)
+    return text.length <= 9 ? text : readable(value.toExponential(2))
   }
 
   const STEPS = 1000 // finer than a pixel of the track
@@ -346,7 +360,7 @@ const page = (() => {
     if (!(high > low)) return make("p", {className: "constant", textContent: `${name}: ${Number.isFinite(low) ? `${written(column, low)} for all` : "no values"}`})
     const scale = {low, high, log: column.log}
     const field = (k) => {
-      const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: written(column, k ? high : low),
+      const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: short(column, k ? high : low),
         "aria-label": `${name}, ${k ? "at most" : "at least"}`})
       input.addEventListener("change", () => {
         const value = parsed(input.value)
@@ -366,7 +380,7 @@ const page = (() => {
       const moved = (done) => {
         const other = limit_of(column)?.[1 - k] ?? null
         const at = Number(input.value)
-        let value = at === (k ? STEPS : 0) ? null : readable(column, Charts.value_at(scale, at / STEPS))
+        let value = at === (k ? STEPS : 0) ? null : rounded(column, Charts.value_at(scale, at / STEPS))
         if (value !== null && other !== null && (k ? value < other : value > other)) value = other
         set_limit(column, k ? [other, value] : [value, other], done)
       }
@@ -419,8 +433,7 @@ const page = (() => {
         const allowed = own(state.categories, column.name)
         boxes.forEach((box) => { box.checked = !allowed || allowed.includes(box.value) })
       } else {
-        const {scale} = control
-        const share = Charts.place(scale)
+        const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
           if (field !== document.activeElement || !field.matches("[aria-invalid=true]")) {
@@ -464,7 +477,8 @@ const page = (() => {
     const counts = new Uint32Array(Charts.BINS)
     const {bins} = control
     for (const row of ranking.front) if (bins[row] < 255) counts[bins[row]]++
-    Charts.histogram(control.canvas, control.all, counts)
+    control.draw ??= Charts.histogram(control.canvas)
+    control.draw(control.all, counts)
   }
 
   function build_limits() {
@@ -763,6 +777,8 @@ const page = (() => {
     const body = make("div", {className: "body", role: "rowgroup"})
     box.append(head, body)
     let cursor = 0
+    // Of the box, kept: asking after changes would make the browser lay out the page at every step.
+    const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
     const length = (column) => {
       if (column.texts) return Math.max(...column.texts.map((text) => text.length), 1)
@@ -829,8 +845,8 @@ const page = (() => {
     function show() {
       cursor = Math.max(0, Math.min(cursor, order.length - 1))
       body.style.height = `${order.length * HEIGHT}px`
-      const first = Math.max(0, Math.floor(box.scrollTop / HEIGHT) - 2)
-      const last = Math.min(order.length, Math.ceil((box.scrollTop + box.clientHeight) / HEIGHT) + 2)
+      const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
+      const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT) + 2)
       body.replaceChildren(...Array.from({length: Math.max(0, last - first)}, (_, k) => line(first + k)))
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
@@ -845,8 +861,9 @@ const page = (() => {
       cursor = Math.max(0, Math.min(order.length - 1, k))
       const top = cursor * HEIGHT
       const room = box.clientHeight - head.offsetHeight - HEIGHT
-      if (top < box.scrollTop) box.scrollTop = top
-      else if (top > box.scrollTop + room) box.scrollTop = top - room
+      if (top < view.top) box.scrollTop = top
+      else if (top > view.top + room) box.scrollTop = top - room
+      view.top = box.scrollTop
       show()
     }
 
@@ -877,9 +894,16 @@ const page = (() => {
     box.addEventListener("scroll", () => {
       if (scrolled) return
       scrolled = true
-      requestAnimationFrame(() => { scrolled = false; show() })
+      requestAnimationFrame(() => {
+        scrolled = false
+        view.top = box.scrollTop
+        show()
+      })
     })
-    new ResizeObserver(() => order && show()).observe(box)
+    new ResizeObserver(() => {
+      view.height = box.clientHeight
+      if (order) show()
+    }).observe(box)
     return {show, current: () => order[cursor] ?? -1}
   })()
 
@@ -957,6 +981,7 @@ const page = (() => {
   if (location.hash.length > 1) take(Logic.fromHash(location.hash) ?? {})
   update(true)
   date_record()
+  document.body.classList.toggle("many", data.criteria.length > 6) // so that a print has one page
   document.body.dataset.ready = "yes"
 
   return {
