@@ -108,6 +108,7 @@ class Reader:
 
     def brush(self, selector, corner, opposite):
         """Drag a box; corners as shares of the element, from its upper left."""
+        self.until("D.resting")  # nothing above grows any more
         self.page.locator(selector).scroll_into_view_if_needed()
         box = self.page.locator(selector).bounding_box()
         spots = [
@@ -586,6 +587,7 @@ def test_axes_are_moved_and_hidden_by_keys_and_buttons(reader):
 
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
+    reader.until("D.resting")
     reader.page.locator("#scatter-a .plot").scroll_into_view_if_needed()
     box = reader.page.locator("#scatter-a .plot").bounding_box()
     x, y = reader.ask(f"D.plots[0].spot({best})")
@@ -670,7 +672,7 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
 def test_the_keyboard_reaches_every_control_and_leaves_the_table(fresh):
     fresh.set(chosen=fresh.shown[2], pins=fresh.shown[3:5], limits={"mass": [None, 0.8]})
     fresh.page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
-    fresh.until("document.querySelectorAll('#steps-table tr').length")  # when the hand rests
+    fresh.until("D.resting")
     wanted = fresh.page.evaluate(
         """() => { let k = 0
         for (const e of document.querySelectorAll('button, input, select, textarea, summary, [tabindex]'))
@@ -700,7 +702,7 @@ def test_the_keyboard_reaches_every_control_and_leaves_the_table(fresh):
 def test_every_control_has_a_name(fresh):
     fresh.set(chosen=fresh.shown[2], pins=fresh.shown[3:5])
     fresh.page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
-    fresh.page.wait_for_timeout(400)
+    fresh.until("D.resting")
     nodes = fresh.context.new_cdp_session(fresh.page).send("Accessibility.getFullAXTree")["nodes"]
     roles = [
         "button",
@@ -753,7 +755,7 @@ CONTRAST = """() => {
 def test_contrast(fresh):
     fresh.set(chosen=fresh.shown[2], pins=fresh.shown[3:5], limits={"mass": [None, 0.8]})
     fresh.page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
-    fresh.page.wait_for_timeout(400)
+    fresh.until("D.resting")
     measured = fresh.page.evaluate(CONTRAST)
     assert len(measured["texts"]) > 200
     assert [entry for entry in measured["texts"] if entry[0] < 4.5] == []
@@ -769,7 +771,7 @@ def test_paper_has_one_page_with_the_decision(fresh):
         limits={"mass": [None, 0.8]},
         reason="Light and strong.\nCheap, too.",
     )
-    fresh.page.wait_for_timeout(400)
+    fresh.until("D.resting")
     sheet = fresh.page.pdf(format="A4")
     assert sheet.count(b"/Type /Page\n") == 1 or sheet.count(b"/Type/Page\n") == 1
     fresh.page.emulate_media(media="print")

@@ -75,9 +75,9 @@ const page = (() => {
     try { history.replaceState(null, "", Logic.toHash(state)) } catch { /* a sandbox without an address */ }
   }
 
-  function take(anything, remarks_too = true) {
+  function take(anything) {
     const checked = Logic.checked(data, anything)
-    if (remarks_too) say(checked.remarks)
+    if (checked.remarks.length) say(checked.remarks)
     change(checked.state)
   }
 
@@ -129,6 +129,7 @@ const page = (() => {
     clearTimeout(thinking)
     $("cautions").replaceChildren()
     thinking = setTimeout(() => {
+      thinking = 0
       if (!verdict) return
       const sentences = Logic.cautions(data, ranking)
       $("cautions").replaceChildren(...sentences.map((text) => make("p", {className: "caution", textContent: readable(text)})))
@@ -502,7 +503,7 @@ const page = (() => {
     }
     if (data.total > data.n) $("ranks").append(make("p", {className: "key"}, Charts.icon("prototype"), "prototype, always shown"))
     const {count: failed, reasons} = data.failed
-    const told = [...data.remarks]
+    const told = data.remarks.filter((text) => !text.startsWith("Warning"))
     if (failed) told.push(`${count_text(failed)} tests failed${reasons.length ? `: ${reasons.map(([why, many]) => `${why} (${many})`).join(", ")}` : ""}. They are not on the page.`)
     if (data.infeasible) told.push(`${count_text(data.infeasible)} designs violate constraints. They are not on the page.`)
     $("remarks").append(...told.map((text) => make("p", {className: "hint", textContent: text})))
@@ -978,6 +979,7 @@ const page = (() => {
   build_scatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
   build_scatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
   wire()
+  say(data.remarks.filter((text) => text.startsWith("Warning")))
   if (location.hash.length > 1) take(Logic.fromHash(location.hash) ?? {})
   update(true)
   date_record()
@@ -990,7 +992,7 @@ const page = (() => {
     set: (next) => { change(Logic.checked(data, next).state); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
-    plots, scale: scale_of,
+    get resting() { return !waiting && thinking === 0 }, plots, scale: scale_of,
   }
 })()
 window.decisionPage = page
