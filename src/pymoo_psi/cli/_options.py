@@ -160,6 +160,9 @@ def formulated_in(
     asked = _asked(found, columns)
     unlimited = replace(asked, limits={})
     if isinstance(found, TestTable):
+        if variables:
+            rule = "named for a file of designs only: a test table knows its variables"
+            raise invalid("--variables", rule, variables[0])
         plain = unlimited == Formulation() or (found.status == "failed").all()
         table = found if plain else found.under(unlimited)
         return table, asked.limits, None, [f"{missing}."] if missing else []

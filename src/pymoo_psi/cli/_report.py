@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
 from importlib.metadata import version
@@ -12,7 +13,9 @@ from pymoo_psi.cli._choice import preferences_in
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import formulated_in, units_in
 from pymoo_psi.cli._output import require_output, say
+from pymoo_psi.errors import StudyError
 from pymoo_psi.report import decision_report
+from pymoo_psi.storage._study import begun
 
 
 def run_report(
@@ -53,6 +56,9 @@ def run_report(
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
+    about = [f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}", *remarks]
+    with suppress(StudyError):  # another file, or a folder, tells no date
+        about.insert(1, f"Study begun {begun(str(path))}")
     report = decision_report(
         table,
         limits,
@@ -61,7 +67,7 @@ def run_report(
         selectors=selectors or None,
         labels=labels,
         title=title or path.stem,
-        about=[f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}", *remarks],
+        about=about,
     )
     report.save(out)
     for remark in remarks:

@@ -122,18 +122,17 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
         # One design, or one criterion, is nothing to be weighed from the start.
         expected = 1 in ranking.objectives.values.shape
         return () if expected else (Caution("alone", front.alone()),)
-    checks = [("constant", front.constant), ("redundant", front.redundant), ("scale", front.scale)]
-    if equidistant := front.equidistant():
-        checks += [("equidistant", lambda: equidistant)]
-    else:
-        checks += [("tie", front.tie), ("near tie", front.near_tie), ("extreme", front.extreme),
-                   ("edge", front.edge)]  # fmt: skip
-    found = [Caution(kind, sentence) for kind, check in checks if (sentence := check())]
-    if not equidistant:
-        found += front.hanging()
-    if sentence := front.unselective():
-        found.append(Caution("unselective", sentence))
-    return tuple(found)
+    told = {
+        "constant": front.constant(),
+        "redundant": front.redundant(),
+        "scale": front.scale(),
+        "equidistant": front.equidistant(),
+    }
+    if not told["equidistant"]:
+        told |= {"tie": front.tie(), "near tie": front.near_tie(), "extreme": front.extreme()}
+        told |= {"edge": front.edge(), **front.hanging()}
+    told["unselective"] = front.unselective()
+    return tuple(Caution(kind, sentence) for kind, sentence in told.items() if sentence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,8 +256,8 @@ class _Front:
         nearly = _NEARLY if shares[best].any() else ""
         return f"The optimum is the best in {self._names(best)}{nearly}: an edge of the set."
 
-    def hanging(self) -> list[Caution]:
-        """Return on which single design the optimum hangs most, if it does on any."""
+    def hanging(self) -> dict[str, str]:
+        """Return the kind of the single design on which the optimum hangs most, with a sentence."""
         roles: dict[int, str] = {}
         for j in np.flatnonzero(self.d.any(axis=0)).tolist():
             for role, share in (("best", 0.0), ("worst", 1.0)):
@@ -266,11 +265,11 @@ class _Front:
                 if len(at) == 1 and at[0] not in self.best:  # of two the other one stays
                     roles.setdefault(int(at[0]), f"the {role} in {self._name(j)}")
         without = [self._without(i, role) for i, role in roles.items()]
-        moved, caution = max(without, key=lambda found: found[0], default=(0.0, None))
-        return [caution] if caution and moved > ELSEWHERE else []
+        moved, caution = max(without, key=lambda found: found[0], default=(0.0, {}))
+        return caution if moved > ELSEWHERE else {}
 
-    def _without(self, left_out: int, role: str) -> tuple[float, Caution]:
-        """Return how far the optimum moves without a design, and the caution to tell."""
+    def _without(self, left_out: int, role: str) -> tuple[float, dict[str, str]]:
+        """Return how far the optimum moves without a design, and the kind and sentence to tell."""
         objectives, frame = self.ranking.objectives, self.ranking.frame
         rows, values = np.delete(self.rows, left_out), np.delete(self.values, left_out, axis=0)
         dominated = np.flatnonzero(~self.ranking.pareto)
@@ -306,9 +305,9 @@ class _Front:
                 f"{who} alone stretches the range of {self._name(j)} {number(stretched[j], 3)} "
                 f"times; without it the optimum would be {there}."
             )
-            return float(moved[k, b]), Caution("outlier", text)
+            return float(moved[k, b]), {"outlier": text}
         text = f"Without {self._label(left_out)}, {role}, the optimum would be {there}."
-        return float(moved[k, b]), Caution("unstable", text)
+        return float(moved[k, b]), {"unstable": text}
 
     def unselective(self) -> str:
         ranked = int((self.ranking.rank[self.rows] > 0).sum())

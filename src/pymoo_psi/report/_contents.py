@@ -19,7 +19,14 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._explanation import explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
-from pymoo_psi.pareto._sentences import label, labelled, listed, measured_in, percent
+from pymoo_psi.pareto._sentences import (
+    label,
+    labelled,
+    listed,
+    measured_in,
+    number,
+    percent,
+)
 from pymoo_psi.plots import (
     criteria_page,
     draw_feasibility,
@@ -270,8 +277,8 @@ def _failures(case: Case) -> Iterator[Part]:
         return
     counts = Counter(" ".join(reason.split()) for reason in reasons.values())
     example: dict[str, int] = {}
-    for number, reason in reasons.items():
-        example.setdefault(" ".join(reason.split()), number)
+    for point, reason in reasons.items():
+        example.setdefault(" ".join(reason.split()), point)
     n = len(case.table)
     failed = counted(len(reasons), "design")
     yield f"{failed} of {n} could not be computed, and count as infeasible."
@@ -381,9 +388,9 @@ def _pareto(case: Case) -> Iterator[Part]:
         shares = np.nan_to_num(explained(ranking, case.chosen, {}).shares)
         drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
         which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
-    number = int(case.table.numbers[case.rows[case.chosen]])
+    point = int(case.table.numbers[case.rows[case.chosen]])
     yield Picture(
-        partial(criteria_page, case.table, case.limits, criteria=drawn, design=number),
+        partial(criteria_page, case.table, case.limits, criteria=drawn, design=point),
         f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}",
     )
     if len(names) > _PAIRS:
@@ -519,7 +526,7 @@ def _feasibility(table: TestTable, limits: Limits) -> Figure:
 
 
 def _number(value: float) -> str:
-    return f"{value:.5g}" if np.isfinite(value) else "—"
+    return number(float(value), 5) if np.isfinite(value) else "—"
 
 
 def _value(value: Any) -> str:

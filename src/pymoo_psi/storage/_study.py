@@ -344,6 +344,15 @@ def read_facts(file: str) -> tuple[dict[str, Any], Columns]:
     return database.read(file, query)
 
 
+def begun(file: str) -> str:
+    """Return when a study was begun.
+
+    Raises:
+        StudyError: It is none, or damaged.
+    """
+    return str(database.read(file, lambda db: database.stored_facts(db, file)["begun"]))
+
+
 def _begun() -> dict[str, Any]:
     now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
     return {"format": database.VERSION, "id": secrets.token_hex(16), "begun": now}
