@@ -1,5 +1,6 @@
 """The command's report says what ``rank`` and ``solve`` print of the same file and options."""
 
+import json
 import re
 import shutil
 from html import unescape
@@ -134,6 +135,73 @@ def test_a_choice_of_ones_own(study, tmp_path, capsys):
     assert main(["report", str(study), "--out", str(out), "--design", "5", "--title", "Mine"]) == 0
     assert any(text.startswith("Chosen is test point 5, with f1 ") for text in texts(out))
     assert "<h1>Mine</h1>" in out.read_text("utf-8")
+
+
+def decision(**more):
+    """A decision on bnh as the page saves it."""
+    content = {
+        "pymoo_psi_decision": 1, "title": "tests", "date": "2026-01-31", "normalize": True,
+        "criteria": [{"name": f, "unit": "", "maximize": False} for f in ("f1", "f2")],
+        "limits": {"f1": [None, 60.0]}, "categories": {}, "kept": None, "left": 9, "optimum": "1",
+        "chosen": {"label": "5", "criteria": {"f1": 1.0, "f2": 2.0}, "variables": {}},
+        "pins": [], "reason": "<cheap>", "verdict": [], "view": {},
+    }  # fmt: skip
+    return json.dumps(content | more)
+
+
+def test_a_decision_of_the_page_is_reported(study, tmp_path, capsys):
+    file, out = tmp_path / "decision.json", tmp_path / "report.html"
+    file.write_text(decision())
+    assert main(["report", str(study), "--out", str(out), "--decision", str(file)]) == 0
+    told = texts(out)
+    assert "Reason: <cheap>" in told
+    assert any(text.startswith("Chosen is test point 5, with f1 ") for text in told)
+    assert any("f1 was 1 and is " in text for text in told)  # what has changed is told
+    assert ">f1 ≤ 60<" in out.read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "chosen"),
+    [
+        ("id", "7", "id 7"),
+        ("test_point", "7", "test point 7"),
+        ("car", "A 7", "A 7"),
+        (None, "7", "row 7"),
+    ],
+)
+def test_a_decision_finds_its_design_by_what_the_page_calls_it(tmp_path, name, label, chosen):
+    file, table, out = tmp_path / "decision.json", tmp_path / "set.csv", tmp_path / "report.html"
+    frame = pd.DataFrame({"f1": range(9), "f2": range(9, 0, -1)})
+    if name is not None:
+        frame.insert(0, name if name != "car" else "name", range(1, 10))
+    if name == "car":
+        frame["name"] = [f"A {i}" for i in range(1, 10)]
+    frame.to_csv(table, index=False)
+    values = {"label": label, "criteria": {"f1": 6.0, "f2": 3.0}, "variables": {}}
+    file.write_text(decision(chosen=values))
+    assert main(["report", str(table), "--out", str(out), "--decision", str(file)]) == 0
+    told = texts(out)
+    assert f"Chosen is {chosen}, with f1 6 and f2 3." in told
+    assert f"Chosen: {label}, unchanged since 2026-01-31." in told
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "message"),
+    [
+        ("{}", [], "no decision that the page has saved"),
+        (decision(), ["--limits", "f1<=3"], "--limits must be left out beside --decision"),
+        (decision(), ["--design", "5"], "--design must be left out beside --decision"),
+        (decision(kept=["5"]), [], "decide by limits alone"),
+        (decision(limits={"x9": [0, 1]}), [], "it limits 'x9'"),
+    ],
+)
+def test_decisions_that_do_not_fit(study, tmp_path, capsys, content, options, message):
+    file, out = tmp_path / "decision.json", tmp_path / "report.html"
+    file.write_text(content)
+    words = ["report", str(study), "--out", str(out), "--decision", str(file), *options]
+    assert main(words) == 2
+    assert message in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_no_feasible_design_is_code_1_and_a_report(study, tmp_path, capsys):

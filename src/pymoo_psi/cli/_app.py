@@ -472,6 +472,7 @@ def report(
     variables: Variables = None,
     units: Units = None,
     prefer: Preferences = None,
+    decision: DecisionFile = None,
     design: Annotated[
         int | None,
         typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
@@ -486,8 +487,9 @@ def report(
 
     return run_report(
         file, columns, written,
-        variables=variables or (), units=units or (), normalize=not no_normalize,
-        prefer=prefer or (), design=design, title=title, out=out, force=force,
+        variables=variables or (), units=units or (), decision=decision,
+        normalize=not no_normalize, prefer=prefer or (), design=design, title=title, out=out,
+        force=force,
     )  # fmt: skip
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from pymoo_psi._validation import counted, invalid
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
@@ -14,8 +16,29 @@ from pymoo_psi.cli._options import designs_of
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.page._data import design_ids, text_column
 from pymoo_psi.page._decision import Decision
-from pymoo_psi.table import DesignFile
+from pymoo_psi.table import DesignFile, TestTable
 from pymoo_psi.table._design_file import Roles
+
+
+def decision_in(
+    decision: Path, columns: ColumnOptions, normalize: bool
+) -> tuple[Decision, ColumnOptions]:
+    """Read a decision, and take its criteria unless others are named.
+
+    Raises:
+        ArgumentValueError: It is no decision, or options say otherwise.
+        OSError: The file cannot be opened.
+    """
+    decided = Decision.read(decision)
+    if columns.limits:
+        remedy = "it has its own; rank without it to set others"
+        raise invalid("--limits", "left out beside --decision", columns.limits[0], remedy)
+    if decided.normalize and not normalize:
+        remedy = f"{decision} was decided with each objective in units of its range"
+        raise invalid("--no-normalize", "left out beside --decision", "--no-normalize", remedy)
+    if not columns.objectives and not columns.formulated:
+        columns = replace(columns, objectives=decided.criteria, maximize=decided.maximize)
+    return decided, columns
 
 
 def decided_designs(
@@ -33,15 +56,7 @@ def decided_designs(
             the options say otherwise.
         OSError: A file cannot be opened.
     """
-    decided = Decision.read(decision)
-    if columns.limits:
-        remedy = "it has its own; rank without it to set others"
-        raise invalid("--limits", "left out beside --decision", columns.limits[0], remedy)
-    if decided.normalize and not normalize:
-        remedy = f"{decision} was decided with each objective in units of its range"
-        raise invalid("--no-normalize", "left out beside --decision", "--no-normalize", remedy)
-    if not columns.objectives and not columns.formulated:
-        columns = replace(columns, objectives=decided.criteria, maximize=decided.maximize)
+    decided, columns = decision_in(decision, columns, normalize)
     try:
         file, roles, remarks = designs_of(path, columns, written, variables)
     except ArgumentValueError as error:
@@ -49,6 +64,37 @@ def decided_designs(
     units = {name: column.unit for name, column in file.columns.items()}
     decided.require(path, roles.objectives, roles.maximize, units, file.names)
     return file, roles, remarks, decided
+
+
+def decided_tests(
+    decided: Decision, path: Path, table: TestTable, labels: Sequence[str] | None
+) -> tuple[int | None, list[str]]:
+    """Return which test a decision has chosen, and what there is to tell of it.
+
+    Args:
+        decided: The decision.
+        path: Where the tests are from, for messages.
+        table: All tests, under the criteria of the decision.
+        labels: ``(n,)`` what they are called if not by test point.
+
+    Raises:
+        ArgumentValueError: The decision is about others, or has left out designs otherwise than
+            by limits, what such a choice costs being unknown.
+    """
+    layout = table.layout
+    decided.require(path, layout.objectives, layout.maximized, layout.units, layout.columns)
+    if decided.kept is not None or decided.categories:
+        what = "it keeps designs by hand or by options, and a report tells what limits cost"
+        raise ArgumentValueError(f"{decided.path}: {what}; decide by limits alone")
+    chosen, ids = decided.chosen, [str(number) for number in table.numbers]
+    if labels is not None:  # of "row 7" the page keeps the number alone
+        number = re.compile(r"\d+( #\d+)?$" if re.match(r"\d+( #|$)", chosen or "") else "$^")
+        ids = [found[0] if (found := number.search(label)) else label for label in labels]
+    used = {*layout.objectives, *decided.limits}
+    told = decided.now(ids, pd.DataFrame({name: table.column(name) for name in used}))
+    point = int(table.numbers[ids.index(chosen)]) if chosen in ids else None
+    reason = [f"Reason: {decided.reason}"] if decided.reason else []
+    return point, [f"{decided.path.name}: decided on {decided.date}.", *reason, *told]
 
 
 def under_decision(

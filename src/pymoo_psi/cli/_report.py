@@ -9,7 +9,9 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
+from pymoo_psi._validation import invalid
 from pymoo_psi.cli._choice import preferences_in
+from pymoo_psi.cli._decision import decided_tests, decision_in
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import formulated_in, units_in
 from pymoo_psi.cli._output import require_output, say
@@ -25,6 +27,7 @@ def run_report(
     *,
     variables: Sequence[str],
     units: Sequence[str],
+    decision: Path | None,
     normalize: bool,
     prefer: Sequence[str],
     design: int | None,
@@ -40,6 +43,7 @@ def run_report(
         written: How it is written.
         variables: Those that are design variables, as they are typed.
         units: Units of columns, as they are typed.
+        decision: A decision file of the page: limits, the design that is chosen, the reason.
         normalize: Measure each criterion in units of its range.
         prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
         design: Number of the test point, or row of the file, that is chosen.
@@ -50,8 +54,19 @@ def run_report(
     Returns:
         0, or 1 if no design is feasible; the report then says what stands in the way.
     """
-    require_output(out, (".html", ".htm"), path, by="report", force=force)
+    require_output(out, (".html", ".htm"), path, decision, by="report", force=force)
+    decided = None
+    if decision is not None:
+        if design is not None:
+            remedy = "it has a chosen design of its own"
+            raise invalid("--design", "left out beside --decision", design, remedy)
+        decided, columns = decision_in(decision, columns, normalize)
+        normalize = decided.normalize
     table, limits, labels, remarks = formulated_in(path, columns, written, variables)
+    if decided is not None:
+        limits = decided.limits
+        design, told_of_it = decided_tests(decided, path, table, labels)
+        remarks += told_of_it
     told = {**table.layout.units, **units_in(units, table.layout.columns)}
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
