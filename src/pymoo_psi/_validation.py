@@ -106,9 +106,11 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
     if not isinstance(value, str):
         raise ArgumentTypeError(_message(name, f"one of {options}", value, remedy))
     if value not in names:
-        near = difflib.get_close_matches(value, list(names), n=1)
+        # F1 for f1 differs in all its letters
+        folded = {option.casefold(): option for option in names}
+        near = difflib.get_close_matches(value.casefold(), folded, n=1)
         hint = "; ".join(
-            part for part in (f"did you mean {near[0]!r}?" if near else "", remedy) if part
+            part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
         )
         raise invalid(name, f"one of {options}", value, hint)
     return value

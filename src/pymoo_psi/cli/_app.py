@@ -217,7 +217,7 @@ def reproduce(
 def solve(
     context: typer.Context,
     problem: ProblemName,
-    columns: ColumnOptions,
+    *,
     algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
     points: Annotated[
         int | None,
@@ -228,6 +228,7 @@ def solve(
     ] = SamplingName.lptau,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
     jobs: Jobs = 1,
+    columns: ColumnOptions,
     box: Annotated[
         list[str] | None,
         several('"X=1:2,Y=3"', "Part of the box: bounds, or the value to fix at."),
@@ -271,8 +272,8 @@ def solve(
 
 
 @_command(
-    "pymoo-psi compare bnh --evaluations 64,128 --seeds 3",
-    "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 128 --seeds 3 --out comparison",
+    "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
+    "pymoo-psi compare dtlz2 --n-obj 4 --algorithms psi,nsga2 --evaluations 64 --out four",
     more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
     cls=ProblemCommand,
 )
@@ -368,7 +369,7 @@ def analyze(
     ] = None,
     force: Overwrite = False,
 ) -> int:
-    """Tell what drives criteria, what is feasible, whether tests suffice."""
+    """Tell what drives criteria, what is feasible, if tests suffice."""
     from pymoo_psi.cli._analyze import run_analyze
 
     return run_analyze(tests, columns, out, force=force)

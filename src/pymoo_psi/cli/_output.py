@@ -34,7 +34,7 @@ from rich.progress import (
 from rich.text import Text
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import Received, invalid
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
 
@@ -220,8 +220,8 @@ _HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
 WRITTEN = {
     "solve": rb'mu3"?,"?rank"?\r?\n',
     "rank": rb'mu3"?,"?rank"?,"?pareto"?\r?\n|\{\s*"file": .*\s*"objectives": ',
-    "export": rb'pymoo_psi_test_table(?!.*experiments\\*": [\[{]\\*")',
-    "combine": rb'pymoo_psi_test_table.*experiments\\*": [\[{]\\*"',
+    "export": rb'pymoo_psi_test_table(?!.*experiments\\*": \[\[)',
+    "combine": rb'pymoo_psi_test_table.*experiments\\*": \[\[',
     "page": rb'<meta name="generator" content="pymoo-psi page"',
     "figure": rb"pymoo-psi rank",  # as the program that has made it
     "report": rb'<meta name="generator" content="pymoo-psi report"',
@@ -294,7 +294,8 @@ def require_results(out: Path, files: Sequence[str], *, force: bool) -> Path:
     if not force and not any(out.glob(files[0])):
         for found in (path for pattern in files for path in out.glob(pattern)):
             rule = "a folder without such results of others"
-            raise invalid("--out", rule, str(found), "--force overwrites it")
+            received = Received(f"{found.name} in {out}")
+            raise invalid("--out", rule, received, "--force overwrites it")
     return require_folder(out, str(out))
 
 
