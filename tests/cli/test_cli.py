@@ -64,6 +64,37 @@ def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("words", "told", "printed_rows"),
+    [
+        (["--mu", "0.3"], "Not compared: of such a chute nothing is published; the paper has", 0),
+        (["--mu", "0.4", "--c", "0.5"], "Not compared: of such a chute nothing is published", 0),
+        (["--mu", "0.4"], "Not compared: the paper's tables are of the rolling model and", 2),
+        (["--mu", "0.4", "--model", "full"], "Not compared: the paper's tables are of", 1),
+    ],
+)
+def test_another_chute_is_reproduced_and_compared_with_nothing(
+    capsys, monkeypatch, tmp_path, words, told, printed_rows
+):
+    monkeypatch.setattr(_reproduce, "save_figures", lambda *args, **options: ())
+    monkeypatch.setattr(_reproduce, "save_pages", lambda *args, **options: ())
+    code, printed, _ = run(capsys, "reproduce", "--out", tmp_path, "--points", 32, *words)
+    assert code == 0
+    assert printed.startswith(told)
+    table = pd.read_csv(tmp_path / "table_6_1.csv")
+    assert table["paper_f1"].notna().sum() == printed_rows
+    assert printed.count("  printed  ") == printed_rows
+    given = dict(zip(words[::2], words[1::2], strict=True))
+    problem = VectorizedSphereChute(
+        float(given["--mu"]), c=float(given.get("--c", 0.3193)), model=table["model"][0]
+    )
+    from pymoo.optimize import minimize
+
+    result = minimize(problem, PSI(32))
+    best = rank_of_efficiency(result.F, normalize=False).salukvadze
+    np.testing.assert_allclose(table.loc[:0, "f1":"f4"], result.F[best], rtol=1e-12)
+
+
 def test_solve_chute_by_psi(capsys, tmp_path):
     file = tmp_path / "front.csv"
     code, printed, err = run(

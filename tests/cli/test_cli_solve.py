@@ -10,8 +10,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pymoo_psi import PSI, TestTable, VectorizedSphereChute
+from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute
 from pymoo_psi.cli import main
+from tests.table.exact_csv import EXACT
 
 MODELS = '''
 import math, os, pathlib, time
@@ -52,6 +53,12 @@ class One(ElementwiseProblem):
         super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [(x[0] - 0.3) ** 2]
+
+class Agreed(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0] + x[1], x[0] + 2 * x[1]]
 
 class Slow(ElementwiseProblem):
     def __init__(self):
@@ -145,6 +152,30 @@ def test_nothing_feasible_is_explained(run):
     assert "64 of 64 that were computed; f2<=-1 rejects most: 64" in printed
 
 
+def test_a_corner_that_dominates_everything_is_told(run):
+    printed = run("solve", "models:Agreed", "--points", 64)[1]
+    assert (
+        "Test point 1 dominates all other feasible tests: the criteria do not conflict here, and "
+        "there is nothing to choose. It lies in a corner of the box: the lower end of x1 and the "
+        "lower end of x2." in printed
+    )
+    printed = run("solve", "models:Agreed", "--points", 64, "--box", "x1=0.3")[1]
+    assert "It lies at the lower end of x2." in printed
+    assert "dominates all" not in run("solve", "bnh", "--points", 64)[1]
+
+
+@pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
+def test_test_points_of_other_sequences_are_those_of_psi(run, engine):
+    from pymoo.optimize import minimize
+
+    words = ["solve", "chute", "--points", 64, "--sampling", engine, "--seed", 3]
+    assert run(*words, "--out", "o.csv")[0] == 0
+    psi = PSI(64, sampling=QMCSampling(engine))
+    expected = minimize(VectorizedSphereChute(), psi, seed=3).opt.get("X")
+    found = pd.read_csv("o.csv", **EXACT)[["x1", "x2"]]
+    assert sorted(map(tuple, found.to_numpy())) == sorted(map(tuple, expected))
+
+
 def test_one_design_is_one_design(run):
     assert "1 Pareto-optimal design, 16 tested" in run("solve", "models:One", "--points", 16)[1]
 
@@ -176,6 +207,8 @@ def test_a_study_becomes_a_table(run):
         (["--formulation", "none.json"], "none.json: No such file"),
         (["--criterion", "r=f1/f2", "--algorithm", "nsga3"], "a formulation must be used with --algorithm psi"),
         (["--limits", "f1"], "--limits must be of the form criterion=number"),
+        (["--limits", "f1<2"], "got f1<2; write <= for <"),
+        (["--sampling", "lhs", "--algorithm", "nsga3"], "--sampling must be used with --algorithm psi or surrogate"),
         (["--limits", "f1=x"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=1,"], "--limits must be of the form criterion=number"),
         (["--limits", "f1=2,f1=3"], "--limits must be given once for each side of a column"),
@@ -187,10 +220,10 @@ def test_a_study_becomes_a_table(run):
         (["--retry", "0", "--study", "s.db"], "--retry must be 'failed' or numbers"),
         (["--retry", "99", "--points", "16", "--study", "s.db"], "retry must be numbers of points"),
         (["--seed", "-1"], "--seed must be an integer >= 0"),
-        (["--out", ""], "--out must be the name of a file or folder"),
+        (["--out", ""], "a file or folder must have a name, got ''"),
         (["--study-key", "v1"], "--study-key must be used with --study FILE.db"),
         (["--out", "front.xlsx"], "--out must be a file with the suffix .csv, got 'front.xlsx'"),
-        (["--out", "s.csv", "--study", "s.csv"], "--out must be another file"),
+        (["--study", "s.csv"], "--study must be a study, with a suffix such as .db"),
         (["--points", "99999999999"], "error: "),
     ],
 )  # fmt: skip

@@ -18,7 +18,6 @@ import warnings
 from collections.abc import Callable, Sequence
 from enum import Enum
 from io import StringIO, TextIOWrapper
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
@@ -39,8 +38,8 @@ from pymoo_psi.cli._groups import (
     ProblemOptions,
     Units,
     Variables,
-    expanded,
     grouped,
+    path_argument,
     path_option,
     several,
 )
@@ -317,10 +316,7 @@ def compare(
     "pymoo-psi solve bnh --points 256 --study bnh.db", "pymoo-psi export bnh.db --out tests.csv"
 )
 def export(
-    study: Annotated[
-        Path,
-        typer.Argument(metavar="STUDY", help="A study of 'solve', or a folder.", callback=expanded),
-    ],
+    study: Annotated[Path, path_argument("STUDY", "A study of 'solve', or a folder.")],
     out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
     force: Overwrite = False,
 ) -> int:
@@ -338,9 +334,7 @@ def export(
 def merge(
     inputs: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="STUDY|FOLDER|CSV…", help="Studies, folders of shares, test tables."
-        ),
+        path_argument("STUDY|FOLDER|CSV…", "Studies, folders of shares, test tables."),
     ],
     out: Annotated[Path, path_option("FILE.db", "Write here, a new file.")],
 ) -> int:
@@ -357,11 +351,7 @@ def merge(
 def analyze(
     tests: Annotated[
         Path,
-        typer.Argument(
-            metavar="TESTS",
-            help="A study of 'solve', or all its tests as 'export' writes them.",
-            callback=expanded,
-        ),
+        path_argument("TESTS", "A study of 'solve', or all its tests as 'export' writes them."),
     ],
     columns: ColumnOptions,
     out: Annotated[
@@ -505,8 +495,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
-        if "--out=" in words or ("--out", "") in pairwise(words):  # typer takes it for "."
-            raise PsiError("--out must be the name of a file or folder, got ''")
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
         with warnings.catch_warnings():

@@ -16,17 +16,26 @@ from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
+from pymoo_psi.errors import PsiError
+
 NEAR = 0.7  # how alike two options are, of which one is meant; --mu and --out are so to 0.6
 
 
-def expanded(path: Path | None) -> Path | None:
-    """Replace ``~``, which shells leave as it is in ``--out=~/front.csv``."""
-    return path and Path(os.path.expanduser(path))
+def path_in(text: str | Path) -> Path:
+    """Return what is typed as a path, ``~`` replaced, which shells leave in ``--out=~/x.csv``."""
+    if not os.fspath(text):  # as $FILE gives that is not set; to Path it is "."
+        raise PsiError("a file or folder must have a name, got ''")
+    return Path(os.path.expanduser(text))
 
 
 def path_option(metavar: str, help: str) -> Any:
     """Return an option that takes a path."""
-    return typer.Option(metavar=metavar, help=help, callback=expanded)
+    return typer.Option(metavar=metavar, help=help, parser=path_in)
+
+
+def path_argument(metavar: str, help: str) -> Any:
+    """Return an argument that is a path, or several."""
+    return typer.Argument(metavar=metavar, help=help, parser=path_in)
 
 
 def several(metavar: str, help: str, *names: str) -> Any:
@@ -44,11 +53,7 @@ ProblemName: TypeAlias = Annotated[
 ]
 Designs: TypeAlias = Annotated[
     Path,
-    typer.Argument(
-        metavar="FILE",
-        help="Designs (CSV, a workbook), a ranking, a test table, or a study.",
-        callback=expanded,
-    ),
+    path_argument("FILE", "Designs (CSV, a workbook), a ranking, a test table, or a study."),
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(metavar="N", help="Processes; -1: one per core.")]
 PlainDistances: TypeAlias = Annotated[

@@ -9,7 +9,7 @@ from pathlib import Path
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.cli._groups import FileOptions
 from pymoo_psi.cli._options import opened, tests_in
-from pymoo_psi.cli._output import require_folder, require_output, say
+from pymoo_psi.cli._output import require_folder, require_output, require_study, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._table import STATUSES
@@ -19,6 +19,7 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     """Merge studies, folders of studies and tables (CSV, Parquet) into a new study."""
     if os.path.lexists(out):
         raise invalid("--out", "the name of a new file", str(out))
+    require_study(out, "--out")
     require_folder(out.absolute().parent, str(out))
     table = TestTable.empty()
     remarks = []

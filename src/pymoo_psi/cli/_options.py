@@ -256,7 +256,10 @@ def limits_in(
         name, ends = _limit(part, known)
         if not name or any(math.isnan(end) for _, end in ends):
             rule = "of the form criterion=number, column<=number or number<=column<=number"
-            raise invalid("--limits", f"{rule}, joined by commas", Received(part or "nothing"))
+            remedy = "write <= for <, >= for >" if re.search("[<>](?!=)", part) else ""
+            raise invalid(
+                "--limits", f"{rule}, joined by commas", Received(part or "nothing"), remedy
+            )
         if complete:
             known_name("--limits", name, known, remedy)
         for sign, end in ends:

@@ -274,6 +274,16 @@ def require_output(
     return require_folder(path.absolute().parent, str(path)) / path.name
 
 
+# A study is a database: under the name of a text or a page no program would open it.
+_OTHERS = (".csv", ".tsv", ".txt", ".json", ".html", ".htm", ".parquet", ".xlsx", ".pdf")
+
+
+def require_study(path: Path, option: str) -> None:
+    """Refuse a name for a study that is one of another kind of file."""
+    if path.suffix.lower() in _OTHERS and not path.exists():
+        raise invalid(option, "a study, with a suffix such as .db", str(path))
+
+
 def require_results(out: Path, files: Sequence[str], *, force: bool) -> Path:
     """Make a folder for results, unless it holds files of others that these would overwrite.
 

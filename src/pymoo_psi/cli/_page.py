@@ -15,6 +15,7 @@ from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import DesignFile, Formulation
+from pymoo_psi.table._design_file import unfit
 
 
 def run_page(
@@ -71,6 +72,8 @@ def run_page(
         file = replace(file, known=roles, remarks=()).under(asked)
         remarks += file.remarks
     frame = file.frame(roles.objectives)
+    if len(frame) < 2:
+        raise unfit(path, "there is one design, and nothing to decide")
     # Designs without a label go by their row of the file, counted from 1 as spreadsheets do.
     frame.index = pd.Index(file.rows, name="row")
     existing = file.prototype

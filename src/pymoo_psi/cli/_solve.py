@@ -26,7 +26,15 @@ from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import box_text, formulation_of, numbers_in, share_in
-from pymoo_psi.cli._output import judged, print_frame, require_output, run_bar, say, write_csv
+from pymoo_psi.cli._output import (
+    judged,
+    print_frame,
+    require_output,
+    require_study,
+    run_bar,
+    say,
+    write_csv,
+)
 from pymoo_psi.evaluation import FailureTolerant, Recorded
 from pymoo_psi.evaluation._failures import untolerant
 from pymoo_psi.evaluation._memory import Memory, stored_at_termination
@@ -79,6 +87,8 @@ class Search:
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
+        if self.study is not None:
+            require_study(self.study, "--study")
         if self.columns.limits and self.algorithm == "nsga3":
             raise invalid("--limits", "used with --algorithm psi or surrogate", self.algorithm)
         if self.sampling != "lptau" and self.algorithm == "nsga3":
