@@ -272,7 +272,7 @@ def solve(
 
 @_command(
     "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
-    "pymoo-psi compare dtlz2 --n-obj 4 --algorithms psi,nsga2 --evaluations 64 --out four",
+    "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four",
     more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
     cls=ProblemCommand,
 )
