@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import GREY
@@ -29,6 +29,7 @@ from pymoo_psi.pareto._indicators import attainment_surfaces
 from pymoo_psi.plots._style import (
     FIGURE_SUFFIXES,
     literal,
+    logarithmic,
     named_legend,
     new_page,
     on_axes,
@@ -210,15 +211,6 @@ def _finish(
 
 def _letters_across(letters: Sequence[int], ncols: int) -> int:
     return sum(int(column.max()) for column in np.array_split(letters, ncols))
-
-
-def _logarithmic(axes: Axes, letter: str, ticks: Sequence[float]) -> None:
-    """Make an axis logarithmic, with ticks at so many times a power of ten, as plain numbers."""
-    getattr(axes, f"set_{letter}scale")("log")
-    axis = axes.xaxis if letter == "x" else axes.yaxis
-    axis.set_major_locator(LogLocator(subs=ticks))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_locator(NullLocator())
 
 
 # Indicators of quality against the number of evaluations
@@ -427,7 +419,7 @@ def _draw_curves(axes: Axes, curves: IndicatorCurves, algorithms: Sequence[str])
     if np.isnan(median).all():
         axes.set_yticks([])  # matplotlib's would be of a range from 0 to 1 that nothing has
     if curves.logarithmic:
-        _logarithmic(axes, "y", (1.0, 2.0, 5.0))
+        logarithmic(axes, "y", (1.0, 2.0, 5.0))
     known = looks(algorithms)
     for k, name in enumerate(curves.algorithms):
         look, x = known[name], budgets * beside ** (k - (n - 1) / 2)
@@ -475,7 +467,7 @@ def time_page(comparison: Comparison) -> Figure:
     by_algorithm = comparison.measures.set_index("algorithm")
     with new_page(120.0) as figure:
         axes = figure.subplots()
-        _logarithmic(axes, "x", (1.0, 3.0))
+        logarithmic(axes, "x", (1.0, 3.0))
         for name, look in looks(comparison.algorithms).items():
             runs = by_algorithm.loc[[name], ["evaluations", "seconds", "hypervolume"]]
             axes.plot(

@@ -39,6 +39,7 @@ from pymoo_psi.plots._style import (
     CURVES,
     FIGURE_SUFFIXES,
     enlarge_markers,
+    logarithmic,
     new_page,
     save_pages,
     tick_counts,
@@ -190,8 +191,7 @@ def points_page(reproduction: Reproduction) -> Figure:
                 below.plot(rows.tests[1:], gain, **style)
             for ax in (above, below):
                 ax.set_xscale("log", base=2)
-                ax.set_yscale("log")
-                ax.yaxis.set_major_formatter("{x:g}")
+                logarithmic(ax, "y", (1.0, 2.0, 5.0))
                 ax.axvline(reproduction.n_points, **_TRANSITION)
             shown = found[0][1].tests[::-2][::-1].tolist()
             below.set_xticks(shown, [str(n) for n in shown])

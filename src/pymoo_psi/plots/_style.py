@@ -23,7 +23,7 @@ from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import integer
@@ -112,6 +112,15 @@ def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> No
     for axis, count in ((axes.xaxis, x), (axes.yaxis, y)):
         if count is not None:
             axis.set_major_locator(MaxNLocator(count))
+
+
+def logarithmic(axes: Axes, letter: str, ticks: Sequence[float]) -> None:
+    """Make an axis logarithmic, with ticks at so many times a power of ten, as plain numbers."""
+    getattr(axes, f"set_{letter}scale")("log")
+    axis = axes.xaxis if letter == "x" else axes.yaxis
+    axis.set_major_locator(LogLocator(subs=ticks))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(NullLocator())
 
 
 def enlarge_markers(legend: Legend) -> None:
