@@ -8,6 +8,7 @@ function answer({payload, states, rows, pins, texts}) {
   return {
     initial: Logic.initial(data),
     checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
+    polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
       const {mask, count, rejects, only, relax} = Logic.left(data, state)

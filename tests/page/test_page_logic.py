@@ -6,6 +6,7 @@ import subprocess
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,20 @@ from pymoo_psi.pareto._explanation import compared, explained
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import read_designs
 
+HOSTILE = [
+    "{",
+    "null",
+    "7",
+    "[]",
+    '{"__proto__": {"dominated": true}, "constructor": {"prototype": {"dominated": true}}}',
+    '{"limits": {"toString": [0, 1], "hasOwnProperty": [0, 1], "valueOf": null}}',
+    '{"limits": {"f3": [2, 1], "x": ["1", null], "heat": [null, 1, 2], "kind": [0, 1]}}',
+    '{"limits": {"f3": [1e999, null], "x": 1}, "categories": {"x": ["1"], "kind": "steel"}}',
+    '{"pins": {"length": 3}, "chosen": {"toString": 1}, "kept": 5, "ranks": [7]}',
+    '{"pins": [1, null, {}], "chosen": "nobody", "order": {"by": "__proto__"}}',
+    '{"order": {"by": "column", "name": "absent"}, "reason": 5, "axes": {"order": "x"}}',
+    '{"preference": {"weights": {"f3": -1, "x": 1}, "aspiration": {"f3": "1"}}}',
+]
 LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
@@ -101,7 +116,7 @@ class Case:
             ends = np.sort(rng.choice(known, 2))
             low, high = float(ends[0]), float(ends[1])
             limits[str(name)] = [(None, high), (low, None), (low, high)][rng.integers(3)]
-        kinds = {"kind": ["steel", ""]} if k == 3 else {}
+        kinds = {"kind": ["", "steel"]} if k == 3 else {}
         labels = [str(label) for label in frame.index]
         wish = {
             "weights": {n: float(rng.integers(0, 4)) + 0.5 for n in self.names[: k + 1]},
@@ -139,7 +154,7 @@ class Case:
             "states": self.states,
             "rows": self.rows,
             "pins": self.pins,
-            "texts": [],
+            "texts": [f"#{quote(text)}" for text in HOSTILE],
         }
 
 
@@ -280,6 +295,24 @@ def test_states_come_back_from_addresses_and_files(cases, answers):
             for key in ("limits", "categories", "kept", "pins", "chosen", "preference", "reason"):
                 expected = json.loads(json.dumps(given[key]))
                 assert found["state"][key] == expected
+
+
+def test_hostile_addresses_change_nothing(cases, answers):
+    for answer in answers:
+        for text, found in zip(HOSTILE, answer["checked"], strict=True):
+            assert found["state"] == answer["initial"], text
+            unknown = '"__proto__": {' in text  # an entry that no state has is not even looked at
+            assert bool(found["remarks"]) != unknown, text
+        assert not answer["polluted"]
+
+
+def test_a_column_may_be_called_as_what_every_object_has(cases, answers):
+    """Its limit is kept and obeyed, as that of any other."""
+    case, answer = cases[1], answers[1]
+    assert case.names[0] == "__proto__"
+    limited = [k for k, state in enumerate(case.states) if "__proto__" in state["limits"]]
+    assert all("__proto__" in answer["states"][k]["state"]["limits"] for k in limited)
+    assert limited
 
 
 def test_a_csv_comes_back_with_criteria_and_directions(cases, answers, tmp_path):

@@ -686,7 +686,7 @@ function preference(data, ranking, {weights, aspiration}) {
 const capital = (text) => text.slice(0, 1).toUpperCase() + text.slice(1)
 const listed = (names) =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
-const counted = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`
+const counted = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`
 
 // The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 62.
 function rounded(value, digits) {
@@ -1199,10 +1199,15 @@ function checked(data, anything) {
     if (limits[name].every((end) => end === null)) delete limits[name]
     else limits[name] = [...limits[name]]
   }
-  const someTexts = (list, column) =>
-    Array.isArray(list) && list.every((text) => column.texts.includes(text))
-  const categories = entries("categories", isText, someTexts, "A choice of categories")
-  for (const name of Object.keys(categories)) categories[name] = [...new Set(categories[name])]
+  const areTexts = (list) => Array.isArray(list) && list.every((text) => typeof text === "string")
+  const categories = entries("categories", isText, areTexts, "A choice of categories")
+  for (const [name, allowed] of Object.entries(categories)) {
+    // A text that no design has any more allows none; the choice stays, or it would allow all.
+    const {texts} = data.by.get(name)
+    categories[name] = texts.filter((text) => allowed.includes(text))
+    const lost = new Set(allowed).size - categories[name].length
+    if (lost) dropped(`${counted(lost, "category", "categories")} of ${shown(name)} that none has`)
+  }
 
   // Designs by what they are called.
   const designs = (key, most) => {
