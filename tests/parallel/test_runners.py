@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 import warnings
+from collections import deque
 
 import joblib
 import numpy as np
@@ -175,6 +176,14 @@ def test_workers_are_kept_between_generations():
     generations = [pids(problem, designs()) for _ in range(4)]
     assert len(set().union(*generations)) <= 2
     assert os.getpid() not in generations[0]
+
+
+def test_who_reads_a_stream_may_evaluate_meanwhile():
+    """With another function, on workers of the same runner."""
+    runner, given = JoblibRunner(2, in_process=False), {}
+    for index, values, _ in runner.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
+        given[index] = runner(lambda x: {"F": -x}, [values["F"]])
+    assert given == {x: [{"F": -2 * x}] for x in range(5)}
 
 
 def test_a_cheap_model_stays_in_this_process():
