@@ -277,6 +277,12 @@ const Charts = (() => {
       g.globalAlpha = 1
     }
 
+    // Plain lines: a few as the browser draws them best, many as a density.
+    function plain(g, rows, colour) {
+      if (rows.length > 150) cloud(g, rows, colour, Math.max(0.1, 60 / rows.length))
+      else lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
+    }
+
     // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
     // counted here, as strokes of thousands of lines would take the browser fifty times as long.
     function cloud(g, rows, colour, alpha) {
@@ -310,23 +316,21 @@ const Charts = (() => {
       g.putImageData(image, 0, 0)
     }
 
-    const faintness = (count) => Math.min(0.6, Math.max(0.1, 60 / count)) // of one line among many
-
     function draw_context() {
-      cloud(clean(0), model.context, CONTEXT, faintness(model.context.length))
+      plain(clean(0), model.context, CONTEXT)
     }
 
     function draw_left() {
       const g = clean(1)
       const {selected} = model
-      const plain = []
+      const others = []
       const ranked = []
       for (const row of model.left) {
         if (selected.size && !selected.has(row)) continue
         const look = model.look(row)
-        look === "unranked" || look === "dominated" ? plain.push(row) : ranked.push([row, look])
+        look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      cloud(g, plain, LOOKS.unranked.colour, faintness(plain.length))
+      plain(g, others, LOOKS.unranked.colour)
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
       }

@@ -319,6 +319,7 @@ const page = (() => {
     if (row < 0) return
     $("steps-title").textContent = `Cheapest step to improve each criterion of ${called(row)}`
     const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
+    $("steps").hidden = steps.length === 0
     $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
       make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {textContent: step_text(next), title: readable(next.text)}),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
@@ -353,12 +354,17 @@ const page = (() => {
     return text.length <= 9 ? text : readable(value.toExponential(2))
   }
 
+  const has_values = (column) => column.values.some(Number.isFinite)
+
   const STEPS = 1000 // finer than a pixel of the track
   function limit_control(column) {
     if (column.texts) return category_control(column)
     const [low, high] = column.range
     const name = title_of(column)
-    if (!(high > low)) return make("p", {className: "constant", textContent: `${name}: ${Number.isFinite(low) ? `${written(column, low)} for all` : "no values"}`})
+    if (!(high > low)) {
+      const all = column.beyond ? "all Pareto-optimal designs" : "all"
+      return make("p", {className: "constant", textContent: `${name}: ${has_values(column) ? `${written(column, low)} for ${all}` : "no values"}`})
+    }
     const scale = {low, high, log: column.log}
     const field = (k) => {
       const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: short(column, k ? high : low),
@@ -402,14 +408,18 @@ const page = (() => {
 
   function category_control(column) {
     const boxes = column.texts.map((text) => make("input", {type: "checkbox", value: text}))
-    for (const box of boxes) box.addEventListener("change", () => {
+    const tick = (on) => { for (const box of boxes) box.checked = on; take_boxes() }
+    const take_boxes = () => {
       const {[column.name]: _, ...others} = state.categories
       const allowed = boxes.filter((other) => other.checked).map((other) => other.value)
       change({categories: allowed.length === boxes.length ? others : {...others, [column.name]: allowed}})
-    })
+    }
+    for (const box of boxes) box.addEventListener("change", take_boxes)
     const note = make("p", {className: "hint note"})
     controls.set(column, {column, boxes, note})
     return make("fieldset", {className: "limit categories"}, make("legend", {textContent: title_of(column)}),
+      boxes.length > 6 ? make("div", {className: "bar"}, [["All", true], ["None", false]].map(([textContent, on]) =>
+        make("button", {className: "small", textContent, "aria-label": `${textContent} of ${title_of(column)}`, onclick: () => tick(on)}))) : null,
       make("div", {className: "boxes"}, boxes.map((box, k) => make("label", {}, box, column.texts[k] || "(missing)"))), note)
   }
 
@@ -420,7 +430,7 @@ const page = (() => {
     const ends = relax.get(column.name)
     if (ends?.low) told.push(`from ${written(column, ends.low.value)} on: ${count_text(ends.low.back)} more`)
     if (ends?.high) told.push(`up to ${written(column, ends.high.value)}: ${count_text(ends.high.back)} more`)
-    if (column.clipped > 0) told.push(`${count_text(column.clipped)} lie beyond the track`)
+    if (column.clipped > 0) told.push(`beyond the track: ${count_text(column.clipped)}`)
     return told.join("; ")
   }
 
@@ -653,7 +663,7 @@ const page = (() => {
   }
 
   // The axes of the parallel coordinates: the user's, or the criteria and the first others.
-  const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts)]
+  const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts && has_values(column))]
     .slice(0, Math.max(data.criteria.length, 8)).map((column) => column.name)
   const axes_order = () => (state.axes.order.length ? state.axes.order : usual)
 
