@@ -66,7 +66,7 @@ def run_compare(
     summary = result.summary()
     if folder is not None:  # before anything is printed, which may fail
         _write(result, summary, folder)
-    print_frame(_for_print(summary), f"{problem.name()}: medians over the runs")
+    print_frame(_for_print(summary), f"{problem.name()}: medians over the runs", lead=2)
     for sentence in conclusions(result):
         say(sentence)
     if out is not None:

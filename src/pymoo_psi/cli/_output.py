@@ -84,6 +84,7 @@ def print_frame(
     frame: pd.DataFrame,
     title: str,
     *,
+    lead: int = 1,
     plain: Collection[str] = (),
     spare: Sequence[Sequence[str]] = (),
 ) -> None:
@@ -96,16 +97,17 @@ def print_frame(
     Args:
         frame: What to print.
         title: The line above it.
+        lead: How many columns tell what a row is.
         plain: Columns of numbers of any scale, which have 6 digits instead.
         spare: Columns to leave out, saying so: the first group where the table would be continued
             below, the second where that would be so more than once.
     """
     columns = {str(name): _texts(frame[name], name in plain) for name in frame.columns}
-    parts, left_out = _parts(columns, width()), []
+    parts, left_out = _parts(columns, width(), lead), []
     for most, names in enumerate(spare, start=1):
         if len(parts) > most and (names := [name for name in names if name in columns]):
             columns = {name: texts for name, texts in columns.items() if name not in names}
-            parts = _parts(columns, width())
+            parts = _parts(columns, width(), lead)
             few = len(names) <= _LISTED
             left_out.append(", ".join(names) if few else f"{names[0]} to {names[-1]}")
     say(title)
@@ -128,14 +130,14 @@ def _texts(column: pd.Series[Any], plain: bool) -> list[str]:
     return [r + t if number else t + r for r, t in zip(room, texts, strict=True)]
 
 
-def _parts(columns: Mapping[str, list[str]], columns_wide: float) -> list[list[str]]:
-    """Return names of as many columns at a time as there is room for, the first one with all."""
-    lead, *names = columns
-    parts: list[list[str]] = [[lead]]
-    for name in names:
+def _parts(columns: Mapping[str, list[str]], columns_wide: float, n_lead: int) -> list[list[str]]:
+    """Return names of as many columns at a time as there is room for, the first ones with all."""
+    names = list(columns)
+    lead, parts = names[:n_lead], [names[:n_lead]]
+    for name in names[n_lead:]:
         used = sum(cell_len(columns[each][0]) + 2 for each in parts[-1])
-        if len(parts[-1]) > 1 and used + cell_len(columns[name][0]) > columns_wide:
-            parts.append([lead])
+        if len(parts[-1]) > n_lead and used + cell_len(columns[name][0]) > columns_wide:
+            parts.append([*lead])
         parts[-1].append(name)
     return parts
 
