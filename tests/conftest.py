@@ -1,7 +1,8 @@
-"""What the tests share: examples without a time limit, and what they run on."""
+"""What the tests share: examples without a time limit, what they run on, and which are quick."""
 
 import os
 from importlib.metadata import version
+from pathlib import Path
 
 from hypothesis import settings
 
@@ -11,6 +12,52 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 settings.register_profile("untimed", deadline=None, max_examples=50)
 settings.load_profile("untimed")
+
+# What `pytest -m quick` runs: the mathematics of every room, without processes, files in bulk,
+# browsers, figures and command lines.
+QUICK = (
+    "algorithms/test_names.py",
+    "algorithms/test_proposals.py",
+    "algorithms/test_sampling.py",
+    "chute/test_motion.py",
+    "comparison/test_statistics.py",
+    "evaluation/test_evaluation.py",
+    "evaluation/test_robust.py",
+    "paper/test_paper.py",
+    "parallel/test_cost.py",
+    "pareto/test_explanation.py",
+    "pareto/test_feasibility.py",
+    "pareto/test_indicators.py",
+    "pareto/test_objectives.py",
+    "pareto/test_ranking.py",
+    "pareto/test_representatives.py",
+    "plots/test_analysis.py",
+    "problems",
+    "selection",
+    "sequences",
+    "storage/test_folder.py",
+    "table/test_convergence.py",
+    "table/test_expression.py",
+    "table/test_sensitivity.py",
+    "table/test_table.py",
+)
+
+
+def is_quick(path):
+    here = Path(__file__).parent
+    return any(path.is_relative_to(here / name) for name in QUICK)
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Not even import the other files, which takes longer than to run the quick ones."""
+    only_quick = config.option.markexpr == "quick" and collection_path.suffix == ".py"
+    return True if only_quick and not is_quick(collection_path) else None
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if is_quick(item.path):
+            item.add_marker("quick")
 
 
 def pytest_report_header():

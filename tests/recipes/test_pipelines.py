@@ -3,8 +3,12 @@
 import warnings
 from functools import partial
 
+import dill
+import matplotlib.pyplot
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.de import DE
@@ -15,19 +19,32 @@ from pymoo.core.mixed import (
     MixedVariableMating,
 )
 from pymoo.core.problem import Problem
+from pymoo.decomposition.asf import ASF
 from pymoo.indicators.hv import Hypervolume
 from pymoo.indicators.igd_plus import IGDPlus
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
+from pymoo.visualization.pcp import PCP
+from pymoo.visualization.petal import Petal
+from pymoo.visualization.radar import Radar
+from pymoo.visualization.radviz import Radviz
 from pymoo.visualization.scatter import Scatter
+from pymoo.visualization.star_coordinate import StarCoordinate
 from scipy.stats import qmc
 
 from pymoo_psi import (
     PSI,
+    CompromiseProgramming,
+    FailureTolerant,
+    Lexicographic,
     LPTauSampling,
     PsiError,
     QMCSampling,
+    Recorded,
+    Restricted,
+    Robust,
     SalukvadzeOptimum,
+    VectorizedSphereChute,
     compare,
     investigate,
     lp_tau,
@@ -156,18 +173,46 @@ def test_more_points_never_worsen_pymoos_indicators():
     assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
 
 
-def test_pymoos_scatter_shows_every_pareto_optimal_design(tested):
-    plot = Scatter().add(tested.F)
+def drawn(kind, F):
+    """How many points, lines and areas are drawn."""
+    plot = kind(bounds=(0, 1)).add(F)
     plot.do()
-    (shown,) = plot.ax.collections
-    np.testing.assert_array_equal(shown.get_offsets(), tested.F)
-    plot.fig.clear()
+    artists = [artist for axes in plot.fig.axes for artist in axes.get_children()]
+    points = sum(len(artist.get_offsets()) for artist in artists if hasattr(artist, "get_offsets"))
+    matplotlib.pyplot.close(plot.fig)
+    return points + sum(isinstance(artist, (Line2D, Patch)) for artist in artists)
+
+
+@pytest.mark.parametrize("kind", [Scatter, PCP, Petal, Radar, Radviz, StarCoordinate])
+def test_pymoos_pictures_show_every_design(kind):
+    """visualization: each design adds as much to the picture as the one before."""
+    F = minimize(VectorizedSphereChute(0.4, model="rolling"), PSI(32)).F
+    F = (F - F.min(axis=0)) / np.ptp(F, axis=0)
+    counts = np.diff([drawn(kind, F[:k]) for k in (2, 3, 4)])
+    assert counts[0] == counts[1] > 0
 
 
 def test_the_result_holds_every_test_and_the_callers_own_problem(tested):
     assert tested.problem is PROBLEM
     assert tested.pop.get("test_point").tolist() == list(range(1, 201))
     assert set(tested.opt.get("test_point")) < set(range(1, 201))
+
+
+def test_lexicographic_order_is_that_of_pymoos_page(tested):
+    """misc/lexicographic_pareto_selection"""
+    for order in ([0, 1], [1, 0]):
+        expected = np.lexsort(tuple(tested.F[:, i] for i in reversed(order)))[0]
+        assert Lexicographic(order).do(tested.F).tolist() == [expected]
+        assert Lexicographic(order)(tested.F).tolist() == [expected]
+
+
+def test_a_compromise_is_the_one_of_pymoos_decomposition(tested):
+    """mcdm: the least weighted maximum, from the same utopian point and in the same units."""
+    low, high = tested.F.min(axis=0), tested.F.max(axis=0)
+    weights = np.array([0.3, 0.7])
+    least = ASF().do((tested.F - low) / (high - low), 1 / weights, utopian_point=np.zeros(2))
+    chosen = CompromiseProgramming(np.inf, weights=weights).do(tested.F)
+    assert least[chosen] == pytest.approx(least.min())
 
 
 def test_selectors_and_pymoos_decision_makers_take_turns(tested):
@@ -180,6 +225,58 @@ def test_selectors_and_pymoos_decision_makers_take_turns(tested):
         chosen = normalised[selector.do(normalised)].reshape(-1, 2)
         assert len(chosen) >= 1
         assert (chosen < 1).all()
+
+
+# Problems that wrap others, in every way of running
+
+WRAPPED = {
+    "FailureTolerant": lambda problem, path: FailureTolerant(problem),
+    "Recorded": lambda problem, path: Recorded(problem, study=path),
+    "Restricted": lambda problem, path: Restricted(problem, {"x1": (0.2, 1.0)}),
+    "Robust": lambda problem, path: Robust(problem, tolerances={"x1": 0.01}, n_scenarios=4),
+}
+
+
+def by_next(algorithm, problem):
+    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
+    while algorithm.has_next():
+        algorithm.next()
+    return algorithm.result()
+
+
+def by_asking(algorithm, problem):
+    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
+    while algorithm.has_next():
+        population = algorithm.ask()
+        algorithm.evaluator.eval(problem, population)
+        algorithm.tell(infills=population)
+    return algorithm.result()
+
+
+def from_a_checkpoint(algorithm, problem):
+    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
+    algorithm.next()
+    return dill.loads(dill.dumps(algorithm)).run()
+
+
+def from_history(algorithm, problem):
+    result = minimize(problem, algorithm, ("n_gen", 3), seed=1, save_history=True)
+    last = result.history[-1].opt
+    np.testing.assert_array_equal(last.get("F"), result.F)
+    return result
+
+
+@pytest.mark.parametrize("way", [by_next, by_asking, from_a_checkpoint, from_history])
+@pytest.mark.parametrize("name", WRAPPED)
+@pytest.mark.parametrize(
+    "make", [partial(NSGA2, 10), partial(PSI, 30, block_size=10)], ids=["NSGA2", "PSI"]
+)
+def test_every_way_of_running_gives_one_result(make, name, way, tmp_path):
+    expected = minimize(WRAPPED[name](PROBLEM, tmp_path / "a.db"), make(), ("n_gen", 3), seed=1)
+    result = way(make(), WRAPPED[name](PROBLEM, tmp_path / "b.db"))
+    np.testing.assert_array_equal(result.pop.get("X"), expected.pop.get("X"))
+    np.testing.assert_array_equal(result.F, expected.F)
+    assert (result.opt.get("CV") <= 0).all()
 
 
 # Comparison
