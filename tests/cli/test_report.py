@@ -137,6 +137,18 @@ def test_a_choice_of_ones_own(study, tmp_path, capsys):
     assert "<h1>Mine</h1>" in out.read_text("utf-8")
 
 
+def test_when_a_study_was_begun_is_told(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(study.parent)
+    out = tmp_path / "report.html"
+    assert main(["report", study.name, "--out", str(out)]) == 0
+    assert re.search(r"Study begun \d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC<", out.read_text("utf-8"))
+    table = tmp_path / "tests.csv"
+    assert main(["export", study.name, "--out", str(table)]) == 0
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "tests.csv", "--force"]) == 0
+    assert "Study begun" not in (tmp_path / "report.html").read_text("utf-8")
+
+
 def decision(**more):
     """A decision on bnh as the page saves it."""
     content = {

@@ -72,8 +72,9 @@ def run_report(
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     about = [f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}", *remarks]
-    with suppress(StudyError):  # another file, or a folder, tells no date
-        about.insert(1, f"Study begun {begun(str(path))}")
+    if path.is_file():  # what a pipe has given it does not give again
+        with suppress(StudyError):  # another file tells no date
+            about.insert(1, f"Study begun {begun(str(path))}")
     report = decision_report(
         table,
         limits,

@@ -350,7 +350,8 @@ def begun(file: str) -> str:
     Raises:
         StudyError: It is none, or damaged.
     """
-    return str(database.read(file, lambda db: database.stored_facts(db, file)["begun"]))
+    path = os.path.realpath(file)
+    return str(database.read(path, lambda db: database.stored_facts(db, path)["begun"]))
 
 
 def _begun() -> dict[str, Any]:
