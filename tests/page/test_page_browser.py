@@ -480,7 +480,7 @@ def test_a_hostile_address_or_file_changes_only_the_view(fresh, tmp_path):
     attack = "<img src=x onerror=\"document.title='run'\">"
     hostile = {
         "limits": {"mass": ["1", {}], "__proto__": [0, 1], attack: [0, 1], "constructor": 7},
-        "categories": {"material": [attack]},
+        "categories": {"material": 3, attack: [attack]},
         "pins": [attack, 3, None, "1001"],
         "chosen": attack,
         "order": {"by": attack},
