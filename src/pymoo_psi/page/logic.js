@@ -1202,11 +1202,12 @@ function checked(data, anything) {
   const areTexts = (list) => Array.isArray(list) && list.every((text) => typeof text === "string")
   const categories = entries("categories", isText, areTexts, "A choice of categories")
   for (const [name, allowed] of Object.entries(categories)) {
-    // A text that no design has any more allows none; the choice stays, or it would allow all.
+    // Texts that no design has any more allow none; if no text is known, the choice is foreign.
     const {texts} = data.by.get(name)
     categories[name] = texts.filter((text) => allowed.includes(text))
     const lost = new Set(allowed).size - categories[name].length
     if (lost) dropped(`${counted(lost, "category", "categories")} of ${shown(name)} that none has`)
+    if (lost && categories[name].length === 0) delete categories[name]
   }
 
   // Designs by what they are called.
