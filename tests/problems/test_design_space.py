@@ -5,7 +5,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Integer
 
-from pymoo_psi import PSI, PsiError, investigate, nsga3
+from pymoo_psi import PSI, PsiError, investigate
 from pymoo_psi.problems._design_space import design_space
 
 
@@ -32,9 +32,3 @@ def test_the_largest_integers_are_reached():
     (variable,) = design_space(whole(2**53 - 4, 2**53 - 1)).variables
     values = variable.values(np.array([0, 0.25, 0.5, 0.75]))
     assert values.tolist() == [2**53 - k for k in (4, 3, 2, 1)]
-
-
-@pytest.mark.parametrize("problem", [whole(0, 5), Problem(n_var=2, n_obj=2, xl=0, xu=5, vtype=int)])
-def test_nsga3_does_not_take_whole_numbers_for_real_ones(problem):
-    with pytest.raises(PsiError, match="real, in a vector, for NSGA-III"):
-        nsga3(problem, n_evaluations=16)
