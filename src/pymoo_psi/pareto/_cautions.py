@@ -94,8 +94,10 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     =============== ============================================================================
 
     ``tie`` to ``unstable`` are not told of sets that are ``equidistant``, where all of them hold.
-    Leaving out a design means to rank the others anew; only one that is alone the best or the
-    worst in a criterion can move the optimum, which itself is not left out.
+    Leaving out a design means to rank the others anew, those that it dominated among them. Left out
+    in turn are the designs that are alone the best or the worst in a criterion, but for the optimum
+    itself. In a Pareto set no other can move the optimum; beside dominated designs one other can,
+    and is not tried: the only one that dominates a design which lies beyond N.
 
     Args:
         ranking: Of any designs, from :func:`pymoo_psi.rank_of_efficiency`.
