@@ -83,6 +83,25 @@ def test_a_file_of_designs_is_told_as_by_rank(cars, tmp_path, capsys, options):
     check(texts(out), printed)
 
 
+def test_any_column_of_numbers_is_limited_as_by_rank(tmp_path, capsys):
+    """Also one that has no role, by an option and by a decision."""
+    table, file, out = tmp_path / "set.csv", tmp_path / "decision.json", tmp_path / "report.html"
+    frame = pd.DataFrame({"no": range(1, 10), "f1": range(9), "f2": range(9, 0, -1)})
+    frame["heat"], frame["kind"] = [300, 20, 30, None, 50, 60, 70, 80, 90], "steel"
+    frame.to_csv(table, index=False)
+    file.write_text(decision(limits={"heat": [None, 70.0]}, chosen=None))
+    roles = ["--objectives", "f1,f2"]
+    for options in ([*roles, "--limits", "heat<=70"], ["--decision", file]):
+        printed = said("rank", capsys, table, *options)
+        assert main(["report", str(table), "--out", str(out), *map(str, options)]) == 0
+        check(texts(out), printed)
+        assert ">heat ≤ 70<" in out.read_text("utf-8")
+        assert any("nearest of 5 Pareto-optimal designs" in text for text in texts(out))
+    capsys.readouterr()
+    assert main(["report", str(table), "--out", str(out), *roles, "--limits", "kind<=1"]) == 2
+    assert "its column 'kind' holds no number at all" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("options", [[], ["--limits", "f1<=60,x1>=1"], ["--relax", "g1"]])
 def test_a_study_is_told_as_by_rank(study, tmp_path, capsys, options):
     out = tmp_path / "report.html"

@@ -248,6 +248,12 @@ def test_equal_designs_are_no_tie_but_mirrored_ones_are():
     assert said(F, "tie") == "Design 1 is as near to the ideal point as design 3."
 
 
+def test_a_tie_but_for_a_trace_is_told_in_words():
+    F = [[0.0, 1.0], [0.3, 0.5], [0.5, 0.3 + 1e-7], [1.0, 0.0]]
+    told = said(F, "near tie")
+    assert told.startswith("Design 2 is less than 0.01 % farther from the ideal point, and differs")
+
+
 def moved_without(F, i):
     """By what share of a range the optimum moves when a row is left out, ranked by the library."""
     before = F[rank_of_efficiency(F).salukvadze]

@@ -73,6 +73,8 @@ class Points:
         seed: int | None,
     ) -> None:
         self.first, self.last, self.share = first, first + n_points - 1, share
+        if self.last >= 2**62:  # NumPy numbers them in int64, and a round beyond the last is asked
+            raise invalid("first + n_points - 1", "below 2**62", self.last)
         self.n_dim = n_dim
         self._rounds = share.rounds(first, self.last)
         if len(self._rounds) == 0:

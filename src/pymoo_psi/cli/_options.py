@@ -144,9 +144,20 @@ def designs_of(
 
 
 def formulated_in(
-    path: Path, columns: ColumnOptions, written: FileOptions, variables: Sequence[str]
+    path: Path,
+    columns: ColumnOptions,
+    written: FileOptions,
+    variables: Sequence[str],
+    limited: Collection[str] = (),
 ) -> tuple[TestTable, Limits, list[str] | None, list[str]]:
     """Read all tests, or designs as such, under what the options ask for but limits.
+
+    Args:
+        path: The file.
+        columns: What its columns are, and the limits.
+        written: How it is written.
+        variables: Those that are design variables, as they are typed.
+        limited: Columns that are limited by other than the options.
 
     Returns:
         The tests, the limits, what their designs are called if not by test point, and what to
@@ -170,6 +181,12 @@ def formulated_in(
     if file is not found:  # then it knows its objectives and senses
         columns = replace(columns, objectives=(), maximize=())
     file, roles, remarks = _with_roles(file, columns, written, variables)
+    # Any column of numbers can be limited, as by rank and on the page, whatever its role.
+    named = {*roles.objectives, *roles.variables, *roles.outputs}
+    others = [name for name in file.names if name in {*asked.limits, *limited} - named]
+    for name in others:
+        file.numbers(name)  # refuses texts
+    roles = replace(roles, outputs=(*roles.outputs, *others))
     return file.as_tests(roles), asked.limits, file.called(roles.label), remarks
 
 

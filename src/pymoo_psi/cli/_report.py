@@ -62,7 +62,8 @@ def run_report(
             raise invalid("--design", "left out beside --decision", design, remedy)
         decided, columns = decision_in(decision, columns, normalize)
         normalize = decided.normalize
-    table, limits, labels, remarks = formulated_in(path, columns, written, variables)
+    limited = () if decided is None else decided.limits
+    table, limits, labels, remarks = formulated_in(path, columns, written, variables, limited)
     if decided is not None:
         limits = decided.limits
         design, told_of_it = decided_tests(decided, path, table, labels)

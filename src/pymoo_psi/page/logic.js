@@ -717,7 +717,7 @@ function short(value, digits) {
 // A share as a sentence tells it: two digits, none behind the point above 10 (`percent`).
 function percent(share) {
   const hundreds = 100 * share
-  if (hundreds > 0 && hundreds < 0.01) return "under 0.01 %"
+  if (hundreds > 0 && hundreds < 0.01) return "less than 0.01 %"
   if (!Number.isFinite(hundreds)) return `${String(hundreds).replace("Infinity", "inf")} %`
   if (hundreds < 9.95) return `${short(hundreds, 2)} %`
   const digits = Math.floor(Math.log10(hundreds)) + 1
@@ -1051,9 +1051,10 @@ function cautions(data, ranking) {
       const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
       const more = others.length > 1 ? `, one of ${others.length} such designs,` : ""
       const [share, j] = apart(other)
-      found.push(`${capital(name(other))}${more} is only ` +
-        `${percent(mu[other] / mu[optimum] - 1)} farther from the ideal point, and differs by ` +
-        `${percent(share)} of the range in ${names([j])}.`)
+      const farther = percent(mu[other] / mu[optimum] - 1)
+      const only = farther.startsWith("less") ? "" : "only "
+      found.push(`${capital(name(other))}${more} is ${only}${farther} farther from the ideal ` +
+        `point, and differs by ${percent(share)} of the range in ${names([j])}.`)
     }
     const worst = D.map((_, j) => j).filter((j) => D[j][optimum] >= 1 - EDGE)
     if (worst.length && n >= 3) {

@@ -231,10 +231,11 @@ class _Front:
         other = int(near[self.mu[near].argmin()])
         more = f", one of {len(near)} such designs," if len(near) > 1 else ""
         share, j = self._apart(other)
+        farther = percent(self.mu[other] / least - 1)
+        only = "" if farther.startswith("less") else "only "
         return (
-            f"{capital(self._label(other))}{more} is only {percent(self.mu[other] / least - 1)} "
-            f"farther from the ideal point, and differs by {percent(share)} of the range in "
-            f"{self._name(j)}."
+            f"{capital(self._label(other))}{more} is {only}{farther} farther from the ideal "
+            f"point, and differs by {percent(share)} of the range in {self._name(j)}."
         )
 
     def extreme(self) -> str:

@@ -48,7 +48,7 @@ def percent(share: float) -> str:
     """Return a share as a sentence tells it: two digits, and none behind the point above 10."""
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
-        return "under 0.01 %"
+        return "less than 0.01 %"
     return f"{hundreds:.0f} %" if hundreds >= 9.95 else f"{hundreds:.2g} %"
 
 
