@@ -151,13 +151,24 @@ def test_functions_are_drawn_by_name():
     ax = Figure().add_subplot()
     c, fine = np.array([0.2, 0.4]), np.array([0.1, 0.3, 0.5])
     curves = {("$a$", "time"): (2 * c, 5 * fine), ("$b$", "speed"): (3 * c, 7 * fine)}
-    draw_functions(ax, c, fine, curves)
+    draw_functions(ax, c, fine, curves, 0.3193)
     assert texts(ax) == ["$a$, time", "$b$, speed", "$c$ = 0.3193"]
     drawn = [line.get_xydata() for line in ax.lines[:4]]
     expected = [(fine, 5 * fine), (c, 2 * c), (fine, 7 * fine), (c, 3 * c)]
     for points, columns in zip(drawn, expected, strict=True):
         np.testing.assert_array_equal(points, np.column_stack(columns))
     assert ax.get_ylabel() == "$a$, $b$ (dimensionless)"
+
+
+def test_the_figures_of_another_chute_say_which_and_mark_its_speed():
+    other = Reproduction(64, (solve_case(0.3, "rolling", 64, c=0.5, r=0.2),))
+    pages = dict(paper_figures(other, model="rolling", numbers=[2, 4, 8]))
+    for number in (2, 4):
+        assert "$c$ = 0.5, $r$ = 0.2" in pages[number].get_suptitle()
+    assert r"$\mu$ = 0.3, $r$ = 0.2" in pages[8].get_suptitle()
+    for ax in pages[8].axes:
+        assert ax.lines[-1].get_xdata() == [0.5, 0.5]
+        assert texts(ax)[-1] == "$c$ = 0.5"
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])

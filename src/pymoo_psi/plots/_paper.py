@@ -133,7 +133,8 @@ def paper_figures(
     ends = _SURFACES_MU if case.printed else sorted({min(values), max(values)})
     make: dict[int, Any] = {
         2: lambda: _surfaces_page(
-            [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends]
+            [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends],
+            f"{_MODEL_NAMES[model]}, {_chute(parameters)}",
         ),
         **{number: partial(_points_page, case, *space) for number, space in _SPACES.items()},
         7: lambda: _motion_page(case),
@@ -149,6 +150,7 @@ def paper_figures(
                 refined=True,
             ),
             reproduction.n_points,
+            parameters,
         ),
     }
     for number in numbers:
@@ -259,8 +261,12 @@ def _axis_label(name: str) -> str:
     return ", ".join(QUANTITIES[name])
 
 
-def _subject(model: str, mu: float) -> str:
-    return rf"{_MODEL_NAMES[model]}, $\mu$ = {mu:g}"
+def _subject(case: Case) -> str:
+    return rf"{_MODEL_NAMES[case.model]}, $\mu$ = {case.mu:g}, {_chute(case.parameters)}"
+
+
+def _chute(parameters: ChuteParameters) -> str:
+    return f"$c$ = {parameters.c:g}, $r$ = {parameters.r:g}"
 
 
 def _legend_above(axes: Axes, ncols: int = 3) -> None:
@@ -274,7 +280,7 @@ def _legend_above(axes: Axes, ncols: int = 3) -> None:
 # Figure 2
 
 
-def _surfaces_page(cases: Sequence[CriterionSurfaces]) -> Figure:
+def _surfaces_page(cases: Sequence[CriterionSurfaces], subject: str) -> Figure:
     """Return f1 on the left and f2 on the right, with one row for every friction coefficient."""
     with new_page(12 + 74 * len(cases), layout=None) as figure:
         figure.subplots_adjust(
@@ -288,10 +294,7 @@ def _surfaces_page(cases: Sequence[CriterionSurfaces]) -> Figure:
                 bar.set_label(_axis_label(name))
                 title = rf"({letter}) $\mu$ = {surfaces.mu:g}: {_axis_label(name)}"
                 ax.set_title(title, y=0.97)
-        figure.suptitle(
-            f"Criteria over the design box (all quantities dimensionless)\n"
-            f"{_MODEL_NAMES[cases[0].model]}"
-        )
+        figure.suptitle(f"Criteria over the design box (all quantities dimensionless)\n{subject}")
     return figure
 
 
@@ -344,8 +347,7 @@ def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
                 tick_counts(ax, x=5, y=5)
             line[len(line) // 2].set_title(title)
         figure.suptitle(
-            f"Pareto-optimal points {space} (all quantities dimensionless)\n"
-            f"{_subject(case.model, case.mu)}"
+            f"Pareto-optimal points {space} (all quantities dimensionless)\n{_subject(case)}"
         )
         entries = grid.flat[0].get_legend_handles_labels()
         enlarge_markers(figure.legend(*entries, loc="outside lower center", ncols=3))
@@ -433,8 +435,13 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
 # Figure 8
 
 
-def _functions_page(optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int) -> Figure:
-    """Return the time and the exit speed on the left, the other criteria on the right."""
+def _functions_page(
+    optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int, chute: ChuteParameters
+) -> Figure:
+    """Return the time and the exit speed on the left, the other criteria on the right.
+
+    The initial speed of ``chute``, for which the other figures are, is marked.
+    """
     with new_page(104, layout=None) as figure:
         figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
         left, right = figure.subplots(1, 2)
@@ -443,11 +450,12 @@ def _functions_page(optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n
             values = [np.column_stack([found.F, found.exit_speed]) for found in (optima, refined)]
             return {_FUNCTIONS[j]: (values[0][:, j], values[1][:, j]) for j in columns}
 
-        draw_functions(left, optima.c, refined.c, curves((0, 4)))
-        draw_functions(right, optima.c, refined.c, curves((1, 2, 3)))
+        draw_functions(left, optima.c, refined.c, curves((0, 4)), chute.c)
+        draw_functions(right, optima.c, refined.c, curves((1, 2, 3)), chute.c)
         figure.suptitle(
             f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
-            f"(lines), against the initial speed\n{_subject(optima.model, optima.mu)}"
+            f"(lines), against the initial speed\n{_MODEL_NAMES[optima.model]}, "
+            rf"$\mu$ = {optima.mu:g}, $r$ = {chute.r:g}"
         )
         figure.text(0.08, 0.02, _caption(refined), va="bottom", linespacing=1.5)
     return figure
@@ -474,9 +482,13 @@ def _caption(refined: SalukvadzeFunctions) -> str:
 
 
 def draw_functions(
-    axes: Axes, c: Array, fine_c: Array, curves: dict[tuple[str, str], tuple[Array, Array]]
+    axes: Axes,
+    c: Array,
+    fine_c: Array,
+    curves: dict[tuple[str, str], tuple[Array, Array]],
+    marked: float,
 ) -> None:
-    """Draw functions of the initial speed, with the paper's marked.
+    """Draw functions of the initial speed.
 
     Args:
         axes: Where.
@@ -484,6 +496,7 @@ def draw_functions(
         fine_c: ``(l,)`` speeds of the refined optima.
         curves: Of one to three functions the symbol and the meaning, with ``(k,)`` values of the
             test points, drawn as marks, and ``(l,)`` refined ones, drawn as a line.
+        marked: A speed at which to draw a line.
     """
     for names, (values, line), look in zip(curves, curves.values(), CURVES, strict=False):
         style = {"color": look["color"], "linestyle": look["linestyle"]}
@@ -492,8 +505,7 @@ def draw_functions(
             c, values, color=look["color"], marker=look["marker"], linestyle="none",
             markersize=2.6, label="_nolegend_",
         )  # fmt: skip
-    paper_c = ChuteParameters(mu=_MU).c
-    axes.axvline(paper_c, label=f"$c$ = {paper_c:g}", **_TRANSITION)
+    axes.axvline(marked, label=f"$c$ = {marked:g}", **_TRANSITION)
     axes.set_xlim(0, None)
     axes.set_xlabel("$c$, initial speed of the centre (dimensionless)")
     axes.set_ylabel(", ".join(symbol for symbol, _ in curves) + " (dimensionless)")
