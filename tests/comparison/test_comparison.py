@@ -321,6 +321,7 @@ def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
         ({"seeds": [1.5]}, "seeds must be an integer >= 0, got 1.5"),
         ({"algorithms": "psi"}, "algorithms must be names or a mapping, got 'psi'"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
+        ({"algorithms": [str.lower]}, 'names, or a mapping .* such as {"mine": NSGA2'),
         ({"algorithms": []}, "algorithms must be one or more, such as psi"),
         ({"algorithms": {"a": NSGA2}}, "got the class NSGA2; give lambda n: NSGA2"),
         ({"assess": "all"}, "assess must be one of 'evaluated', 'returned', got 'all'"),

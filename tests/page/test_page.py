@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.problems import get_problem
 
 from pymoo_psi import PsiError, VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import _page, main
@@ -229,3 +230,13 @@ def test_further_outputs_have_their_place():
     assert "Further outputs" in page.html()
     with pytest.raises(ValueError, match="outputs must be columns that are named once, got 'cost'"):
         decision_page(frame, ["cost", "mass"], outputs=["cost"])
+
+
+def test_infeasible_tests_of_a_table_are_not_ranked_as_designs():
+    """The frame of a whole table has them, and the best of all is mostly one of them."""
+    table = investigate(get_problem("bnh"), 16)
+    assert (table.status == "infeasible").any()
+    with pytest.raises(PsiError, match=r"frame must be of feasible designs.*table\.feasible"):
+        decision_page(table.to_frame(), ["f1", "f2"])
+    feasible = table.rows(table.feasible())
+    assert decision_page(feasible.to_frame(), ["f1", "f2"]).n_designs == len(feasible)

@@ -161,14 +161,16 @@ def test_functions_are_drawn_by_name():
 
 
 def test_the_figures_of_another_chute_say_which_and_mark_its_speed():
-    other = Reproduction(64, (solve_case(0.3, "rolling", 64, c=0.5, r=0.2),))
+    other = Reproduction(64, (solve_case(0.3, "rolling", 64, c=1.5, r=0.2),))
     pages = dict(paper_figures(other, model="rolling", numbers=[2, 4, 8]))
     for number in (2, 4):
-        assert "$c$ = 0.5, $r$ = 0.2" in pages[number].get_suptitle()
+        assert "$c$ = 1.5, $r$ = 0.2" in pages[number].get_suptitle()
     assert r"$\mu$ = 0.3, $r$ = 0.2" in pages[8].get_suptitle()
     for ax in pages[8].axes:
-        assert ax.lines[-1].get_xdata() == [0.5, 0.5]
-        assert texts(ax)[-1] == "$c$ = 0.5"
+        assert ax.lines[-1].get_xdata() == [1.5, 1.5]
+        assert min(ax.lines[0].get_xdata()) < 1.5 < max(ax.lines[0].get_xdata())
+        assert texts(ax)[-1] == "$c$ = 1.5"
+    assert "The paper" not in pages[8].texts[-1].get_text()
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])

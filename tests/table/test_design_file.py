@@ -205,3 +205,9 @@ def test_the_input_is_not_overwritten(capsys, written):
         assert main([command, str(path), "--out", str(link)]) == 2
         assert "--out must be another file than the one that is read" in capsys.readouterr().err
     assert path.read_text("utf-8") == "a,b\n1,2\n2,1\n"
+
+
+def test_a_file_is_told_in_a_line(tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("id,cost,mass\nA,1.5,4\nB,2,1\n", encoding="utf-8")
+    assert repr(read_designs(path)) == f"DesignFile({str(path)!r}: 2 designs; id, cost, mass)"

@@ -102,6 +102,12 @@ def named_algorithms(
     if isinstance(algorithms, str) or not isinstance(algorithms, Collection):
         raise ArgumentTypeError(f"algorithms must be names or a mapping, got {algorithms!r:.80}")
     if not isinstance(algorithms, Mapping):
+        for name in algorithms:
+            if not isinstance(name, str):  # its repr, with an address, would be its name
+                raise ArgumentTypeError(
+                    "algorithms must be names, or a mapping from names of yours to algorithms, "
+                    f'such as {{"mine": NSGA2(50)}}, got {name!r:.80}'
+                )
         algorithms = {name: name for name in algorithms}
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])

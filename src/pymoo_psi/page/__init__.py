@@ -1,6 +1,25 @@
 """The decision page: a ranked Pareto set to look at, limit and choose from, in one HTML file.
 
 :func:`decision_page` makes a :class:`DecisionPage`, which is what it shows as data, and the file.
+In a notebook it shows itself. ``pymoo-psi page`` makes one of a file; of a test table it takes the
+feasible designs and their roles.
+
+Example:
+    >>> from pymoo.problems import get_problem
+    >>> from pymoo_psi import investigate
+    >>> from pymoo_psi.page import decision_page
+    >>> table = investigate(get_problem("bnh"), 64)
+    >>> page = decision_page(
+    ...     table.rows(table.feasible()).to_frame(),
+    ...     table.layout.objectives,
+    ...     variables=table.layout.variables,
+    ...     maximize=table.layout.maximized,
+    ...     units=table.layout.units,
+    ...     infeasible=int((table.status == "infeasible").sum()),
+    ...     title="BNH",
+    ... )
+    >>> page
+    DecisionPage('BNH': 61 designs)
 
 The file needs no network and no library: ``logic.js`` ranks and explains what is left,
 ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.

@@ -129,7 +129,8 @@ def decision_page(
     without a finite value of every objective are left out and counted.
 
     Args:
-        frame: One row per design, one or more.
+        frame: One row per design, one or more, all of them feasible; of a test table
+            ``table.rows(table.feasible()).to_frame()``.
         objectives: Names of the columns with the criteria.
         variables: Names of the columns with the design variables. Numbers, which may be missing,
             are plotted and limited; of texts some can be chosen.
@@ -154,7 +155,8 @@ def decision_page(
 
     Raises:
         ArgumentValueError: A name is not a column or occurs twice; no design has all objectives;
-            the limits leave none; the decision is about other criteria, directions or columns.
+            a design has the ``status`` "infeasible" of a test table; the limits leave none; the
+            decision is about other criteria, directions or columns.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         OSError: The decision file cannot be opened.
 
@@ -173,6 +175,14 @@ def decision_page(
         frame, {"objectives": objectives, "variables": variables, "outputs": outputs}, label
     )
     others = [*variables, *outputs]
+    # The frame of a whole test table: its infeasible designs would be ranked as any other.
+    if "status" in frame and (frame["status"] == "infeasible").any():
+        raise invalid(
+            "frame",
+            "of feasible designs",
+            Received(f"{(frame['status'] == 'infeasible').sum()} with the status 'infeasible'"),
+            "of a test table give table.rows(table.feasible()).to_frame()",
+        )
     for name in maximize:
         known_name("maximize", name, [*objectives, *outputs])
     for name in units or {}:

@@ -131,6 +131,9 @@ def paper_figures(
     parameters = case.parameters
     values = [each.mu for each in found]
     ends = _SURFACES_MU if case.printed else sorted({min(values), max(values)})
+    n = reproduction.n_points
+    # Around the speed of the chute, which is marked.
+    speeds = [max(1.0, 2 * parameters.c) * speed for speed in INITIAL_SPEEDS]
     make: dict[int, Any] = {
         2: lambda: _surfaces_page(
             [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends],
@@ -139,18 +142,11 @@ def paper_figures(
         **{number: partial(_points_page, case, *space) for number, space in _SPACES.items()},
         7: lambda: _motion_page(case),
         8: lambda: _functions_page(
-            salukvadze_functions(case.mu, model, reproduction.n_points, r=parameters.r),
+            salukvadze_functions(case.mu, model, n, speeds, r=parameters.r),
             # a smooth line needs fewer
-            salukvadze_functions(
-                case.mu,
-                model,
-                reproduction.n_points,
-                INITIAL_SPEEDS[::2],
-                r=parameters.r,
-                refined=True,
-            ),
-            reproduction.n_points,
-            parameters,
+            salukvadze_functions(case.mu, model, n, speeds[::2], r=parameters.r, refined=True),
+            n,
+            case,
         ),
     }
     for number in numbers:
@@ -436,12 +432,13 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
 
 
 def _functions_page(
-    optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int, chute: ChuteParameters
+    optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int, case: Case
 ) -> Figure:
     """Return the time and the exit speed on the left, the other criteria on the right.
 
-    The initial speed of ``chute``, for which the other figures are, is marked.
+    The initial speed of ``case``, for which the other figures are, is marked.
     """
+    chute = case.parameters
     with new_page(104, layout=None) as figure:
         figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
         left, right = figure.subplots(1, 2)
@@ -457,7 +454,10 @@ def _functions_page(
             f"(lines), against the initial speed\n{_MODEL_NAMES[optima.model]}, "
             rf"$\mu$ = {optima.mu:g}, $r$ = {chute.r:g}"
         )
-        figure.text(0.08, 0.02, _caption(refined), va="bottom", linespacing=1.5)
+        # What the paper says holds for its own chute.
+        said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:\n"
+        caption = (said if case.printed else "Refined:\n") + _caption(refined)
+        figure.text(0.08, 0.02, caption, va="bottom", linespacing=1.5)
     return figure
 
 
@@ -472,10 +472,9 @@ _FUNCTIONS = (
 
 
 def _caption(refined: SalukvadzeFunctions) -> str:
-    """Return what the paper says of the functions, beside what the refined optima do."""
+    """Return what the refined optima do."""
     (_, f2, f3, f4), (_, low2, low3, low4) = refined.F.max(axis=0), refined.F.min(axis=0)
     return (
-        "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:\n"
         f"$f_2^S$ from {low2:.3f} to {f2:.3f}, $f_4^S$ from {low4:.3f} to {f4:.3f}, "
         f"while $f_3^S$ goes from {low3:.3f} to {f3:.3f}."
     )

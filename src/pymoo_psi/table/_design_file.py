@@ -156,6 +156,11 @@ class DesignFile:
     failed: Mapping[str, int] = field(default_factory=dict)
     infeasible: int = 0
 
+    def __repr__(self) -> str:
+        """Return which file, and how many designs of which columns."""
+        names = ", ".join(self.names)
+        return f"DesignFile({str(self.path)!r}: {counted(len(self), 'design')}; {names})"
+
     def __len__(self) -> int:
         """Return the number of designs."""
         return len(next(iter(self.columns.values())).cells)
