@@ -81,6 +81,7 @@ def test_another_chute_is_reproduced_and_compared_with_nothing(
     code, printed, _ = run(capsys, "reproduce", "--out", tmp_path, "--points", 32, *words)
     assert code == 0
     assert printed.startswith(told)
+    assert ("this chute c = 0.5 and r = 0.1" in printed) == ("--c" in words)
     table = pd.read_csv(tmp_path / "table_6_1.csv")
     assert table["paper_f1"].notna().sum() == printed_rows
     assert printed.count("  printed  ") == printed_rows

@@ -183,10 +183,10 @@ def _verdict(result: Reproduction) -> str:
         )
     if not all(case.printed for case in result.cases):
         known = ", ".join(map(str, PAPER_MU))
-        paper = ChuteParameters(mu=PAPER_MU[0])
+        paper, own = ChuteParameters(mu=PAPER_MU[0]), result.cases[0].parameters
         return (
             f"Not compared: of such a chute nothing is published; the paper has mu = {known} with "
-            f"c = {paper.c} and r = {paper.r}."
+            f"c = {paper.c} and r = {paper.r}, this chute c = {own.c:g} and r = {own.r:g}."
         )
     if not result.comparable():
         return (
