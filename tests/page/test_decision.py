@@ -171,3 +171,12 @@ def test_limits_of_page_and_rank_mean_the_same(folder):
         kept &= frame[name].between(low, high).to_numpy()
     assert len(written["designs"]) == kept.sum()
     assert payload(page)["opens_with"]["limits"]["strength"] == [-1.0, None]
+
+
+def test_the_page_says_which_columns_it_does_not_show(folder, capsys):
+    command = ["page", "set.csv", "--objectives", '"cost, total",mass', "--variables"]
+    told = "; name what is to be seen there by --variables."
+    assert main([*command, "width"]) == 0
+    assert f"Not on the page: strength and material{told}" in capsys.readouterr().out
+    assert main([*command, "width,material", "--limits", "strength<=1e9", "--force"]) == 0
+    assert "Not on the page" not in capsys.readouterr().out

@@ -14,6 +14,7 @@ from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
+from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.table import DesignFile, Formulation
 from pymoo_psi.table._design_file import unfit
 
@@ -83,6 +84,10 @@ def run_page(
             read(replace(written, skip_rows=None), prototype), roles.objectives
         )
     names = [*roles.objectives, *roles.variables, *roles.outputs]
+    unseen = [name for name in file.names if name not in (*names, roles.label)]
+    if unseen and file.known is None:  # else the file tells what its other columns are
+        them = listed([name or "(no name)" for name in unseen])
+        remarks.append(f"Not on the page: {them}; name what is to be seen there by --variables.")
     known_units = {name: file.columns[name].unit for name in names}
     page = decision_page(
         frame,
