@@ -237,6 +237,12 @@ def test_large_weights_and_values_do_not_overflow(p):
     assert CompromiseProgramming(p, weights=[1e308, 1e-308]).do(F).tolist() == [0]
 
 
+def test_the_least_floats_are_divided_in_silence():
+    """NumPy 1.25 warns of an overflow in 5e-324 / 5e-324, which is 1."""
+    F = 5e-324 * np.array([[0, 0, 1], [1, 0, 0], [0, 0, 1]])
+    assert CompromiseProgramming(normalize=False).do(F).tolist() == [0, 1, 2]
+
+
 @settings(max_examples=40)
 @given(data=st.data(), normalize=st.booleans())
 def test_the_euclidean_compromise_is_the_salukvadze_optimum_of_any_set(data, normalize):

@@ -24,6 +24,8 @@ from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled
 Array = NDArray[np.float64]
 
 
+# NumPy 1 tells of an overflow where it divides denormal numbers by one another.
+@np.errstate(over="ignore")
 def nearest_compromise(ranking: EfficiencyRanking, p: float, weights: Array) -> NDArray[np.intp]:
     """Return the indices of the Pareto-optimal rows nearest to U, equal up to rounding.
 
@@ -47,6 +49,7 @@ def nearest_compromise(ranking: EfficiencyRanking, p: float, weights: Array) -> 
     return front
 
 
+@np.errstate(over="ignore")  # likewise
 def highest_achievement(
     ranking: EfficiencyRanking, point: Array, weights: Array
 ) -> NDArray[np.intp]:
