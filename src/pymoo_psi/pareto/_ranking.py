@@ -313,7 +313,9 @@ def ranking_of(
     rank = np.zeros(len(F), dtype=np.int64)
     rank[pareto] = 3 * p23 + 2 * p13 + 1 * p12
     salukvadze = np.flatnonzero(pareto)[mu1 == 0]
-    return EfficiencyRanking(measured * units, rank, pareto, frame, salukvadze, objectives)
+    with np.errstate(over="ignore"):  # a dominated design may be infinitely far
+        criteria = measured * units
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
 
 
 def _require_order(
