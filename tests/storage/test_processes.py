@@ -249,7 +249,9 @@ def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
         "        except PsiError as error:\n"
         f"            say({str(ready)!r}, error)\n"
         "        time.sleep(60)\n"
-        f"    while not os.path.exists({str(ready)!r}): time.sleep(0.01)\n"
+        # A file is there before its first line is.
+        f"    while not (os.path.exists({str(ready)!r}) and os.path.getsize({str(ready)!r})):\n"
+        "        time.sleep(0.01)\n"
         f"    say({str(ready)!r}, pid)\n"
         "    study.append(block(1, 4))\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
