@@ -103,8 +103,9 @@ def positive_number(name: str, value: object) -> float:
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
     """Return ``value``; it must be one of ``names``, and a near miss is pointed out."""
     options = ", ".join(repr(option) for option in sorted(names))
+    rule = f"one of {options}" if names else "left out, as there is nothing to choose from"
     if not isinstance(value, str):
-        raise ArgumentTypeError(_message(name, f"one of {options}", value, remedy))
+        raise ArgumentTypeError(_message(name, rule, value, remedy))
     if value not in names:
         # F1 for f1 differs in all its letters
         folded = {option.casefold(): option for option in names}
@@ -112,7 +113,7 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
         hint = "; ".join(
             part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
         )
-        raise invalid(name, f"one of {options}", value, hint)
+        raise invalid(name, rule, value, hint)
     return value
 
 

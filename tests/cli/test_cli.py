@@ -82,7 +82,10 @@ def test_another_chute_is_reproduced_and_compared_with_nothing(
     assert code == 0
     assert printed.startswith(told)
     assert ("this chute c = 0.5 and r = 0.1" in printed) == ("--c" in words)
-    table = pd.read_csv(tmp_path / "table_6_1.csv")
+    # The columns tell mu; the comment what else is not the paper's chute.
+    remark = (tmp_path / "table_6_1.csv").read_text().partition("model,mu")[0].rstrip()
+    assert remark == ("# chute with c = 0.5 and r = 0.1" if "--c" in words else "")
+    table = pd.read_csv(tmp_path / "table_6_1.csv", comment="#")
     assert table["paper_f1"].notna().sum() == printed_rows
     assert printed.count("  printed  ") == printed_rows
     given = dict(zip(words[::2], words[1::2], strict=True))

@@ -196,7 +196,7 @@ def test_a_study_becomes_a_table(run):
     [
         (["--limits", "x1=2"], "--limits must be x1<=2 or x1>=2, as x1 is no criterion, got x1=2"),
         (["--limits", "f9<=2"], "a limit must be one of 'f1', 'f2', 'f3', 'f4'"),
-        (["--limits", "2<=f1<=1"], "the limit on 'f1' must be (lower, upper), got (2.0, 1.0)"),
+        (["--limits", "2<=f1<=1"], "the limit on 'f1' must be (lower, upper) in rising order, got (2.0, 1.0)"),
         (["--limits", "1<=f1,f1>=0"], "--limits must be given once for each side of a column, got f1>=0"),
         (["--criterion", "r=f1/"], "the expression 'f1/' must be continued by a number"),
         (["--criterion", "f1=f2"], "--criterion must be a column, or of the form name=expression with a new name"),
@@ -205,7 +205,7 @@ def test_a_study_becomes_a_table(run):
         (["--relax", "f1"], "--relax must be one of 'g1'"),
         (["--maximize", "g1"], "--maximize must be one of the objectives f1, f2, f3, f4, got 'g1'"),
         (["--formulation", "none.json"], "none.json: No such file"),
-        (["--criterion", "r=f1/f2", "--algorithm", "nsga3"], "a formulation must be used with --algorithm psi"),
+        (["--criterion", "r=f1/f2", "--algorithm", "nsga3"], "--criterion must be used with --algorithm psi"),
         (["--limits", "f1"], "--limits must be of the form criterion=number"),
         (["--limits", "f1<2"], "got f1<2; write <= for <"),
         (["--sampling", "lhs", "--algorithm", "nsga3"], "--sampling must be used with --algorithm psi or surrogate"),

@@ -192,7 +192,10 @@ def test_what_cannot_be_combined_is_told_in_a_line(run, tmp_path):
     run("solve", "zdt1", "--points", 8, "--study", "b.db")
     for words, message in [
         (["a.db", "b.db"], "the experiment 'b' must be tests of the problem of the others"),
-        (["a.db", "a.db"], "of different names, got a; say name=FILE"),
+        (
+            ["a.db", "a.db"],
+            "NAME=FILE must be of different names, each its own or that of the file, got a twice",
+        ),
         (["a.db", "set.csv"], "set.csv must be a study or a table of tests"),
         (["a.db", "c=none.db"], "none.db: No such file"),
     ]:

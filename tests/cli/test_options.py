@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pymoo.problems.multi import BNH
 
 from pymoo_psi.cli import _page, main
 from pymoo_psi.page import decision_page
@@ -68,3 +69,54 @@ def test_limits_of_solve_are_repeatable(capsys):
         assert main([*words, *limits]) == 0
         printed.append(capsys.readouterr().out)
     assert printed[0] == printed[1] != ""
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("rank set.csv --objectives mass,n --prefer weights:mass=-1,n=1", "--prefer: weights must be"),
+        ("rank set.csv --objectives mass,n --prefer order:mass,tolerance=2", "--prefer: tolerance must"),
+        ("rank set.csv --criterion r=mass/", "--criterion: the expression 'mass/' must be continued"),
+        ("rank set.csv --criterion r=mass/zz", "--criterion: a column of 'mass/zz' must be one of"),
+        ("rank set.csv --formulation asked.json", "--formulation: a column of the formulation must"),
+        ("page set.csv --limits mass<=-1", "--limits must be kept by one design or more"),
+        ("solve bnh --points 8 --limits 5<=f1<=4", "--limits: the limit on 'f1' must be (lower"),
+        ("solve bnh --points 8 --limits g1<=1", "--limits: a limit must be on a criterion, a variable "
+         "or an output, got 'g1'; leave the constraint out by --relax to give"),
+        ("solve bnh --points 8 --objectives x1", "--objectives: criteria must be columns other than "
+         "variables, got 'x1'; compute a column from it: --criterion \"small_x1=x1\""),
+        ("solve bnh --points 8 --formulation asked.json", "--formulation: criteria must be one of"),
+        ("solve bnh --points 8 --box x1=3:2", "--box: x1 of box must be (lower, upper) in rising"),
+        ("solve bnh --points 8 --study .", "--study must be the name of a file, got"),
+        ("solve bnh --points x", "Invalid value for '--points': "),
+        ("rank set.csv --top 1.5", "Invalid value for '--top': "),
+        ("solve bnh --out=", "Invalid value for '--out': a file or folder must have a name"),
+        ("solve bnh --algorithm nsga3 --limits f1=3", "--limits must be used with --algorithm psi or "
+         "surrogate, got 'nsga3'; keep the tests by --study FILE.db, then pymoo-psi rank FILE.db --limits"),
+        ("solve bnh --algorithm surrogate --relax g1", "--relax must be used with --algorithm psi"),
+        ("solve tests.cli.test_options:Backwards --maximize f1", "PROBLEM tests.cli.test_options:Backwards: maximize must"),
+        ("reproduce --out set.csv", "--out must be a folder, got the file set.csv"),
+    ],
+)  # fmt: skip
+def test_a_message_names_what_was_typed(monkeypatch, capsys, tmp_path, words, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "set.csv").write_text(DESIGNS, encoding="utf-8")
+    (tmp_path / "asked.json").write_text('{"criteria": ["nope"]}')
+    assert main(words.split()) == 2
+    error = capsys.readouterr().err.removeprefix("pymoo-psi: error: ")
+    assert error.startswith(told)
+
+
+class Backwards(BNH):
+    """A problem that says itself, wrongly, what is maximised."""
+
+    maximize = ("f3",)
+
+
+def test_designs_that_lack_a_limited_number_are_not_beyond_the_limit(capsys, tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("a,b\n1,5\n2,\n3,2\n4,1\n5,9\n", encoding="utf-8")
+    assert main(["rank", str(path), "--limits", "b<=5"]) == 0
+    printed = capsys.readouterr().out
+    assert "1 design beyond the limits: left out.\n" in printed
+    assert "1 design without a number in a limited column: left out.\n" in printed

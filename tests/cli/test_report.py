@@ -246,7 +246,7 @@ def test_no_feasible_design_is_code_1_and_a_report(study, tmp_path, capsys):
     ("options", "message"),
     [
         (["--out", "report.pdf"], "--out must be a file with the suffix .html or .htm"),
-        (["--design", "1000"], "design must be the number of a feasible test point, got 1000"),
+        (["--design", "1000"], "--design must be the number, or row, of a feasible test, got 1000"),
         (["--limits", "f3<=1"], "--limits must be one of"),
         (["--prefer", "cheap"], "--prefer must be one of"),
         (["--units", "f9=kg"], "--units must be one of"),

@@ -300,7 +300,7 @@ def test_sequences_tell_sensitivities_rules_and_convergence():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"design": 999}, "design must be the number of a feasible test point, got 999"),
+        ({"design": 999}, "design must be the number, or row, of a feasible test, got 999"),
         ({"design": 0}, "design must be an integer >= 1"),
         ({"labels": ["a"]}, "labels must be 96, one for each test, got 1"),
         ({"limits": {"mas": 3}}, "did you mean 'mass'"),

@@ -173,7 +173,7 @@ def test_numbers_are_read_to_the_last_digit(tmp_path):
         ('{"objectives": ["a"], "maximized": [], "designs": [{"b": 1}]}', "lack columns"),
         ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}, {}]}', "lack columns"),
         ("a,status\n1,failed\n", "none of its 1 designs is feasible"),
-        ('# {"pymoo_psi_test_table": 1}\nf1\n1\n', "must be a file of a TestTable: its head"),
+        ('# {"pymoo_psi_test_table": 1}\nf1\n1\n', "must be a table of tests, of to_csv or 'pymoo-psi export': its head"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_told_with_a_remedy(written, content, message):

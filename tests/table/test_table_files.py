@@ -283,7 +283,8 @@ def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, damage, message):
         assert TestTable.read_csv(path).equals(EXAMPLE)
         return
     with pytest.raises(
-        ValueError, match=rf"table\.csv must be a file of a TestTable: .*{message}"
+        ValueError,
+        match=rf"table\.csv must be a table of tests, of to_csv or 'pymoo-psi export': .*{message}",
     ) as caught:
         TestTable.read_csv(path)
     assert isinstance(caught.value, PsiError)
@@ -306,8 +307,8 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
         except PsiError as error:
             message = str(error)
         else:
-            message = "damaged.csv must be a file of a TestTable"  # the damage was harmless
-        assert "damaged.csv must be a file of a TestTable" in message
+            message = "damaged.csv must be a table of tests, of to_csv or 'pymoo-psi export'"  # the damage was harmless
+        assert "damaged.csv must be a table of tests, of to_csv or 'pymoo-psi export'" in message
 
 
 def test_a_missing_file_is_the_systems_error(tmp_path):
@@ -345,7 +346,8 @@ def test_damaged_parquet(tmp_path):
     path = tmp_path / "t.parquet"
     path.write_bytes(b"PAR1 nothing")
     with pytest.raises(
-        PsiError, match=r"t\.parquet must be a file of a TestTable: it cannot be read as Parquet"
+        PsiError,
+        match=r"t\.parquet must be a table of tests, of to_csv or 'pymoo-psi export': it cannot be read as Parquet",
     ):
         TestTable.read_parquet(path)
     pd.DataFrame({"a": [1]}).to_parquet(path)

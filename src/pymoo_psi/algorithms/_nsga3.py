@@ -36,6 +36,10 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
     more designs and more generations; the last generation is cut to the budget. Variables that
     are integer, binary or of several types have the operators that pymoo names for them.
 
+    It takes no formulation, as where it searches depends on the criteria: within limits on
+    variables it searches by :class:`~pymoo_psi.Restricted`, and what it has evaluated is asked
+    anew where :class:`~pymoo_psi.Recorded` keeps it, ``recorded.table.under(formulation)``.
+
     Args:
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
@@ -66,7 +70,7 @@ def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs
             "the number of objectives of problem",
             "at least 2 for NSGA-III",
             problem.n_obj,
-            "use one of pymoo's single-objective algorithms",
+            "use PSI, or one of pymoo's algorithms for a single objective",
         )
     if seed is not None:
         integer("seed", seed, minimum=0)

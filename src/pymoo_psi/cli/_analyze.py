@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi.cli._groups import ColumnOptions
-from pymoo_psi.cli._options import formulation_of, tests_in
-from pymoo_psi.cli._output import judged, print_frame, require_results, say, write_csv
+from pymoo_psi.cli._options import formulation_of, judged, tests_in
+from pymoo_psi.cli._output import print_frame, require_results, say, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._style import new_page, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities

@@ -16,10 +16,9 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from enum import Enum
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, TextIO
+from typing import Annotated, Any, Literal, TextIO, TypeAlias
 
 import typer
 from typer.core import TyperCommand
@@ -67,45 +66,12 @@ COLUMNS says how wide they may be.""",
 )
 
 
-# An option's choices are an enumeration to typer (StrEnum is of Python 3.11 on). They repeat names
-# of the library, as its import would keep --help waiting.
-class AlgorithmName(str, Enum):
-    """The algorithms of ``solve``."""
-
-    psi = "psi"
-    surrogate = "surrogate"
-    nsga3 = "nsga3"
-
-
-class SamplingName(str, Enum):
-    """Where the test points of ``solve`` come from."""
-
-    lptau = "lptau"
-    sobol = "sobol"
-    halton = "halton"
-    lhs = "lhs"
-
-
-class ModelName(str, Enum):
-    """The models of the chute."""
-
-    full = "full"
-    rolling = "rolling"
-
-
-class FigureFormat(str, Enum):
-    """The formats of ``reproduce``'s figures."""
-
-    png = "png"
-    pdf = "pdf"
-    svg = "svg"
-
-
-class AssessedName(str, Enum):
-    """What ``compare`` measures of a run."""
-
-    evaluated = "evaluated"
-    returned = "returned"
+# They repeat names of the library, as its import would keep --help waiting.
+_Algorithm: TypeAlias = Literal["psi", "surrogate", "nsga3"]
+_Sampling: TypeAlias = Literal["lptau", "sobol", "halton", "lhs"]
+_Model: TypeAlias = Literal["full", "rolling"]
+_Format: TypeAlias = Literal["png", "pdf", "svg"]
+_Assessed: TypeAlias = Literal["evaluated", "returned"]
 
 
 class ProblemCommand(TyperCommand):
@@ -189,20 +155,19 @@ def reproduce(
     ] = None,
     c: Annotated[float, typer.Option(help="Initial speed.")] = 0.3193,
     r: Annotated[float, typer.Option(help="Radius.")] = 0.1,
-    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
+    model: Annotated[_Model | None, typer.Option(help="The motion [both].")] = None,
     jobs: Jobs = 1,
-    figures: Annotated[
-        FigureFormat, typer.Option(help="Format of the figures.")
-    ] = FigureFormat.png,
+    figures: Annotated[_Format, typer.Option(help="Format of the figures.")] = "png",
     force: Overwrite = False,
 ) -> int:
     """Compute the paper's tables, and say whether print is matched."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
-    models = None if model is None else [model.value]
-    return run_reproduce(
-        out, points, jobs, figures.value, mu=mu, c=c, r=r, models=models, force=force
-    )
+    models = None if model is None else [model]
+    return run_reproduce(out, points, jobs, figures, mu=mu, c=c, r=r, models=models, force=force)
+
+
+_CHUTE = "Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling."
 
 
 @_command(
@@ -210,21 +175,21 @@ def reproduce(
     'pymoo-psi solve bnh --points 256 --limits "f1<=60, x1<=2" --study bnh.db',
     "pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500",
     'pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"',
-    more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
+    more=_CHUTE,
     cls=ProblemCommand,
 )
 def solve(
     context: typer.Context,
     problem: ProblemName,
     *,
-    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
+    algorithm: Annotated[_Algorithm, typer.Option(help="How to search.")] = "psi",
     points: Annotated[
         int | None,
         typer.Option(metavar="N", help="Designs to evaluate [4096, of surrogate 256]."),
     ] = None,
     sampling: Annotated[
-        SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
-    ] = SamplingName.lptau,
+        _Sampling, typer.Option(help="Where psi and surrogate take their test points from.")
+    ] = "lptau",
     seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
     jobs: Jobs = 1,
     columns: ColumnOptions,
@@ -261,11 +226,10 @@ def solve(
 
     # A wrong option is told before a model is imported, which may take its time.
     if points is None:
-        points = 256 if algorithm is AlgorithmName.surrogate else 4096
+        points = 256 if algorithm == "surrogate" else 4096
     search = Search(
-        algorithm.value, points, seed, columns, study, study_key, retry, share, jobs,
-        sampling.value,
-    )  # fmt: skip
+        algorithm, points, seed, columns, study, study_key, retry, share, jobs, sampling
+    )
     wanted = load_problem(problem, context.obj, jobs, timeout, box or ())
     return run_solve(wanted, search, out, normalize=not no_normalize, force=force)
 
@@ -273,7 +237,7 @@ def solve(
 @_command(
     "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
     "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four",
-    more="Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling.",
+    more=_CHUTE,
     cls=ProblemCommand,
 )
 def compare(
@@ -291,8 +255,8 @@ def compare(
         ),
     ] = "psi,psi-scrambled,nsga3,psi+nsga3",
     assess: Annotated[
-        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
-    ] = AssessedName.evaluated,
+        _Assessed, typer.Option(help="Measure all that was evaluated, or what was returned.")
+    ] = "evaluated",
     reference: Annotated[
         Path | None, path_option("FILE.npz", "Measure against the reference of another study.")
     ] = None,
@@ -308,7 +272,7 @@ def compare(
 
     return run_compare(
         load_problem(problem, context.obj), evaluations, seeds, algorithms,
-        assess=assess.value, reference=reference, jobs=jobs, out=out, force=force,
+        assess=assess, reference=reference, jobs=jobs, out=out, force=force,
     )  # fmt: skip
 
 
@@ -526,6 +490,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _usage(error: Any) -> str:
     """Return the message of a usage error with one near miss, as versions of typer differ in it."""
     message = str(error.format_message()).replace("Value error, ", "")
+    said, _, unread = message.partition(", unable to parse")
+    if unread and (found := getattr(error.__cause__, "errors", None)):  # pydantic's
+        message = f"{said}, got {found()[0]['input']!r}"
     name = getattr(error, "option_name", "")
     known: Sequence[str] = getattr(error, "possibilities", None) or ()
     if found := re.match(r"No such command '(.*?)'", message):
@@ -536,20 +503,47 @@ def _usage(error: Any) -> str:
         message = found[0]
     elif known:
         message = f"No such option: {name}"
+        if not difflib.get_close_matches(name, known, n=1):
+            message += f"; there are {', '.join(known)}"
     near = difflib.get_close_matches(name, known, n=1)
     return f"{message}; did you mean {near[0]}?" if near else message
 
 
 # Where an option is not called as the argument of the library is.
 _OPTIONS = {"n_points": "--points", "n_evaluations": "--points", "n_jobs": "--jobs"}
+# How messages begin that are about what is in an option, or in one of several.
+_WITHIN = {
+    r"criteria |an? (computed column|expression|column|function) |the expression ": (
+        "--criterion", "--objectives", "--formulation",
+    ),
+    r"an? limit |the limit on ": ("--limits", "--formulation"),
+    r"relaxed ": ("--relax", "--formulation"),
+    r"(weights|aspiration|order|tolerance) ": ("--prefer",),
+    r"a variable of box |.* of box must ": ("--box",),
+}  # fmt: skip
+# What remedies call by its name in Python.
+_REMEDIES = {
+    r"computed=\{'(.*?)': '(.*?)'\}": r'--criterion "\1=\2"',
+    r"Formulation\(relaxed=\.\.\.\)": "--relax",
+    r"share=\(k, n\)": "--share K/N",
+    r"\(and study_key\)": "(and --study-key)",
+    "is left out of algorithms": "is left out of --algorithms",
+}
 
 
 def _in_options(message: str, words: Sequence[str]) -> str:
     """Return a message about an argument of the library as one about the option that was typed."""
+    for python, typed_instead in _REMEDIES.items():
+        message = re.sub(python, typed_instead, message)
     name, space, rest = message.partition(" ")
     option = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
     typed = {word.partition("=")[0] for word in words}
-    return f"{option}{space}{rest}" if option in typed else message
+    if option in typed:
+        return f"{option}{space}{rest}"
+    for beginning, options in _WITHIN.items():
+        if re.match(beginning, message) and (found := [word for word in options if word in typed]):
+            return f"{'/'.join(found)}: {message}"
+    return message
 
 
 def _interrupted() -> int:

@@ -16,15 +16,13 @@ from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
-from pymoo_psi.errors import PsiError
-
 NEAR = 0.7  # how alike two options are, of which one is meant; --mu and --out are so to 0.6
 
 
 def path_in(text: str | Path) -> Path:
     """Return what is typed as a path, ``~`` replaced, which shells leave in ``--out=~/x.csv``."""
     if not os.fspath(text):  # as $FILE gives that is not set; to Path it is "."
-        raise PsiError("a file or folder must have a name, got ''")
+        raise typer.BadParameter("a file or folder must have a name, got ''")
     return Path(os.path.expanduser(text))
 
 

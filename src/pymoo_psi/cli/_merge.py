@@ -29,7 +29,8 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
         try:
             table = table.merge(tests)
         except PsiError as error:
-            raise ArgumentValueError(f"{path} does not fit those before it: {error}") from error
+            told = str(error).replace("other must", "it must", 1)  # an argument of merge
+            raise ArgumentValueError(f"{path} does not fit those before it: {told}") from error
     table.to_study(out)
     for remark in remarks:
         say(remark)
@@ -55,9 +56,11 @@ def run_combine(experiments: Sequence[str], out: Path, *, force: bool) -> int:
         # A file may have a sign in its name, and is meant where it is there.
         path = Path(rest if equals and not Path(entry).exists() else entry).expanduser()
         name = name if equals and not Path(entry).exists() else path.stem
+        if not name:
+            raise invalid("NAME=FILE", "with a name", Received(entry))
         if name in files:
-            remedy = "say name=FILE"
-            raise invalid("the experiments", "of different names", Received(name), remedy)
+            rule = "of different names, each its own or that of the file"
+            raise invalid("NAME=FILE", rule, Received(f"{name} twice"))
         files[name] = path
     require_output(out, (".csv", ".parquet"), *files.values(), by="combine", force=force)
     tables = {}

@@ -40,12 +40,19 @@ def tests_in(path: Path) -> tuple[TestTable, str]:
     return read_tests(path) if reader is None or path.is_dir() else (reader(path), "")
 
 
+def judged(tests: TestTable, asked: Formulation) -> TestTable:
+    """Return tests under a formulation, if it asks for anything."""
+    # Of tests that all failed, as the first ones may, nobody knows which outputs they have.
+    plain = asked == Formulation() or (tests.status == "failed").all()
+    return tests if plain else tests.under(asked)
+
+
 def formulation_of(
     typed: ColumnOptions,
     columns: Sequence[str],
     objectives: Sequence[str],
     maximized: Collection[str],
-    constraints: Sequence[str] = (),
+    constraints: Sequence[str] | None = (),
     *,
     complete: bool = True,
 ) -> Formulation:
@@ -56,7 +63,7 @@ def formulation_of(
         columns: Names of all columns.
         objectives: The criteria unless others are named.
         maximized: Columns of which more is better.
-        constraints: Those of the columns that are constraints.
+        constraints: Those of the columns that are constraints; None if that is not known.
         complete: Whether there are no other columns, as a model may give.
 
     Raises:
@@ -88,9 +95,9 @@ def formulation_of(
         raise invalid("--maximize", f"one of the objectives {', '.join(now)}", other[0])
     maximize = tuple(dict.fromkeys((*base.maximize, *named)))
     more = {*maximized, *maximize}.difference(base.minimize)
-    relaxed = names_in("--relax", typed.relax, constraints)
+    relaxed = names_in("--relax", typed.relax, known if constraints is None else constraints)
     relaxed = tuple(dict.fromkeys((*base.relaxed, *relaxed)))
-    held = [n for n in constraints if n not in {*relaxed, *now}]
+    held = [n for n in constraints or () if n not in {*relaxed, *now}]
     free = [name for name in known if name not in held]
     remedy = "a constraint is limited when it is left out by --relax" if held else ""
     limits = limits_in(typed.limits, free, now, more, complete=complete, remedy=remedy)
@@ -174,9 +181,7 @@ def formulated_in(
         if variables:
             rule = "named for a file of designs only: a test table knows its variables"
             raise invalid("--variables", rule, variables[0])
-        plain = unlimited == Formulation() or (found.status == "failed").all()
-        table = found if plain else found.under(unlimited)
-        return table, asked.limits, None, [f"{missing}."] if missing else []
+        return judged(found, unlimited), asked.limits, None, [f"{missing}."] if missing else []
     file = found if unlimited == Formulation() else found.under(unlimited)
     if file is not found:  # then it knows its objectives and senses
         columns = replace(columns, objectives=(), maximize=())
@@ -198,7 +203,7 @@ def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation
         return formulation_of(columns, names, layout.objectives, layout.maximized, constraints)
     told = found.roles(() if columns.objectives or columns.formulation else None)
     known = found.known or told
-    return formulation_of(columns, found.names, told.objectives, known.maximize)
+    return formulation_of(columns, found.names, told.objectives, known.maximize, None)
 
 
 def _with_roles(
@@ -277,7 +282,7 @@ def limits_in(
             raise invalid(
                 "--limits", f"{rule}, joined by commas", Received(part or "nothing"), remedy
             )
-        if complete:
+        if complete or re.search("[<>]=", name):
             known_name("--limits", name, known, remedy)
         for sign, end in ends:
             if sign == "=" and name not in known:

@@ -35,6 +35,7 @@ from rich.text import Text
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid
+from pymoo_psi.cli._options import judged
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
 
@@ -170,13 +171,6 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
     )
 
 
-def judged(tests: TestTable, asked: Formulation) -> TestTable:
-    """Return tests under a formulation, if it asks for anything."""
-    # Of tests that all failed, as the first ones may, nobody knows which outputs they have.
-    plain = asked == Formulation() or (tests.status == "failed").all()
-    return tests if plain else tests.under(asked)
-
-
 @contextmanager
 def run_bar(
     description: str, total: int, asked: Formulation | None = None
@@ -299,9 +293,11 @@ def require_results(out: Path, files: Sequence[str], *, force: bool) -> Path:
         The absolute path.
 
     Raises:
-        ArgumentValueError: There are such files.
+        ArgumentValueError: There are such files, or the folder is a file.
         OSError: Nothing can be written there.
     """
+    if out.exists() and not out.is_dir():
+        raise invalid("--out", "a folder", Received(f"the file {out}"))
     out.mkdir(parents=True, exist_ok=True)
     if not force and not any(out.glob(files[0])):
         for found in (path for pattern in files for path in out.glob(pattern)):
@@ -326,7 +322,7 @@ def require_folder(folder: Path, shown: str) -> Path:
     return folder.absolute()
 
 
-# page.js has this rule for what the page exports; the cells of tests/formulas.py try both. A sign
+# logic.js has this rule for what the page exports; the cells of tests/formulas.py try both. A sign
 # alone, which people write for "none", counts as a number.
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 _NUMBER = re.compile(r"[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)", re.IGNORECASE)
@@ -338,16 +334,18 @@ def write_csv(
     roles: Roles | None = None,
     units: Mapping[str, str] | None = None,
     numbers: Collection[str] = (),
+    remark: str = "",
 ) -> None:
     """Write a frame whole or not at all: an interrupted run leaves the old file as it was.
 
     With the roles of its columns, their units and which are numbers, a comment above their names
-    says these, unless the names do.
+    says these, unless the names do. A remark is a comment, too.
 
     A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left
     alone, also those with a comma, a percent sign or an exponent. The page exports likewise.
     """
     head = "" if roles is None else _head(frame, roles, units or {}, numbers)
+    head = f"# {remark}" if remark else head
     frame = frame.rename(columns=_inert)  # heads are texts too; a copy, the caller's stays
     texts = frame.select_dtypes(exclude=["number", "bool"]).map(_inert)
     frame[texts.columns] = texts

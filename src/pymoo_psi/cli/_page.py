@@ -115,7 +115,7 @@ def run_page(
 
 def _named_designs(file: DesignFile, objectives: tuple[str, ...]) -> pd.DataFrame:
     """Return the designs of a file under the names that they have in it."""
-    file.require_columns("--objectives", objectives)
+    file.require_columns("an objective in --prototype", objectives)
     frame = file.frame(objectives)
     label = file.label
     frame.index = pd.Index(["prototype"] * len(frame) if label is None else frame[label])

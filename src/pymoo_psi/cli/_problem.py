@@ -17,9 +17,11 @@ from pymoo.core.problem import Problem
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
 from pymoo_psi.cli._groups import NEAR, ProblemOptions
 from pymoo_psi.cli._options import box_in
-from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import Restricted, VectorizedSphereChute
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._identity import problem_layout
 
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
 
@@ -56,6 +58,10 @@ def load_problem(
         problem = _from_pymoo(name, options)
     if problem.n_obj < 1:
         raise invalid("PROBLEM", "a problem with one objective or more", Received(name))
+    try:  # or its attribute maximize would be taken for the option
+        problem_layout(problem, design_space(problem))
+    except (ArgumentValueError, ArgumentTypeError) as error:
+        raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
     if problem.elementwise and (jobs != 1 or timeout is not None):
         # A model may end its process, and must not end this one.
         problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)

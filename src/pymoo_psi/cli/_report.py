@@ -89,5 +89,5 @@ def run_report(
     report.save(out)
     for remark in remarks:
         say(remark)
-    say(f"{report!r}: open {out} in a browser, or print it")
+    say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1

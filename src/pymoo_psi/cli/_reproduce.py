@@ -25,6 +25,8 @@ from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.plots import points_page, save_figures
 from pymoo_psi.plots._style import save_pages
 
+_PAPER = ChuteParameters(mu=PAPER_MU[0])
+
 # What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
 _HEADINGS = """mu: friction coefficient
 design: number of the LPτ test point; 'printed' is the paper's row, 'continuous' the best test \
@@ -84,9 +86,11 @@ def run_reproduce(
             step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     optima = result.continuous_optima()
-    write_csv(table_6_1, out / "table_6_1.csv")
-    write_csv(table_6_2, out / "table_6_2.csv")
-    write_csv(optima, out / "continuous_optima.csv")
+    # The columns tell mu alone; the paper's own chute needs no more, and its files stay plain.
+    chute = "" if (c, r) == (_PAPER.c, _PAPER.r) else f"chute with c = {c:g} and r = {r:g}"
+    write_csv(table_6_1, out / "table_6_1.csv", remark=chute)
+    write_csv(table_6_2, out / "table_6_2.csv", remark=chute)
+    write_csv(optima, out / "continuous_optima.csv", remark=chute)
 
     say(_verdict(result))
     say(f"{points} LPτ test points for each of {counted(len(result.cases), 'case')}.")
@@ -98,7 +102,7 @@ def run_reproduce(
     if "full" in wanted:
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
-        write_csv(_by_tests(result), out / "convergence.csv")
+        write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
         save_pages([("convergence.png", points_page(result))], out, dpi=200)
         for line in _enough(result):
             say(line)
@@ -183,10 +187,10 @@ def _verdict(result: Reproduction) -> str:
         )
     if not all(case.printed for case in result.cases):
         known = ", ".join(map(str, PAPER_MU))
-        paper, own = ChuteParameters(mu=PAPER_MU[0]), result.cases[0].parameters
+        own = result.cases[0].parameters
         return (
             f"Not compared: of such a chute nothing is published; the paper has mu = {known} with "
-            f"c = {paper.c} and r = {paper.r}, this chute c = {own.c:g} and r = {own.r:g}."
+            f"c = {_PAPER.c} and r = {_PAPER.r}, this chute c = {own.c:g} and r = {own.r:g}."
         )
     if not result.comparable():
         return (

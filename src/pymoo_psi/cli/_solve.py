@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,8 @@ from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._groups import ColumnOptions
-from pymoo_psi.cli._options import box_text, formulation_of, numbers_in, share_in
+from pymoo_psi.cli._options import box_text, formulation_of, judged, numbers_in, share_in
 from pymoo_psi.cli._output import (
-    judged,
     print_frame,
     require_output,
     require_study,
@@ -89,14 +88,16 @@ class Search:
         """Refuse options that would have no effect, before a problem is loaded."""
         if self.study is not None:
             require_study(self.study, "--study")
-        if self.columns.limits and self.algorithm == "nsga3":
-            raise invalid("--limits", "used with --algorithm psi or surrogate", self.algorithm)
+        # Where these search depends on the criteria; a table of tests can be asked anything.
+        for name in (column.name for column in fields(ColumnOptions)):
+            takes = ("psi", "surrogate") if name == "limits" else ("psi",)
+            if getattr(self.columns, name) and self.algorithm not in takes:
+                option, rule = f"--{name}", f"used with --algorithm {' or '.join(takes)}"
+                remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db {option}"
+                remedy += "; --box searches within limits on variables" * (name == "limits")
+                raise invalid(option, rule, self.algorithm, remedy)
         if self.sampling != "lptau" and self.algorithm == "nsga3":
             raise invalid("--sampling", "used with --algorithm psi or surrogate", self.algorithm)
-        if self.algorithm != "psi" and replace(self.columns, limits=()) != ColumnOptions():
-            # Where these search depends on the criteria; a table of tests can be asked anything.
-            remedy = "keep its tests by --study, and give the formulation to 'pymoo-psi rank'"
-            raise invalid("a formulation", "used with --algorithm psi", self.algorithm, remedy)
         if self.share and self.algorithm != "psi":
             raise invalid("--share", "used with --algorithm psi", self.algorithm)
         for option, text in (("--study-key", self.study_key), ("--retry", self.retry)):

@@ -179,7 +179,7 @@ class Reference:
             if points.ndim != 2 or not m == optimum.shape == frame.ideal.shape == frame.nadir.shape:
                 raise ValueError("the points have different numbers of objectives")
         except (KeyError, TypeError, ValueError, EOFError, BadZipFile, zlib.error) as error:
-            remedy = "Reference.save writes one"
+            remedy = "Reference.save and 'pymoo-psi compare --out' write one"
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
         return read
 

@@ -279,8 +279,8 @@ def _bounds(
         bounds[name] = ends(name, (limit, None) if worse_below else limit)
     left = within(bounds, lambda name: _numbers(frame, name), len(frame))
     if not left.any():
-        rule = "limits that leave one design or more"
-        raise invalid("limits", rule, Received(f"none of {len(frame)} designs keeps them"))
+        rule = "kept by one design or more"
+        raise invalid("limits", rule, Received(f"none of {len(frame)}"))
     return bounds
 
 

@@ -31,7 +31,7 @@ class DecisionReport:
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> decision_report(table, title="Brackets")
-        DecisionReport('Brackets': test point 2 chosen of 3 Pareto-optimal designs)
+        DecisionReport('Brackets: test point 2 chosen of 3 Pareto-optimal designs')
     """
 
     title: str
@@ -40,13 +40,17 @@ class DecisionReport:
     ranking: EfficiencyRanking | None
     _chosen: str
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         """Return the title and what is chosen."""
         found = "no feasible design"
         if self.ranking is not None:
             front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
             found = f"{self._chosen} chosen of {front}"
-        return f"DecisionReport({self.title!r}: {found})"
+        return f"{self.title}: {found}"
+
+    def __repr__(self) -> str:
+        """Return the same, as an object."""
+        return f"DecisionReport({str(self)!r})"
 
     def html(self) -> str:
         """Return the report as one HTML document that needs no network and runs no script.
@@ -133,7 +137,7 @@ def decision_report(
         number = integer("design", design, minimum=1)
         at = np.flatnonzero(table.numbers[case.rows] == number)
         if len(at) == 0:
-            raise invalid("design", "the number of a feasible test point", number)
+            raise invalid("design", "the number, or row, of a feasible test", number)
         case = case.choosing(int(at[0]))
     chosen = labels[case.rows[case.chosen]] if len(case.rows) else ""
     return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)

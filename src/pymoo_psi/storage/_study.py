@@ -375,8 +375,12 @@ def differences(facts: Mapping[str, Any], head: Head, here: str, there: str) -> 
     # A prototype is carried along, and outputs are those that tests have brought so far.
     free = {"prototype": None, "outputs": None}
     one, other = ({**h, **free} for h in (head_in(facts), head))
-    pairs = _differences(_by_variable(one), _by_variable(other))
-    return "; ".join(f"{name} is {a} {here}, {b} {there}" for name, a, b in pairs)
+    pairs = list(_differences(_by_variable(one), _by_variable(other)))
+    # The name of the problem says more than its variables, of which there may be many.
+    pairs.sort(key=lambda pair: pair[0] != "problem.problem")
+    told = [f"{name} is {_short(a)} {here}, {_short(b)} {there}" for name, a, b in pairs]
+    more = len(told) - _TOLD
+    return "; ".join(told[:_TOLD]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _by_variable(head: Head) -> dict[str, Any]:
@@ -399,6 +403,11 @@ def _differences(stored: Any, asked: Any, name: str = "") -> Iterator[tuple[str,
 
 
 _ABSENT = object()
+_TOLD = 4  # differences that a message names
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 120 else f"{text[:117]}..."
 
 
 def _shown(value: Any) -> str:

@@ -140,7 +140,7 @@ class Marks:
         if self.thousands not in (None, ".", ",", " ", "'"):
             raise invalid("thousands", "'.', ',', ' ' or \"'\"", self.thousands)
         if self.decimal is not None and self.decimal == self.thousands:
-            raise invalid("thousands", "another mark than decimal", self.thousands)
+            raise invalid("thousands", "another mark than the decimal mark", self.thousands)
         # A gap between thousands says nothing: both 1 250.5 and 1 250,5 are usual.
         other = {".": ",", ",": "."}
         if self.decimal is None and self.thousands in other:

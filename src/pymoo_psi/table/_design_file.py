@@ -274,19 +274,20 @@ class DesignFile:
         if asked.relaxed:
             what = "it tells no constraints that could be relaxed"
             raise unfit(self.path, f"{what}; give the study, or the table of all its tests")
-        known = [*self.names, *asked.computed]
+        known = [*self.names]
         if taken := [name for name in asked.computed if name in self.columns]:
             raise unfit(
                 self.path, f"it has a column {taken[0]!r} already; call the new one otherwise"
             )
         needed = {*asked.limits}
-        for how in asked.computed.values():
+        for computed, how in asked.computed.items():
             if callable(how):
                 raise unfit(self.path, "columns of a file are computed by expressions only")
             used = Expression.of(how).columns
             for name in used:
                 known_name(f"a column of {how!r:.60}", name, known, f"see {self.path}")
             needed.update(used)
+            known.append(computed)
         numbers = {name: self.numbers(name) for name in self.names if name in needed}
         values = computed_columns(asked, numbers)
         roles = self.roles(() if asked.criteria else None)
@@ -301,17 +302,22 @@ class DesignFile:
         layout = Layout.of(0, criteria, outputs=others, maximize=[n for n in known if n in more])
         n = len(self)
         inside = within(bounds_of(asked.limits, layout), values.__getitem__, n)
+        lacking = ~np.logical_and.reduce([np.isfinite(values[name]) for name in asked.limits])
         lost = [name for name in criteria if name in asked.computed]
         whole = [np.isfinite(values[name]) for name in lost]
         kept = np.flatnonzero(np.logical_and.reduce([inside, *whole]))
         if len(kept) == 0:
             what = f"none of its {n} designs keeps the limits and has the criteria asked for"
             raise unfit(self.path, what)
-        reasons = ["beyond the limits", *(f"without a finite {name}" for name in lost)]
+        reasons = {
+            "beyond the limits": ~inside & ~lacking,
+            "without a number in a limited column": ~inside & lacking,
+            **{f"without a finite {name}": ~mask for name, mask in zip(lost, whole, strict=True)},
+        }
         remarks = [
-            f"{counted(int((~mask).sum()), 'design')} {reason}: left out."
-            for mask, reason in zip([inside, *whole], reasons, strict=True)
-            if not mask.all()
+            f"{counted(int(mask.sum()), 'design')} {reason}: left out."
+            for reason, mask in reasons.items()
+            if mask.any()
         ]
         added = {name: _column(values[name].tolist()) for name in asked.computed}
         label = None if roles.label in criteria else roles.label

@@ -173,7 +173,9 @@ def _prototype(values: Any, layout: Layout) -> Prototype | None:
 
 def damaged(where: object, what: str) -> ArgumentValueError:
     """Compose the error for what is no test table; the caller raises it."""
-    return ArgumentValueError(f"{where} must be a file of a TestTable: {what}")
+    return ArgumentValueError(
+        f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {what}"
+    )
 
 
 def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:

@@ -219,8 +219,6 @@ def formulated(
         for name in getattr(formulation, group):
             known_name(group, name, criteria, "only criteria have a sense")
     for name in formulation.relaxed:
-        if not layout.constraints:
-            raise invalid("relaxed", "constraints of the table", name, "the table has none")
         known_name("relaxed", name, layout.constraints)
     for name in set(criteria).intersection(layout.equalities):
         whole[name] = np.abs(whole[name])

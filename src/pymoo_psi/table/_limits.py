@@ -65,7 +65,7 @@ def ends(name: str, limit: Any) -> tuple[float, float]:
         )
     low, high = _number(name, pair[0], -np.inf), _number(name, pair[1], np.inf)
     if low > high:
-        raise invalid(f"the limit on {name!r}", "(lower, upper)", limit)
+        raise invalid(f"the limit on {name!r}", "(lower, upper) in rising order", limit)
     return low, high
 
 

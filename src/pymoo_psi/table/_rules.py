@@ -121,8 +121,9 @@ def feasibility_rules(
         from sklearn.model_selection import StratifiedKFold, cross_val_score
         from sklearn.tree import DecisionTreeClassifier
     except ImportError as error:
-        remedy = 'pip install "pymoo-psi[sensitivity]"'
-        raise PsiError(f"feasibility rules need scikit-learn: install it by {remedy}") from error
+        raise PsiError(
+            "feasibility rules need scikit-learn, which is not installed; pip install scikit-learn"
+        ) from error
     depth = integer("depth", depth, minimum=1)
     feasible = table.feasible(limits)
     if len(table) == 0:

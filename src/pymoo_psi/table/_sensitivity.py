@@ -73,7 +73,7 @@ def sensitivities(
         from SALib.analyze import rbd_fast
     except ImportError as error:
         raise PsiError(
-            'sensitivities need SALib: install it by pip install "pymoo-psi[sensitivity]"'
+            "sensitivities need SALib, which is not installed; pip install SALib"
         ) from error
     import pandas as pd
 
