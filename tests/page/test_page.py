@@ -1,5 +1,7 @@
 """The decision page in Python: its data, where they come from, and what is refused."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,7 +10,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import PsiError, VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import _page, main
 from pymoo_psi.page import decision_page
-from pymoo_psi.page._data import Scale, design_ids, notation_of, payload, witnesses
+from pymoo_psi.page._data import Scale, notation_of, payload, witnesses
 from pymoo_psi.pareto import nondominated
 from tests.beams import CRITERIA, SETTINGS, beams
 
@@ -80,7 +82,6 @@ def test_outliers_set_no_scale(values, scale):
 
 
 def test_designs_have_one_name_each():
-    assert design_ids([7, "A", "A"]) == ["7", "A #2", "A #3"]
     sent = payload(decision_page(beams(), CRITERIA, **SETTINGS))
     assert sent["ids"] is None
     twice = beams().assign(number=[1, 1, *range(2, 400)])
@@ -88,6 +89,19 @@ def test_designs_have_one_name_each():
     sent = payload(decision_page(twice, CRITERIA, label="number", prototype=old))
     assert sent["ids"][:3] == ["1 #1", "1 #2", "2"]
     assert sent["ids"][-2:] == ["2 (existing 1)", "new"]
+
+
+def test_designs_of_one_label_are_called_as_by_the_commands(tmp_path, capsys):
+    path = tmp_path / "set.csv"
+    path.write_text("id,mass,cost\nA,9,1\nB,,3\nC,1,9\nA,4,4\nA,3,5\n", encoding="utf-8")
+    assert main(["page", str(path), "--out", str(tmp_path / "page.html")]) == 0
+    html = (tmp_path / "page.html").read_text("utf-8")
+    sent = json.loads(html.split('id="payload">')[1].split("</script>")[0])
+    assert sent["ids"] == ["A #1", "C", "A #4", "A #5"]
+    capsys.readouterr()
+    for limit, best in (("mass<=9", "A #4"), ("mass<=4", "A #5")):
+        main(["rank", str(path), "--drop-incomplete", "--limits", limit])
+        assert f"{best} is the Salukvadze optimum" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ from pymoo_psi._validation import counted, invalid
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.page._data import design_ids, text_column
+from pymoo_psi.page._data import text_column
 from pymoo_psi.page._decision import Decision
 from pymoo_psi.table import DesignFile, TestTable
-from pymoo_psi.table._design_file import Roles
+from pymoo_psi.table._design_file import Roles, design_ids
 
 
 def decision_in(
@@ -107,7 +107,7 @@ def under_decision(
     """
     frame = file.frame(roles.objectives)
     labels = file.rows if roles.label is None else frame[roles.label]
-    ids = design_ids(text_column(labels.tolist()).tolist())
+    ids = design_ids(text_column(labels.tolist()).tolist(), file.rows.tolist())
     left = decided.left(ids, frame)
     if not left.any():
         what = f"it leaves none of the {len(file)} designs of {file.path}"

@@ -83,6 +83,7 @@ class PageData:
         columns: Criteria, variables, outputs; each with ``(n,)`` values.
         label_name: What the designs' labels are called, such as "test_point".
         labels: ``(n,)`` labels of the designs, integers or texts; existing ones last.
+        ids: What the designs are called, existing ones left out; each is called otherwise.
         n_designs: How many of them are designs and no existing ones.
         ranking: The ranking of the designs without any limits.
         limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
@@ -96,6 +97,7 @@ class PageData:
     columns: tuple[Column, ...]
     label_name: str
     labels: NDArray[Any]
+    ids: Sequence[str]
     n_designs: int
     ranking: EfficiencyRanking
     limits: Bounds
@@ -207,18 +209,6 @@ def witnesses(F: NDArray[np.float64], optimal: NDArray[np.bool_]) -> NDArray[np.
     return found
 
 
-def design_ids(labels: Sequence[object]) -> list[str]:
-    """Return what states and decision files call designs: the label, with its row if it is not one.
-
-    Example:
-        >>> design_ids([7, "A", "A"])
-        ['7', 'A #2', 'A #3']
-    """
-    texts = [str(label) for label in labels]
-    count = Counter(texts)
-    return [t if count[t] == 1 else f"{t} #{row}" for row, t in enumerate(texts, start=1)]
-
-
 def payload(data: PageData) -> dict[str, Any]:
     """Return what the script of the page works with, as JSON can hold it; see ``logic.js``.
 
@@ -227,7 +217,7 @@ def payload(data: PageData) -> dict[str, Any]:
     n, ranking = data.n_designs, data.ranking
     witness = witnesses(ranking.objectives.minimized, ranking.pareto)
     labels = data.labels.tolist()
-    ids = design_ids(labels[:n])
+    ids = list(data.ids)
     # An existing design may be called as one of the others is.
     for label in map(str, labels[n:]):
         ids.append(label if label not in ids else f"{label} (existing {len(ids) - n + 1})")

@@ -171,7 +171,7 @@ class Decision:
         """``(n,)`` which designs keep the limits and are among the texts and designs allowed.
 
         Args:
-            ids: What the n designs are called, see :func:`~pymoo_psi.page._data.design_ids`.
+            ids: What the n designs are called, see :func:`~pymoo_psi.table._design_file.design_ids`.
             frame: Their columns.
 
         Raises:

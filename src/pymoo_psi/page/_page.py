@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, counted, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.page._data import Column, PageData, Role, design_ids, payload, text_column
+from pymoo_psi.page._data import Column, PageData, Role, payload, text_column
 from pymoo_psi.page._decision import Decision
 from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.table._design_file import design_ids
 from pymoo_psi.table._layout import Limit
 from pymoo_psi.table._limits import Bounds, ends, within
 
@@ -37,6 +38,8 @@ class DecisionPage(PageData):
         label_name: What the designs' labels are called, such as "test_point".
         labels: ``(n,)`` labels of the designs in the order of the frame, integers or texts;
             existing designs last.
+        ids: What the designs are called, each otherwise: the label, with its row if several have
+            it; existing designs left out.
         n_designs: How many of them are designs and no existing ones.
         ranking: The :class:`~pymoo_psi.pareto.EfficiencyRanking` of the designs without any limits.
         limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
@@ -195,6 +198,9 @@ def decision_page(
         pd.DataFrame(F, columns=list(objectives)), normalize=normalize, maximize=more
     )
     labels = _labels(frame.index if label is None else frame[label])
+    # Designs of one label go by the rows of their file where these are known, as in commands.
+    rows = frame.index.tolist() if label is not None and frame.index.name == "row" else ()
+    ids = design_ids(labels.tolist(), rows)
     opens_with: Mapping[str, Any] = {}
     remarks: tuple[str, ...] = ()
     if decision is not None:
@@ -205,7 +211,7 @@ def decision_page(
             raise invalid("normalize", f"{decided.normalize}, as it was decided", normalize)
         decided.require("the frame", objectives, maximize, units or {}, [*objectives, *others])
         opens_with, limits = decided.state, decided.limits
-        remarks = tuple(decided.now(design_ids(labels.tolist()), frame))
+        remarks = tuple(decided.now(ids, frame))
     bounds = _bounds(limits or {}, frame, [*objectives, *others], maximize)
 
     # Prototypes stand behind the designs and are not ranked: they must not move U and N.
@@ -222,6 +228,7 @@ def decision_page(
         columns=_columns(whole, objectives, variables, outputs, maximize, units or {}),
         label_name=label or str(frame.index.name or "design"),
         labels=labels,
+        ids=ids,
         n_designs=len(frame),
         ranking=ranking,
         limits=bounds,

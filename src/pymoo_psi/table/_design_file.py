@@ -120,6 +120,23 @@ def _labels(names: Collection[str]) -> list[str]:
     return labels + [name for name in names if _UNNAMED.fullmatch(name)]
 
 
+def design_ids(labels: Sequence[object], rows: Sequence[object] = ()) -> list[str]:
+    """Return what designs are called: the label, with its row if several have it.
+
+    Args:
+        labels: ``(n,)`` labels.
+        rows: ``(n,)`` rows; counted from 1 unless given.
+
+    Example:
+        >>> design_ids([7, "A", "A"])
+        ['7', 'A #2', 'A #3']
+    """
+    texts = [str(label) for label in labels]
+    count = Counter(texts)
+    numbered = zip(texts, rows or range(1, len(texts) + 1), strict=True)
+    return [text if count[text] == 1 else f"{text} #{row}" for text, row in numbered]
+
+
 @dataclass(frozen=True, eq=False)
 class DesignFile:
     r"""The designs of a file.
@@ -135,6 +152,7 @@ class DesignFile:
         remarks: What a reader must know about the rows, in sentences.
         failed: How many designs that are left out failed, by reason.
         infeasible: How many designs that are left out violate constraints.
+        origin: The designs that these are some of; ``None`` if none was left out.
 
     Example:
         >>> import tempfile
@@ -155,6 +173,7 @@ class DesignFile:
     remarks: tuple[str, ...] = field(default=())
     failed: Mapping[str, int] = field(default_factory=dict)
     infeasible: int = 0
+    origin: DesignFile | None = None
 
     def __repr__(self) -> str:
         """Return which file, and how many designs of which columns."""
@@ -195,14 +214,15 @@ class DesignFile:
         """``(n,)`` what sentences call the designs: "A", "test point 7", or by row of the file.
 
         As the decision page does: a label that is a text stands for itself, and one that several
-        designs have has the number of the row among the designs behind it.
+        designs have has the row of the file behind it, whatever else is left out.
         """
         if not label:  # a column without a name numbers rows
             return [f"row {row}" for row in self.rows]
-        labels = [str(cell) for cell in _plain(self.columns[label]).tolist()]
-        count, word = Counter(labels), label.replace("_", " ")
-        ids = [t if count[t] == 1 else f"{t} #{i}" for i, t in enumerate(labels, start=1)]
-        return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in ids]
+        whole, word = self.origin or self, label.replace("_", " ")
+        ids = design_ids(_plain(whole.columns[label]).tolist(), whole.rows.tolist())
+        of_row = dict(zip(whole.rows.tolist(), ids, strict=True))
+        mine = [of_row[row] for row in self.rows.tolist()]
+        return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in mine]
 
     def roles(
         self, objectives: Sequence[str] | None = None, variables: Sequence[str] | None = None
@@ -358,6 +378,7 @@ class DesignFile:
             rows=self.rows[kept],
             lines=[self.lines[i] for i in kept.tolist()] if self.lines else (),
             remarks=tuple(remarks),
+            origin=self.origin or self,
         )
 
     def values(self, names: Sequence[str]) -> NDArray[np.float64]:
