@@ -3,11 +3,12 @@ const Logic = require(require("path").resolve(process.argv[2]))
 const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const list = (array) => [...array]
 
-function answer({payload, states, rows, pins, texts}) {
+function answer({payload, states, rows, pins, texts, typed}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
     checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
+    typed: typed.map(([text, range]) => Logic.typed(text, {range})),
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
@@ -25,6 +26,9 @@ function answer({payload, states, rows, pins, texts}) {
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: rows[k].map((row) => Logic.explain(data, ranking, row)),
         compared: Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]),
+        beside: [{...state, pins: [], chosen: null}, state, {...state, base: state.chosen}]
+          .map((one) => Logic.compared(data, ranking, one)),
+        stretched: Logic.stretched(data, ranking).map(({column, count, ends}) => [column.name, count, ends]),
         cautions: Logic.cautions(data, ranking),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         again, opened: Logic.opened(data, written),

@@ -34,6 +34,14 @@ HOSTILE = [
     '{"order": {"by": "column", "name": "absent"}, "reason": 5, "axes": {"order": "x"}}',
     '{"preference": {"weights": {"f3": -1, "x": 1}, "aspiration": {"f3": "1"}}}',
 ]
+# What was typed for a column with values from 1 to 60, and how it is read; None: not.
+TYPED = {
+    "": None, " 1.5 ": 1.5, "1,5": 1.5, "\u22122e3": -2000.0, "1.234,5": 1234.5, "1,234.5": 1234.5,
+    "1.234.567": 1234567.0, "1 000": 1000.0, "12\u202f345": 12345.0, "1'000.500": 1000.5,
+    "0.125": 0.125, ".5": 0.5, "58.375": 58.375, "58,375": 58.375, "1.250e2": 125.0,
+    "100.000": None, "0,001": 0.001, "-1.250": None, "1.2.3": None, "1 5": None, "12,34.5": None,
+    "1e999": None, "five": None, "0x10": None, "1_000": None, "--1": None, "Infinity": None,
+}  # fmt: skip
 LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
@@ -155,6 +163,7 @@ class Case:
             "rows": self.rows,
             "pins": self.pins,
             "texts": [f"#{quote(text)}" for text in HOSTILE],
+            "typed": [[text, [1, 60]] for text in TYPED] + [["1.250", [1, 5000]]],
         }
 
 
@@ -274,6 +283,54 @@ def test_comparisons_are_those_of_python(cases, answers):
             assert criterion["better"] == np.sign(two.gains[1:, j]).tolist()
             shares = np.array(criterion["share"], dtype=float)
             np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
+
+
+def test_there_is_always_something_to_compare_with(cases, answers):
+    kinds = set()
+    for case, k, found, rows, ranking in rankings(cases, answers):
+        n, state = case.payload["n"], case.states[k]
+        best = rows[ranking.salukvadze[0]]
+        whole = case.page.ranking.salukvadze
+        bare, full, based = found["beside"]
+        if case.payload["prototypes"]:
+            base, kind = n, "prototype"
+        elif best in whole:
+            base, kind = best, "next"
+        else:
+            base, kind = whole[0], "whole"
+        kinds.add(kind)
+        assert bare[0]["row"] == base
+        assert best in [one["row"] for one in bare]
+        assert len(bare) == 2 - (kind == "next" and ranking.pareto.sum() == 1)
+        if kind == "next" and len(bare) > 1:
+            others = np.flatnonzero(ranking.pareto & (rows != best))
+            assert ranking.rank[rows == bare[1]["row"]] == ranking.rank[others].max()
+            assert bare[1]["roles"] == ["next by rank"]
+        row_of = {str(label): row for row, label in enumerate(case.payload["labels"])}
+        pins = [row_of[label] for label in state["pins"]]
+        assert full[0]["row"] == (n if case.payload["prototypes"] else pins[0])
+        assert {one["row"] for one in full} >= {best, *pins}
+        assert based[0]["row"] == row_of[state["chosen"]]
+    assert kinds == {"prototype", "next", "whole"}
+
+
+def test_numbers_of_two_readings_are_refused(answers):
+    *found, wide = answers[0]["typed"]
+    read = [one.get("value") for one in found]
+    assert dict(zip(TYPED, read, strict=True)) == TYPED
+    refused = [text for text, one in zip(TYPED, found, strict=True) if "wrong" in one]
+    assert refused == [text for text, value in TYPED.items() if value is None and text]
+    assert wide == {"wrong": "1.25 or 1250? Please write one of these."}
+
+
+def test_penalties_that_stretch_a_range_are_told_with_the_limit_without_them(cases, answers):
+    case, found = cases[4], answers[4]["states"][0]
+    assert case.mask(case.states[0]).all()
+    ends = next(one for one in found["stretched"] if one[0] == "f2")
+    penalties = np.flatnonzero(np.abs(case.frame["f2"]) == 1e30)
+    assert ends[1] == len(set(penalties) & set(found["front"])) > 0
+    assert ends[2][0] is None
+    assert ends[2][1] < 2
 
 
 def test_preferences_choose_what_reference_point_chooses(cases, answers):

@@ -171,7 +171,7 @@ class Decision:
         """``(n,)`` which designs keep the limits and are among the texts and designs allowed.
 
         Args:
-            ids: What the n designs are called, see :func:`~pymoo_psi.table._design_file.design_ids`.
+            ids: What the n designs are called, see ``design_ids`` of the room ``table``.
             frame: Their columns.
 
         Raises:

@@ -76,6 +76,9 @@ const Charts = (() => {
     return icons[key].cloneNode(true)
   }
 
+  // A name that may go on in a new line behind each underscore.
+  const broken = (text) => text.split(/(?<=_)/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
+
   // Scales. A place is the share of the way from the low to the high end; what lies beyond an end
   // is drawn just outside of it.
   function place({low, high, log}) {
@@ -103,6 +106,7 @@ const Charts = (() => {
     const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999)
     const first = Math.ceil(low / step - 1e-9)
     const count = Math.floor(high / step + 1e-9) - first
+    if (count < 1 && most < 20) return ticks({low, high}, 2 * most) // a single number tells no distance
     // A product of integers and the power, so that 0.3 is not 0.30000000000000004.
     return Array.from({length: count + 1}, (_, k) => Number(((first + k) * step).toPrecision(12)))
   }
@@ -236,7 +240,7 @@ const Charts = (() => {
 
     function head(column, text) {
       const button = document.createElement("button")
-      button.textContent = text
+      button.append(...broken(text))
       button.title = `${text}: drag or use the arrow keys to move it, Delete to hide it`
       button.dataset.field = column.field
       button.addEventListener("keydown", (event) => {
@@ -334,12 +338,16 @@ const Charts = (() => {
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
       }
+    }
+
+    // Above all lines, so that the numbers can be read.
+    function draw_axes(g) {
       axes.forEach((column, j) => {
         const [x, at, scale] = [x_of(j), placed(column), model.scale(column)]
         g.strokeStyle = "#7D8590"
         g.lineWidth = 1
         g.beginPath(), g.moveTo(x, TOP), g.lineTo(x, size.height - BOTTOM), g.stroke()
-        const told = tick_texts(scale, 4, column.texts)
+        const told = tick_texts(scale, 5, column.texts)
         told.values.forEach((value, k) => {
           g.beginPath(), g.moveTo(x - 3, at(value)), g.lineTo(x + 3, at(value))
           g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
@@ -373,6 +381,7 @@ const Charts = (() => {
           if (end !== null) g.fillRect(x_of(j) - 8, y - 1, 16, 2)
         }
       })
+      draw_axes(g)
     }
 
     function draw(all) {
@@ -591,5 +600,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, BINS, icon, parallel, scatter, bins, histogram, ticks, tick_texts, place, value_at}
+  return {LOOKS, BINS, broken, icon, parallel, scatter, bins, histogram, ticks, tick_texts, place, value_at}
 })()

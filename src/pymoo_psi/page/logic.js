@@ -790,6 +790,34 @@ function gainsOf(data, ranking, rows) {
   return {gains, shares}
 }
 
+// The rows to compare, the base first: what the reader has made the base, else the existing design,
+// else what is pinned first, else the optimum of all designs. Beside it stand the best, the chosen
+// one and what is pinned; if that is one design alone, the next by rank, so that there is always
+// something to compare with. Each with its part: `{row, roles}`.
+function compared(data, ranking, state) {
+  if (ranking.count === 0) return []
+  const row = (id) => data.rowOf.get(id) ?? -1
+  const pins = state.pins.map(row)
+  const best = ranking.best[0]
+  const whole = data.whole.isBest[best] ? best : data.whole.best[0]
+  const existing = data.total > data.n ? data.n : -1
+  const chosen = row(state.chosen)
+  const base = [row(state.base), existing, pins[0] ?? -1, whole].find((i) => i >= 0)
+  const rows = new Set([base, existing, best, chosen, ...pins].filter((i) => i >= 0))
+  let next = -1
+  if (rows.size === 1) {
+    for (const i of ranking.byMu1) {
+      if (i !== base && (next < 0 || ranking.rank[i] > ranking.rank[next])) next = i
+    }
+    if (next >= 0) rows.add(next)
+  }
+  const named = [[base, "base"], [best, "best"], [chosen, "chosen"], [next, "next by rank"],
+    [best === whole ? -1 : whole, "best without limits"]]
+  return [...rows].map((i) => ({
+    row: i, roles: named.filter(([one]) => one === i).map(([, role]) => role),
+  }))
+}
+
 // What rows give and take against one of them. `better` is 1, 0 or -1; `percent` is of the size of
 // the other's value, `share` of the range of the Pareto set, above 0 where it is better.
 function compare(data, ranking, rows, base) {
@@ -963,7 +991,7 @@ function verdict(data, ranking) {
     ...told,
     bad,
     warning: bad
-      ? `In ${listed(told.weakest)} it loses ${percent(worst.share)} of what the designs left reach.`
+      ? `In ${listed(told.weakest)} it is ${percent(worst.share)} of the range away from the best.`
       : "",
     ties: ranking.best,
     whole: differ ? {row: first, label: called(data, first), sentence} : null,
@@ -1126,6 +1154,21 @@ function hangingOn(data, ranking, D, varying) {
   return told
 }
 
+// Criteria of which Pareto-optimal designs lie far beyond all others, as penalties do, and stretch the
+// range by which all are ranked: how many, and the limits that would leave them out.
+function stretched(data, ranking) {
+  return data.criteria.filter(({clipped}) => clipped > 0).map((column) => {
+    const [low, high] = column.range
+    const beyond = ranking.front.filter((i) => column.values[i] < low || column.values[i] > high)
+    const worst = beyond.reduce((a, i) => {
+      return Math.abs(column.values[i]) > Math.abs(a) ? column.values[i] : a
+    }, 0)
+    const ends = [beyond.some((i) => column.values[i] < low) ? low : null,
+      beyond.some((i) => column.values[i] > high) ? high : null]
+    return {column, count: beyond.length, worst, ends}
+  }).filter(({count}) => count > 0)
+}
+
 // The front of some rows, and those of it within rounding of the least distance to the ideal point:
 // what a ranking would say of this alone, in a tenth of its time.
 function nearestOf(data, mask) {
@@ -1153,6 +1196,36 @@ function histogram(column, rows, bins, log = column.log) {
   if (rows === null) column.values.forEach(add)
   else for (const i of rows) add(column.values[i])
   return counts
+}
+
+// ------------------------------------------------------------------------------------ typed numbers
+
+// A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
+// Points and commas are read by the rules of table/_cells.py, and where these leave two readings of
+// "1.250" the page's own, with a decimal point, if only that one is within the column's range.
+function typed(text, column = null) {
+  const spaced = text.trim().replace(/[−–]/g, "-")
+  if (spaced === "") return {value: null}
+  const plain = spaced.replace(/(?<=\d)[ '’\u00a0\u2009\u202f](?=\d{3}(?!\d))/g, "")
+  const [, sign, body, power = ""] = /^([+-]?)([\d.,]+)(e[+-]?\d+)?$/i.exec(plain) ?? []
+  const groups = [/^\d+([.,]\d*)?$/, /^[.,]\d+$/, /^[1-9]\d{0,2}(\.\d{3})+(,\d*)?$/,
+    /^[1-9]\d{0,2}(,\d{3})+(\.\d*)?$/]
+  if (body === undefined || !groups.some((form) => form.test(body))) {
+    return {wrong: "A number such as 1.5 or 2e3, please."}
+  }
+  const read = (decimal) => Number(sign + [...body].map((character) =>
+    character === decimal ? "." : /\d/.test(character) ? character : "").join("") + power)
+  const marks = body.match(/[.,]/g) ?? []
+  const last = marks.at(-1) ?? null
+  const same = marks.length > 1 && marks[0] === last // of thousands
+  const value = read(same ? null : last)
+  if (marks.length === 1 && plain === spaced && !power && /^[1-9]\d{0,2}[.,]\d{3}$/.test(body)) {
+    const other = read(null)
+    const [low, high] = column?.range ?? [0, 0]
+    const fits = (number) => low <= number && number <= high
+    if (!fits(value) || fits(other)) return {wrong: `${value} or ${other}? Please write one of these.`}
+  }
+  return Number.isFinite(value) ? {value} : {wrong: "A number below 1e308, please."}
 }
 
 // ------------------------------------------------------------------------------------------ states
@@ -1223,9 +1296,11 @@ function checked(data, anything) {
     if (distinct.length > most) dropped(`More than ${most} in ${key}`)
     return distinct.slice(0, most)
   }
-  const chosen = given("chosen") ?? null
-  const known = chosen === null || (typeof chosen === "string" && data.rowOf.has(chosen))
-  if (!known) dropped(`The chosen design ${shown(chosen)}, which the page does not have`)
+  const design = (key, what) => {
+    const id = given(key) ?? null
+    if (id === null || (typeof id === "string" && data.rowOf.has(id))) return id
+    return dropped(`${what} ${shown(id)}, which the page does not have`), null
+  }
 
   const list = (key, accepts) => {
     const value = given(key) ?? null
@@ -1267,7 +1342,8 @@ function checked(data, anything) {
     ranks,
     dominated: given("dominated") === true,
     pins: designs("pins", MOST_PINS) ?? [],
-    chosen: known ? chosen : null,
+    base: design("base", "The base of the comparison"),
+    chosen: design("chosen", "The chosen design"),
     order: ordered
       ? {by: order.by, ...(order.by === "column" ? {name: order.name} : {}),
         down: order.down === true}
@@ -1432,7 +1508,7 @@ function opened(data, text) {
 
 return {
   decode, initial, checked, toHash, fromHash, history, values, called, left, ranked, order,
-  preference, verdict, explain, compare, cautions, histogram, written, csv, decisionFile, opened,
+  preference, verdict, explain, compared, compare, stretched, cautions, typed, histogram, written, csv, decisionFile, opened,
   markOf, percent, short, argsort,
 }
 })()

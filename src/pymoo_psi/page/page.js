@@ -132,8 +132,18 @@ const page = (() => {
       thinking = 0
       if (!verdict) return
       const sentences = Logic.cautions(data, ranking)
-      $("cautions").replaceChildren(...sentences.map((text) => make("p", {className: "caution", textContent: readable(text)})))
+      $("cautions").replaceChildren(...Logic.stretched(data, ranking).map(outliers),
+        ...sentences.map((text) => make("p", {className: "caution", textContent: readable(text)})))
     }, 200 + 10 * step.last) // longer where a ranking takes long, so that it comes between no two steps
+  }
+
+  // Penalties and the like, which the ranks must count, but a reader would not.
+  function outliers({column, count, worst, ends}) {
+    const limit = limit_of(column) ?? [null, null]
+    const leave = () => set_limit(column, ends.map((end, k) => end ?? limit[k]), true)
+    return make("p", {className: "caution"}, `${count === 1 ? "1 Pareto-optimal design is" : `${count_text(count)} Pareto-optimal designs are`} far from all others in ` +
+      `${column.name} (${written(column, worst)}): perhaps a failure. Its range, by which all are ranked, is stretched. `,
+    make("button", {className: "small", textContent: count === 1 ? "Leave it out" : "Leave them out", onclick: leave}))
   }
 
   // Designs.
@@ -189,7 +199,7 @@ const page = (() => {
       const rank = ranking.rank[row]
       words.replaceChildren(
         make("p", {className: "best"}, Charts.icon("6"), make("strong", {textContent: called(row)}),
-          make("span", {className: "hint", textContent: rank > 0 ? `rank ${rank}` : ""}), ...toggles(row)),
+          make("span", {className: "hint", textContent: rank === 6 ? "rank 6, the highest" : rank > 0 ? `rank ${rank}` : ""}), ...toggles(row)),
         // Of many criteria the table below tells the same and is read faster.
         ...verdict.sentences.slice(0, data.criteria.length > 6 ? 1 : 2).map((text) => make("p", {textContent: readable(text)})),
         ...(verdict.bad ? [make("p", {className: "warning", textContent: verdict.warning})] : []))
@@ -200,7 +210,7 @@ const page = (() => {
           const column = data.by.get(criterion.name)
           const weak = verdict.weakest.includes(criterion.name)
           return make("tr", {className: weak ? "weak" : ""},
-            make("th", {scope: "row"}, title_of(column), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
+            make("th", {scope: "row"}, Charts.broken(title_of(column)), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
             make("td", {className: "number", textContent: written(column, criterion.value)}),
             make("td", {className: "number", textContent: written(column, criterion.best)}),
             make("td", {className: "number", textContent: written(column, Math.abs(criterion.away))}),
@@ -214,11 +224,11 @@ const page = (() => {
     const row = chosen_row()
     const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
     $("chosen").replaceChildren(...(row < 0
-      ? ["No design is chosen yet. Choose one here, in the table or by a click in a chart."]
+      ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
       : ["Chosen: ", make("strong", {textContent: called(row)}), ` (${where}) `,
         make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
-    $("reason-printed").textContent = state.reason
+    $("reason-printed").textContent = state.reason || "–"
   }
 
   function bar(share) {
@@ -254,34 +264,33 @@ const page = (() => {
     }
   }
 
-  // Comparison: the base is the first pinned design, else the prototype, else the best.
-
-  function compared() {
-    const pins = pinned()
-    const base = pins[0] ?? (data.total > data.n ? data.n : verdict?.row ?? -1)
-    const others = [verdict?.row ?? -1, chosen_row(), ...pins]
-    return [...new Set([base, ...others])].filter((row) => row >= 0)
-  }
+  // Comparison: what it holds and against what is Logic.compared's.
 
   function show_compare() {
-    const rows = compared()
+    const parts = Logic.compared(data, ranking, state)
+    const rows = parts.map(({row}) => row)
     const hint = $("compare-hint")
     $("compare-table").hidden = rows.length < 2
-    hint.textContent = rows.length < 2
-      ? `Pin up to five designs, or choose one, to see what each gives and costs against another.`
+    hint.textContent = rows.length === 0 ? "No design is left to compare." : rows.length === 1 ? "One design is left, and none to compare it with."
       : `Gains and losses against ${called(rows[0])}: in units, in per cent of its value / of the range.`
     if (rows.length < 2) return $("compare-table").replaceChildren()
     const table = Logic.compare(data, ranking, rows, rows[0])
-    const heads = rows.map((row, k) => make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span", {className: "label", textContent: called(row)}),
-      make("div", {className: "roles", textContent: [k === 0 ? "base" : "", verdict && row === verdict.row ? "best" : "", row === chosen_row() ? "chosen" : ""].filter(Boolean).join(", ")}),
-      make("div", {className: "tools"},
-        k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, onclick: () => rebase(row)}) : null,
-        state.pins.includes(data.ids[row]) ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => pin(row)}) : null)))
+    const heads = parts.map(({row, roles}, k) => {
+      const id = data.ids[row]
+      const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => [table.criteria.filter(({better}) => better[k] === sign).length, word])
+      const out = state.pins.includes(id) || state.base === id
+      return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span", {className: "label", textContent: called(row)}),
+        make("div", {className: "roles", textContent: [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")}),
+        k > 0 ? make("div", {className: "roles", textContent: sums.filter(([sum]) => sum).map(([sum, word]) => `${sum} ${word}`).join(", ")}) : null,
+        make("div", {className: "tools"},
+          k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, title: "Compare the others against it", onclick: () => change({base: id})}) : null,
+          out ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => take_out(id)}) : null))
+    })
     $("compare-table").replaceChildren(
       make("thead", {}, make("tr", {}, make("th", {textContent: "Criterion", scope: "col"}), heads)),
       make("tbody", {}, table.criteria.map((criterion) => {
         const column = data.by.get(criterion.name)
-        return make("tr", {}, make("th", {scope: "row", textContent: title_of(column)}), rows.map((_, k) => {
+        return make("tr", {}, make("th", {scope: "row"}, Charts.broken(title_of(column))), rows.map((_, k) => {
           const value = make("div", {textContent: written(column, criterion.values[k])})
           const better = criterion.better[k]
           if (k === 0) return make("td", {className: "number"}, value)
@@ -294,10 +303,7 @@ const page = (() => {
       })))
   }
 
-  function rebase(row) {
-    const id = data.ids[row]
-    change({pins: [id, ...state.pins.filter((other) => other !== id)].slice(0, MOST_PINS)})
-  }
+  const take_out = (id) => change({pins: state.pins.filter((other) => other !== id), base: state.base === id ? null : state.base})
 
   // What a step gives and costs, the three most of each.
   function step_text({gains}) {
@@ -305,7 +311,7 @@ const page = (() => {
       const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
       const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
         `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit ? ` ${unit}` : ""} (${percent(share)})`)
-      if (told.length > 3) parts.push(`${told.length - 3} others less`)
+      if (told.length > 3) parts.push(`${told.length - 3} ${told.length === 4 ? "other" : "others"} less`)
       return told.length ? `${word} ${parts.join(", ")}` : ""
     })
     return sides.filter(Boolean).join("; ")
@@ -321,7 +327,7 @@ const page = (() => {
     const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
     $("steps").hidden = steps.length === 0
     $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
-      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {textContent: step_text(next), title: readable(next.text)}),
+      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${step_text(next)}`),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
   }
 
@@ -340,13 +346,6 @@ const page = (() => {
   // in force is the number in its field.
   const rounded = ({log, notation: [kind, digits]}, value) => Number(log ? value.toPrecision(4)
     : kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
-
-  // "1.5" and "1e3" are numbers; "1,5" may be 15 or 1.5 to its writer and is not taken.
-  function parsed(text) {
-    const plain = text.trim().replaceAll("−", "-").replace(/[\u202f\u00a0 ]/g, "")
-    if (plain === "") return null
-    return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN
-  }
 
   // A number that fits its field.
   const short = (column, value) => {
@@ -370,10 +369,10 @@ const page = (() => {
       const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: short(column, k ? high : low),
         "aria-label": `${name}, ${k ? "at most" : "at least"}`})
       input.addEventListener("change", () => {
-        const value = parsed(input.value)
+        const {value, wrong: why} = Logic.typed(input.value, column)
         const next = [...(limit_of(column) ?? [null, null])]
         next[k] = value
-        const wrong = Number.isNaN(value) ? "A number such as 1.5 or 2e3, please." : next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : ""
+        const wrong = why ?? (next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : "")
         input.setCustomValidity(wrong)
         input.setAttribute("aria-invalid", String(wrong !== ""))
         if (wrong) note.textContent = wrong
@@ -402,7 +401,7 @@ const page = (() => {
     const control = {column, scale, fields, thumbs, note, canvas, all: null}
     controls.set(column, control)
     return make("div", {className: "limit", role: "group", "aria-label": `Limits on ${name}`},
-      make("div", {className: "name"}, make("span", {textContent: name}), sense),
+      make("div", {className: "name"}, make("span", {}, Charts.broken(name)), sense),
       make("div", {className: "ends"}, fields[0], make("div", {className: "slider"}, canvas, thumbs), fields[1]), note)
   }
 
@@ -430,7 +429,7 @@ const page = (() => {
     const ends = relax.get(column.name)
     if (ends?.low) told.push(`from ${written(column, ends.low.value)} on: ${count_text(ends.low.back)} more`)
     if (ends?.high) told.push(`up to ${written(column, ends.high.value)}: ${count_text(ends.high.back)} more`)
-    if (column.clipped > 0) told.push(`beyond the track: ${count_text(column.clipped)}`)
+    if (column.clipped > 0) told.push(`${count_text(column.clipped)} beyond the ends of the slider`)
     return told.join("; ")
   }
 
@@ -449,7 +448,7 @@ const page = (() => {
           const value = limit?.[k] ?? null
           if (field !== document.activeElement || !field.matches("[aria-invalid=true]")) {
             const text = value === null ? "" : String(value)
-            if (field.value !== text && !(field === document.activeElement && parsed(field.value) === value)) field.value = text
+            if (field.value !== text && !(field === document.activeElement && Logic.typed(field.value, column).value === value)) field.value = text
             field.setAttribute("aria-invalid", "false")
           }
           const at = value === null ? k * STEPS : Math.min(STEPS, Math.max(0, Math.round(share(value) * STEPS)))
@@ -512,6 +511,7 @@ const page = (() => {
       $("ranks").append(make("label", {}, box, Charts.icon(rank === "0" ? "unranked" : rank), make("span", {textContent: text}), make("b", {className: "hint"})))
     }
     if (data.total > data.n) $("ranks").append(make("p", {className: "key"}, Charts.icon("prototype"), "prototype, always shown"))
+    $("ranks").append(make("p", {className: "key"}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned"))
     const {count: failed, reasons} = data.failed
     const told = data.remarks.filter((text) => !text.startsWith("Warning"))
     if (failed) told.push(`${count_text(failed)} tests failed${reasons.length ? `: ${reasons.map(([why, many]) => `${why} (${many})`).join(", ")}` : ""}. They are not on the page.`)
@@ -530,10 +530,10 @@ const page = (() => {
       const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "wished value"]].map(([kind, placeholder, told]) => {
         const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder, "aria-label": `${title_of(column)}, ${told}`})
         input.addEventListener("change", () => {
-          const value = parsed(input.value)
-          const wrong = Number.isNaN(value) || (kind === "weights" && value !== null && !(value >= 0))
-          input.setAttribute("aria-invalid", String(wrong))
-          if (wrong) return say([`${title_of(column)}: the ${told} must be a${kind === "weights" ? " positive" : ""} number such as 1.5.`])
+          const {value, wrong: why} = Logic.typed(input.value, kind === "weights" ? null : column)
+          const wrong = why ?? (kind === "weights" && value < 0 ? "A weight is 0 or more." : "")
+          input.setAttribute("aria-invalid", String(wrong !== ""))
+          if (wrong) return say([`${title_of(column)}, ${told}: ${wrong}`])
           const {[column.name]: _, ...others} = state.preference[kind]
           change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
         })
@@ -812,7 +812,7 @@ const page = (() => {
     head.style.width = body.style.width = `${wide}px`
 
     const heads = columns.map((column, k) => {
-      const button = make("button", {textContent: column.text, tabIndex: k === 1 ? 0 : -1, title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order})
+      const button = make("button", {tabIndex: k === 1 ? 0 : -1, title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order}, Charts.broken(column.text))
       button.addEventListener("click", () => {
         const {order: now} = state
         const same = column.order.by === now.by && column.order.name === now.name
@@ -932,7 +932,11 @@ const page = (() => {
     $("undo").addEventListener("click", goes(past.undo))
     $("redo").addEventListener("click", goes(past.redo))
     $("reset").addEventListener("click", () => { select_rows([]); change(Logic.initial(data)) })
-    $("save").addEventListener("click", () => download(Logic.decisionFile(data, state, ranking, verdict, new Date().toISOString()), "application/json", `${stem}-decision.json`))
+    $("save").addEventListener("click", () => {
+      const name = `${stem}-decision.json`
+      download(Logic.decisionFile(data, state, ranking, verdict, new Date().toISOString()), "application/json", name)
+      say([`Saved as ${name}. Open it here again by "Open decision…", or with the commands page, rank and report by --decision ${name}.`])
+    })
     $("open").addEventListener("click", () => $("file").click())
     $("file").addEventListener("change", async () => {
       const [file] = $("file").files
@@ -982,6 +986,8 @@ const page = (() => {
   // Start: the state in the address, or else what the page was made with.
 
   $("verdict-more").before(make("div", {id: "cautions"}))
+  const header = document.querySelector("header")
+  new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
   build_limits()
   build_preferences()
   const mus = data.columns.filter((column) => column.role === "geometric")
