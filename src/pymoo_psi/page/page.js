@@ -142,7 +142,7 @@ const page = (() => {
     const limit = limit_of(column) ?? [null, null]
     const leave = () => set_limit(column, ends.map((end, k) => end ?? limit[k]), true)
     return make("p", {className: "caution"}, `${count === 1 ? "1 Pareto-optimal design is" : `${count_text(count)} Pareto-optimal designs are`} far from all others in ` +
-      `${column.name} (${written(column, worst)}): perhaps a failure. Its range, by which all are ranked, is stretched. `,
+      `${column.name} (${readable(Logic.short(worst, 4))}): perhaps a failure. Its range, by which all are ranked, is stretched. `,
     make("button", {className: "small", textContent: count === 1 ? "Leave it out" : "Leave them out", onclick: leave}))
   }
 
