@@ -3,7 +3,7 @@ const Logic = require(require("path").resolve(process.argv[2]))
 const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const list = (array) => [...array]
 
-function answer({payload, states, rows, pins, texts, typed}) {
+function answer({payload, states, rows, pins, texts, typed = []}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
