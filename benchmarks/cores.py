@@ -2,7 +2,7 @@
 
     python -m benchmarks.cores [LOG2 OF POINTS]
 
-First both give the same table of 2^16 points; then points of ``VectorizedSphereChute`` are tested
+First both give the same table of 2^18 points; then points of ``VectorizedSphereChute`` are tested
 on one core and on two, in turn, and what is kept of them is
 
 - the designs feasible under limits that one in fourteen keeps, which all came back from workers,
@@ -58,7 +58,7 @@ def main(exponent: int) -> None:
     print(describe_machine())
     problem = VectorizedSphereChute(0.4)
     for _, options in CASES.values():
-        one, two = (investigate(problem, 2**16, n_jobs=jobs, **options) for jobs in (1, 2))
+        one, two = (investigate(problem, 2**18, n_jobs=jobs, **options) for jobs in (1, 2))
         assert one.equals(two), "two cores do not give the table of one"
     for name, (part, _) in CASES.items():
         n = 2**exponent // part

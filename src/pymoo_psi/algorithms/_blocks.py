@@ -50,11 +50,13 @@ class Keep:
     what: str = "all"
     limits: Limits | None = None
 
-    def mask(self, table: TestTable) -> NDArray[np.bool_]:
-        """``(n,)`` which tests of a table are kept."""
+    def mask(self, table: TestTable, threads: int = 1) -> NDArray[np.bool_]:
+        """``(n,)`` which tests of a table are kept; a Pareto set is sifted by so many threads."""
         if self.what == "all":
             return np.ones(len(table), dtype=bool)
-        return table.feasible(self.limits) if self.what == "feasible" else table.pareto(self.limits)
+        if self.what == "feasible":
+            return table.feasible(self.limits)
+        return table.pareto(self.limits, threads=threads)
 
 
 @dataclass(frozen=True, eq=False)

@@ -146,6 +146,8 @@ def investigate(
         units=units,
     )
     kept = Keep(keep, limits)
+    workers = active_workers(n_jobs)
+    threads = 1 if workers.kind == "cluster" else workers.count  # a cluster's are elsewhere
     done = 0
     tables = [plan.table]
     size = least = 0  # how many rows there are, and had been left when they were sifted last
@@ -163,11 +165,11 @@ def investigate(
                 size += len(table)
                 if keep == "pareto" and size > max(2 * least, _WORTH_SIFTING):
                     front = by_number(tables)
-                    tables = [front.rows(kept.mask(front))]
+                    tables = [front.rows(kept.mask(front, threads))]
                     size = least = len(tables[0])
     found = by_number(tables)
     if keep == "pareto":
-        found = found.rows(kept.mask(found))
+        found = found.rows(kept.mask(found, threads))
     if limits is not None:
         found.feasible(limits)  # refuses one on what the model does not give
     return found
