@@ -15,6 +15,7 @@ const NOISE = 64 * EPS // of pareto/_rounding.py, where the reasons are
 const LAST_PLACES = 8 * EPS
 const TIE = 1e-9 // of pareto/_explanation.py
 const STEP = 0.01
+const PARTS = 128 // of each criterion's order, see `Dominators`
 const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
 const MOST_PINS = 5
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
@@ -53,8 +54,7 @@ function decode(payload) {
   for (const column of columns) if (!data.by.has(column.field)) data.by.set(column.field, column)
   data.rowOf = new Map(data.ids.map((id, row) => [id, row]))
   data.levels = new Levels(data.F)
-  const optimal = rowsWhere(n, (i) => data.witness[i] < 0)
-  data.bySum = argsort(data.levels.sums, optimal)
+  data.dominators = null // made when a search is needed, see `frontOf`
   data.latest = data.witness.slice() // the dominator found last, see `frontOf`
   data.last = null // the ranking before
   data.whole = ranked(data, new Uint8Array(data.total).fill(1))
@@ -198,45 +198,88 @@ class Levels {
       }
       this.exact.push(exact)
     }
-    this.sums = sumsOf(this.ranks, rows)
   }
 
   // The ranks of some rows as Python finds them for these rows alone.
   of(F, rows) {
-    if (!this.chained) return this
-    const ranks = F.map((values) =>
+    return !this.chained ? this.ranks : F.map((values) =>
       numbered(values, argsort(values, rows), null, new Int32Array(values.length)))
-    return {ranks, sums: sumsOf(ranks, rows)}
   }
 }
 
-function sumsOf(ranks, rows) {
-  const sums = new Float64Array(ranks[0].length)
-  for (const column of ranks) for (const i of rows) sums[i] += column[i]
-  return sums
-}
-
-function dominates(ranks, a, b) {
-  let better = false
-  for (let j = 0; j < ranks.length; j++) {
-    const difference = ranks[j][a] - ranks[j][b]
-    if (difference > 0) return false
-    if (difference < 0) better = true
+// Finds which of some rows dominates a row.
+//
+// Each column's order is cut into parts. Kept for each part as bits, one a row, is what lies in it
+// or before it: what all columns have in common holds all that dominate a row of these parts, and a
+// few more. So many rows are looked at at once that a search ends in microseconds, whether it finds
+// something or nothing, for two columns or ten. Bits follow the sums of the ranks: what dominates
+// stands before, the strongest first.
+class Dominators {
+  constructor(ranks, rows) {
+    const n = rows.length
+    const sums = new Float64Array(ranks[0].length)
+    for (const column of ranks) for (let k = 0; k < n; k++) sums[rows[k]] += column[rows[k]]
+    Object.assign(this, {ranks, sums, order: argsort(sums, rows)})
+    this.words = (n + 31) >>> 5
+    this.place = new Int32Array(sums.length)
+    for (let k = 0; k < n; k++) this.place[this.order[k]] = k
+    this.parts = [] // by column and row
+    this.below = [] // by column, the bits of each part in turn
+    for (const column of ranks) {
+      const starts = new Int32Array(sums.length + 1) // of each rank in the order
+      for (let k = 0; k < n; k++) starts[column[rows[k]] + 1]++
+      for (let rank = 0; rank < sums.length; rank++) starts[rank + 1] += starts[rank]
+      const parts = new Uint8Array(sums.length)
+      const bits = new Int32Array(PARTS * this.words)
+      for (let k = 0; k < n; k++) {
+        const i = rows[k]
+        const place = this.place[i]
+        parts[i] = (starts[column[i]] / n) * PARTS
+        bits[parts[i] * this.words + (place >>> 5)] |= 1 << (place & 31)
+      }
+      for (let at = this.words; at < bits.length; at++) bits[at] |= bits[at - this.words]
+      this.parts.push(parts)
+      this.below.push(bits)
+    }
   }
-  return better
+
+  // Rows as `of` takes them: bits, and which words of them are not empty.
+  among(rows) {
+    const bits = new Int32Array(this.words)
+    for (let k = 0; k < rows.length; k++) bits[this.place[rows[k]] >>> 5] |= 1 << (this.place[rows[k]] & 31)
+    return {bits, filled: rowsWhere(this.words, (w) => bits[w] !== 0)}
+  }
+
+  // One of the rows in `among` that dominates a row; -1 if there is none.
+  of(i, {bits, filled}) {
+    const {ranks, sums, order, place, parts, below, words} = this
+    // The column in which fewest rows are below comes first: little is left for the others.
+    const columns = parts.map((_, j) => j).sort((a, b) => parts[a][i] - parts[b][i])
+    const sets = columns.map((j) => below[j])
+    const starts = columns.map((j) => parts[j][i] * words)
+    const last = place[i] >>> 5
+    for (let k = 0; k < filled.length && filled[k] <= last; k++) {
+      const w = filled[k]
+      let left = bits[w]
+      for (let j = 0; j < sets.length && left !== 0; j++) left &= sets[j][starts[j] + w]
+      for (; left !== 0; left &= left - 1) {
+        const other = order[32 * w + 31 - Math.clz32(left & -left)]
+        if (sums[other] < sums[i] && ranks.every((column) => column[other] <= column[i])) return other
+      }
+    }
+    return -1
+  }
 }
 
 // The rows that no row left dominates, in ascending order.
 //
 // A row that is Pareto optimal among all is so among fewer. Of each other row the file names one,
 // itself optimal among all, that dominates it: as long as this witness is left, nothing is to be
-// searched. Only rows that have lost theirs are compared with the optimal rows left and with each
-// other. From call to call few designs come and go: a dominator that was found is kept for the next
-// call, and what was optimal in the last one is compared with designs that have come back only.
+// searched. From call to call few designs come and go: a dominator that was found is kept for the
+// next call, and what was optimal in the last one is compared with designs that have come back only.
 function frontOf(data, mask, rows) {
   const {witness, latest, levels} = data
   const {chained} = levels // what dominates what is then not that of all rows
-  const {ranks, sums} = levels.of(data.F, rows)
   const isOptimal = new Uint8Array(data.total)
   const free = []
   for (let k = 0; k < rows.length; k++) {
@@ -246,28 +289,18 @@ function frontOf(data, mask, rows) {
     else if (!mask[witness[i]] && !mask[latest[i]]) free.push(i)
   }
   if (free.length) {
-    const last = chained ? null : data.last
-    const known = chained ? [] : data.bySum.filter((i) => mask[i])
-    const isNew = (i) => last === null || !last.mask[i]
-    const lists = {all: [known, []], added: [known.filter(isNew), []]}
-    // What dominates has the smaller sum: it stands first in the lists, and is decided on before.
-    const dominator = (i, list) => {
-      for (let k = 0; k < list.length && sums[list[k]] < sums[i]; k++) {
-        if (dominates(ranks, list[k], i)) return list[k]
-      }
-      return -1
-    }
-    for (const i of argsort(sums, Int32Array.from(free))) {
-      const [optimal, found] = last !== null && last.pareto[i] ? lists.added : lists.all
-      let by = dominator(i, optimal)
-      if (by < 0) by = dominator(i, found)
-      if (by >= 0) {
-        latest[i] = by
-        continue
-      }
-      isOptimal[i] = 1
-      lists.all[1].push(i)
-      if (isNew(i)) lists.added[1].push(i)
+    // Without chains those of all rows, made once.
+    const dominators = chained || data.dominators === null
+      ? new Dominators(levels.of(data.F, rows), chained ? rows : rowsWhere(data.n, () => true))
+      : data.dominators
+    if (!chained) data.dominators = dominators
+    const {mask: before, pareto} = chained || data.last === null ? {} : data.last
+    const all = dominators.among(rows)
+    const added = before ? dominators.among(rows.filter((i) => !before[i])) : all
+    for (const i of free) {
+      const by = dominators.of(i, pareto?.[i] ? added : all)
+      if (by < 0) isOptimal[i] = 1
+      else latest[i] = by
     }
   }
   return rowsWhere(data.n, (i) => isOptimal[i])
