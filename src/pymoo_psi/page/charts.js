@@ -1,7 +1,7 @@
 // Drawing on canvas: parallel coordinates, scatter plots, the histograms behind the limits.
 //
-// A chart has three layers. The context (a stable sample of all designs) is drawn when axes or
-// size change, what is left at every step of a slider, marks and brushes at every move of the
+// A chart has layers. The context (a stable sample of all designs) and the axes are drawn when scales
+// or size change, what is left and the marks at every step of a slider, a box at every move of the
 // pointer. Charts know rows, columns and scales; what is chosen or limited they are told by
 // page.js as a model:
 //   context, left   rows to draw, the best last; look(row) -> key of LOOKS
@@ -210,8 +210,8 @@ const Charts = (() => {
     plot.className = "plot"
     parent.append(heads, plot)
     let [axes, model] = [[], null]
-    let counts = new Uint8ClampedArray(0) // of lines through the pixels; 255 are enough
-    const {size, clean, top} = layers(plot, 3, () => model && draw(true))
+    let density = null // what is drawn of what is left, see cloud
+    const {size, clean, top} = layers(plot, 4, () => model && draw(true))
 
     const x_of = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
@@ -282,17 +282,33 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, rows, colour) {
-      if (rows.length > 150) cloud(g, rows, colour, Math.max(0.1, 60 / rows.length))
-      else lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
+    function plain(g, rows, colour, former) {
+      if (rows.length > 150) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
+      lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
+      return null
     }
 
     // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
     // counted here, as strokes of thousands of lines would take the browser fifty times as long.
-    function cloud(g, rows, colour, alpha) {
+    // From step to step of a slider few lines come and go: a former density on the same axes is
+    // mended by these.
+    function cloud(g, rows, colour, alpha, former) {
       const {width, height} = g.canvas
-      if (counts.length !== width * height) counts = new Uint8ClampedArray(width * height)
-      counts.fill(0)
+      const image = former?.image ?? g.createImageData(width, height)
+      const counts = former?.counts ?? new Uint16Array(width * height)
+      const drawn = new Set(rows)
+      count_lines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
+      if (former) count_lines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
+      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+      const shades = Uint32Array.from({length: 256}, (_, k) =>
+        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
+      const pixels = new Uint32Array(image.data.buffer)
+      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
+      g.putImageData(image, 0, 0)
+      return {image, counts, drawn}
+    }
+
+    function count_lines(counts, width, rows, step) {
       for (let j = 0; j + 1 < axes.length; j++) {
         const [x0, x1] = [x_of(j), x_of(j + 1)].map((x) => Math.round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
@@ -306,18 +322,11 @@ const Charts = (() => {
             y += slope
             const next = y | 0
             const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k]++
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
             at = next
           }
         }
       }
-      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-      const shades = Uint32Array.from({length: 256}, (_, k) =>
-        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
-      const image = g.createImageData(width, height)
-      const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) if (counts[k]) pixels[k] = shades[counts[k]]
-      g.putImageData(image, 0, 0)
     }
 
     function draw_context() {
@@ -334,14 +343,15 @@ const Charts = (() => {
         const look = model.look(row)
         look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      plain(g, others, LOOKS.unranked.colour)
+      density = plain(g, others, LOOKS.unranked.colour, density)
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
       }
     }
 
     // Above all lines, so that the numbers can be read.
-    function draw_axes(g) {
+    function draw_axes() {
+      const g = clean(3)
       axes.forEach((column, j) => {
         const [x, at, scale] = [x_of(j), placed(column), model.scale(column)]
         g.strokeStyle = "#7D8590"
@@ -381,12 +391,16 @@ const Charts = (() => {
           if (end !== null) g.fillRect(x_of(j) - 8, y - 1, 16, 2)
         }
       })
-      draw_axes(g)
     }
 
     function draw(all) {
       if (!size.width || !axes.length) return
-      if (all) draw_context()
+      // Distances are measured from the U and N of what is left: they move with the limits.
+      if (all || axes.some((column) => column.role === "geometric")) {
+        density = null
+        draw_context()
+        draw_axes()
+      }
       draw_left()
       draw_marks()
     }

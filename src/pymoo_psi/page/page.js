@@ -837,20 +837,41 @@ const page = (() => {
     head.append(...heads)
     box.setAttribute("aria-colcount", columns.length)
 
-    function line(k) {
+    // Lines are used again, and only what differs is written: new elements would be styled and laid
+    // out at every step.
+    const lines = []
+    function new_line() {
+      const cells = columns.map((column) => {
+        const text = document.createTextNode("")
+        const cell = make("div", {className: column.number ? "cell number" : "cell", role: "gridcell"}, text)
+        if (column.field === "label") cell.classList.add("label")
+        cell.style.width = `${column.pixels}px`
+        return text
+      })
+      return {element: make("div", {role: "row"}, cells.map((text) => text.parentElement)), cells, look: "", told: ""}
+    }
+
+    function fill(line, k) {
+      const {element, cells} = line
       const row = order[k]
+      columns.forEach((column, j) => {
+        const text = column.cell(row)
+        if (cells[j].data !== text) cells[j].data = text
+      })
+      if (line.look !== look(row)) {
+        line.look = look(row)
+        cells[1].parentElement.replaceChildren(Charts.icon(line.look), cells[1])
+      }
       const marks = [row === chosen_row() ? "chosen" : "", selected.has(row) ? "selected" : "", k === cursor ? "cursor" : "", state.pins.includes(data.ids[row]) ? "pinned" : ""]
-      const element = make("div", {className: `row ${marks.join(" ")}`, role: "row", id: `row-${k}`, "aria-rowindex": k + 2, "aria-selected": selected.has(row)},
-        columns.map((column) => {
-          const cell = make("div", {className: column.number ? "cell number" : "cell", role: "gridcell", textContent: column.cell(row)})
-          if (column.field === "rank") cell.prepend(Charts.icon(look(row)))
-          if (column.field === "label") cell.classList.add("label")
-          cell.style.width = `${column.pixels}px`
-          return cell
-        }))
+      const told = `${k} ${marks.join(" ")}`
+      if (line.told === told) return
+      line.told = told
+      element.className = `row ${marks.join(" ")}`
+      element.id = `row-${k}`
+      element.setAttribute("aria-rowindex", k + 2)
+      element.setAttribute("aria-selected", selected.has(row))
       element.style.top = `${k * HEIGHT}px`
       element.dataset.k = k
-      return element
     }
 
     function show() {
@@ -858,7 +879,10 @@ const page = (() => {
       body.style.height = `${order.length * HEIGHT}px`
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
       const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT) + 2)
-      body.replaceChildren(...Array.from({length: Math.max(0, last - first)}, (_, k) => line(first + k)))
+      const count = Math.max(0, last - first)
+      while (lines.length < count) lines.push(new_line())
+      for (let k = 0; k < count; k++) fill(lines[k], first + k)
+      if (body.childElementCount !== count) body.replaceChildren(...lines.slice(0, count).map((line) => line.element))
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
       columns.forEach((column, k) => {
