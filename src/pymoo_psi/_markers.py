@@ -4,7 +4,7 @@ The colours are those of Okabe and Ito, which colour-blind readers can tell apar
 rests on colour alone: each goes with a marker of its own, so that a grey print says the same.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 GREY = "0.68"  # a share of white, in matplotlib's notation
 
@@ -19,6 +19,17 @@ class Marker(NamedTuple):
     colour: str
     size: float
     level: float
+
+    def look(self, edge: str = "black", width: float = 0.5) -> dict[str, Any]:
+        """Return the arguments of matplotlib's ``plot`` for such markers without a line."""
+        return {
+            "linestyle": "none",
+            "marker": self.shape,
+            "markersize": self.size,
+            "markerfacecolor": self.colour,
+            "markeredgecolor": edge,
+            "markeredgewidth": width,
+        }
 
 
 # By rank, the rarer ranks on top; ranks 1 and 2 do not occur.

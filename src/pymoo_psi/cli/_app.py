@@ -28,6 +28,7 @@ from pymoo_psi.cli._groups import (
     ColumnOptions,
     DecisionFile,
     Designs,
+    DocumentOptions,
     FileOptions,
     Jobs,
     Overwrite,
@@ -35,8 +36,6 @@ from pymoo_psi.cli._groups import (
     Preferences,
     ProblemName,
     ProblemOptions,
-    Units,
-    Variables,
     grouped,
     path_argument,
     path_option,
@@ -394,25 +393,17 @@ def page(
     file: Designs,
     columns: ColumnOptions,
     written: FileOptions,
-    variables: Variables = None,
-    units: Units = None,
+    document: DocumentOptions,
     prototype: Annotated[
         Path | None, path_option("FILE.csv", "Existing designs to compare with.")
     ] = None,
-    decision: DecisionFile = None,
-    no_normalize: PlainDistances = False,
-    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
     out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
     force: Overwrite = False,
 ) -> int:
     """Make a page to decide on a Pareto set: one file, works offline."""
     from pymoo_psi.cli._page import run_page
 
-    return run_page(
-        file, columns, written,
-        variables=variables or (), units=units or (), prototype=prototype, decision=decision,
-        normalize=not no_normalize, title=title, out=out, force=force,
-    )  # fmt: skip
+    return run_page(file, columns, written, document, prototype=prototype, out=out, force=force)
 
 
 @_command(
@@ -424,16 +415,12 @@ def report(
     file: Designs,
     columns: ColumnOptions,
     written: FileOptions,
-    variables: Variables = None,
-    units: Units = None,
+    document: DocumentOptions,
     prefer: Preferences = None,
-    decision: DecisionFile = None,
     design: Annotated[
         int | None,
         typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
     ] = None,
-    no_normalize: PlainDistances = False,
-    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None,
     out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
     force: Overwrite = False,
 ) -> int:
@@ -441,10 +428,8 @@ def report(
     from pymoo_psi.cli._report import run_report
 
     return run_report(
-        file, columns, written,
-        variables=variables or (), units=units or (), decision=decision,
-        normalize=not no_normalize, prefer=prefer or (), design=design, title=title, out=out,
-        force=force,
+        file, columns, written, document,
+        prefer=prefer or (), design=design, out=out, force=force,
     )  # fmt: skip
 
 

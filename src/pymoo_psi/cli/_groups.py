@@ -59,10 +59,6 @@ PlainDistances: TypeAlias = Annotated[
 ]
 
 
-Variables: TypeAlias = Annotated[
-    list[str] | None, several("X,Y,…", "Columns with design variables [x1,x2,…].")
-]
-Units: TypeAlias = Annotated[list[str] | None, several("A=KG,B=S", "Units of columns.")]
 Preferences: TypeAlias = Annotated[
     list[str] | None,
     several("P", "weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff."),
@@ -140,6 +136,19 @@ class FileOptions:
     drop_incomplete: Annotated[
         bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
     ] = False
+
+
+@dataclass(frozen=True)
+class DocumentOptions:
+    """What is typed for a page or a report of designs."""
+
+    variables: Annotated[
+        Sequence[str], several("X,Y,…", "Columns with design variables [x1,x2,…].")
+    ] = ()
+    units: Annotated[Sequence[str], several("A=KG,B=S", "Units of columns.")] = ()
+    decision: DecisionFile = None
+    no_normalize: PlainDistances = False
+    title: Annotated[str | None, typer.Option(help="Heading [the file's name].")] = None
 
 
 def grouped(command: Callable[..., int]) -> Callable[..., int]:

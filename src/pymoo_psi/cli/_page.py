@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pandas as pd
 
 from pymoo_psi._validation import counted
 from pymoo_psi.cli._decision import decided_designs
-from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._groups import ColumnOptions, DocumentOptions, FileOptions
 from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
@@ -23,13 +22,9 @@ def run_page(
     path: Path,
     columns: ColumnOptions,
     written: FileOptions,
+    document: DocumentOptions,
     *,
-    variables: Sequence[str],
-    units: Sequence[str],
     prototype: Path | None,
-    decision: Path | None,
-    normalize: bool,
-    title: str | None,
     out: Path,
     force: bool,
 ) -> int:
@@ -39,25 +34,24 @@ def run_page(
         path: The file of designs.
         columns: What its columns are, with the limits that the page opens with.
         written: How it is written, and but for lines to skip the prototype, too.
-        variables: Those that are design variables, as they are typed.
-        units: Units of columns, as they are typed.
+        document: Variables, units, the decision with which the page opens, the heading.
         prototype: A file of existing designs to compare with, beside those that ``path`` has.
-        decision: A decision file, with which the page opens.
-        normalize: Rank with each objective in units of its range.
-        title: Heading of the page; the file's name unless given.
         out: The HTML file to write.
         force: Whether to overwrite any file.
     """
+    decision, normalize = document.decision, not document.no_normalize
     require_output(out, (".html", ".htm"), path, prototype, decision, by="page", force=force)
     # Designs that failed are counted on the page.
     written = replace(written, drop_incomplete=True)
     decided = None
     if decision is None:
-        file, roles, remarks = designs_of(path, replace(columns, limits=()), written, variables)
+        file, roles, remarks = designs_of(
+            path, replace(columns, limits=()), written, document.variables
+        )
         limits = limits_in(columns.limits, file.names, roles.objectives, roles.maximize)
     else:
         file, roles, remarks, decided = decided_designs(
-            path, columns, written, decision, normalize, variables
+            path, columns, written, decision, normalize, document.variables
         )
         limits, normalize = {}, decided.normalize
     # What is neither label nor text can be limited on the page, whatever its role.
@@ -95,7 +89,7 @@ def run_page(
         variables=roles.variables,
         outputs=roles.outputs,
         maximize=roles.maximize,
-        units=known_units | units_in(units, names),
+        units=known_units | units_in(document.units, names),
         label=roles.label,
         normalize=normalize,
         prototype=existing,
@@ -103,7 +97,7 @@ def run_page(
         decision=decision,
         failed=file.failed,
         infeasible=file.infeasible,
-        title=title or path.stem,
+        title=document.title or path.stem,
     )
     page.save(out)
     for remark in (*remarks, *page.remarks):

@@ -12,7 +12,7 @@ from pathlib import Path
 from pymoo_psi._validation import invalid
 from pymoo_psi.cli._choice import preferences_in
 from pymoo_psi.cli._decision import decided_tests, decision_in
-from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.cli._groups import ColumnOptions, DocumentOptions, FileOptions
 from pymoo_psi.cli._options import formulated_in, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.errors import StudyError
@@ -24,14 +24,10 @@ def run_report(
     path: Path,
     columns: ColumnOptions,
     written: FileOptions,
+    document: DocumentOptions,
     *,
-    variables: Sequence[str],
-    units: Sequence[str],
-    decision: Path | None,
-    normalize: bool,
     prefer: Sequence[str],
     design: int | None,
-    title: str | None,
     out: Path,
     force: bool,
 ) -> int:
@@ -41,19 +37,16 @@ def run_report(
         path: A study, a table of all tests, or a file of designs.
         columns: What its columns are, and the limits.
         written: How it is written.
-        variables: Those that are design variables, as they are typed.
-        units: Units of columns, as they are typed.
-        decision: A decision file of the page: limits, the design that is chosen, the reason.
-        normalize: Measure each criterion in units of its range.
+        document: Variables, units, the decision (limits, the design chosen, the reason), heading.
         prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
         design: Number of the test point, or row of the file, that is chosen.
-        title: Heading of the report; the file's name unless given.
         out: The HTML file to write.
         force: Whether to overwrite any file.
 
     Returns:
         0, or 1 if no design is feasible; the report then says what stands in the way.
     """
+    decision, normalize = document.decision, not document.no_normalize
     require_output(out, (".html", ".htm"), path, decision, by="report", force=force)
     decided = None
     if decision is not None:
@@ -63,12 +56,14 @@ def run_report(
         decided, columns = decision_in(decision, columns, normalize)
         normalize = decided.normalize
     limited = () if decided is None else decided.limits
-    table, limits, labels, remarks = formulated_in(path, columns, written, variables, limited)
+    table, limits, labels, remarks = formulated_in(
+        path, columns, written, document.variables, limited
+    )
     if decided is not None:
         limits = decided.limits
         design, told_of_it = decided_tests(decided, path, table, labels)
         remarks += told_of_it
-    told = {**table.layout.units, **units_in(units, table.layout.columns)}
+    told = {**table.layout.units, **units_in(document.units, table.layout.columns)}
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
@@ -83,7 +78,7 @@ def run_report(
         design=design,
         selectors=selectors or None,
         labels=labels,
-        title=title or path.stem,
+        title=document.title or path.stem,
         about=about,
     )
     report.save(out)

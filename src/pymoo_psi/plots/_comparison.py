@@ -223,13 +223,10 @@ def indicators_page(comparison: Comparison) -> Figure:
         comparison: From :func:`pymoo_psi.compare`.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
-        >>> len(indicators_page(comparison).axes)
-        4
+        Of the comparison in the example of :func:`save_comparison`:
+
+        >>> print(*(ax.get_ylabel().split(" (")[0] for ax in indicators_page(comparison).axes))
+        hypervolume IGD+ additive epsilon optimum distance
     """
     comparison = _checked(comparison)
     with new_page(150.0) as figure:
@@ -258,11 +255,8 @@ def differences_page(comparison: Comparison, to: str = "") -> Figure:
         ArgumentValueError: There is no such algorithm, or no other.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
+        Of the comparison in the example of :func:`save_comparison`:
+
         >>> [ax.get_ylabel() for ax in differences_page(comparison).axes][1:]
         ['IGD+, ratio', 'additive epsilon, ratio', 'optimum distance, ratio']
     """
@@ -330,11 +324,8 @@ def draw_indicator(
         ArgumentValueError: The indicator is unknown.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
+        Of the comparison in the example of :func:`save_comparison`:
+
         >>> ax = draw_indicator(comparison, "epsilon")
         >>> ax.get_yscale(), [tick.get_text() for tick in ax.get_xticklabels()]
         ('log', ['32', '64'])
@@ -455,11 +446,8 @@ def time_page(comparison: Comparison) -> Figure:
         comparison: From :func:`pymoo_psi.compare`.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
+        Of the comparison in the example of :func:`save_comparison`:
+
         >>> time_page(comparison).axes[0].get_ylabel()
         'hypervolume (share of the box)'
     """
@@ -504,13 +492,11 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
         ArgumentValueError: There is no such budget.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
-        >>> len(fronts_page(comparison).axes)
-        2
+        Of the comparison in the example of :func:`save_comparison`:
+
+        >>> print(fronts_page(comparison, evaluations=32).axes[1].get_title(loc="left"))
+        nsga3, seed ...
+        ... designs, hypervolume 0...
     """
     comparison = _checked(comparison)
     budget = _budget_of(comparison, evaluations)
@@ -589,11 +575,8 @@ def attainment_page(comparison: Comparison, evaluations: int | None = None) -> F
             objectives.
 
     Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi.comparison import compare
-        >>> comparison = compare(
-        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
-        ... )
+        Of the comparison in the example of :func:`save_comparison`:
+
         >>> [ax.get_title(loc="left") for ax in attainment_page(comparison).axes]
         ['', 'psi', 'nsga3']
     """

@@ -233,14 +233,10 @@ def group_look(group: str, count: int) -> dict[str, Any]:
     marker = GROUPS[group]
     # With 0.5 all groups would cover the same area, and single markers soon be too small.
     shrink = min(1.0, max(0.2, (_MANY / max(count, 1)) ** 0.3))
-    edged = group == PARETO
+    look = marker._replace(size=marker.size * shrink).look
+    edge = marker.colour if marker.shape == "x" else "none"
     return {
-        "linestyle": "none",
-        "marker": marker.shape,
-        "markersize": marker.size * shrink,
-        "markerfacecolor": marker.colour,
-        "markeredgecolor": "black" if edged else marker.colour if marker.shape == "x" else "none",
-        "markeredgewidth": 0.5 * shrink if edged else 0.5,
+        **(look("black", 0.5 * shrink) if group == PARETO else look(edge)),
         "zorder": 3.0 + 1.0 / (1 + count),  # the rarer on top
         "label": f"{group} ({count})",
         "rasterized": count > _RASTERIZED,
@@ -250,12 +246,7 @@ def group_look(group: str, count: int) -> dict[str, Any]:
 def prototype_look(name: str) -> dict[str, Any]:
     """Return how the prototype looks, on top of every group, with its label."""
     return {
-        "linestyle": "none",
-        "marker": _PROTOTYPE.shape,
-        "markersize": _PROTOTYPE.size,
-        "markerfacecolor": _PROTOTYPE.colour,
-        "markeredgecolor": "black",
-        "markeredgewidth": 0.7,
+        **_PROTOTYPE.look(width=0.7),
         "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
         "zorder": _PROTOTYPE.level,
         "label": "prototype" if name in ("prototype", "") else f"prototype: {literal(name)}",

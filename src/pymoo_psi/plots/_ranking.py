@@ -102,14 +102,7 @@ def _marker(points: RankedPoints, members: Any) -> Marker:
 
 
 def _mark(marker: Marker) -> dict[str, Any]:
-    return {
-        "linestyle": "none",
-        "marker": marker.shape,
-        "markersize": marker.size,
-        "markerfacecolor": marker.colour,
-        "markeredgecolor": "none" if marker.colour == GREY else "black",
-        "markeredgewidth": 0.5,
-    }
+    return marker.look("none" if marker.colour == GREY else "black")
 
 
 def _draw_parallel(
