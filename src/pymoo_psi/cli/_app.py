@@ -125,7 +125,7 @@ def _about(
             "--version",
             callback=lambda asked: _print_version() if asked else None,
             is_eager=True,
-            help="Print it, exit.",
+            help="Print the version and exit.",
         ),
     ] = False,
 ) -> None:
@@ -159,7 +159,7 @@ def reproduce(
     figures: Annotated[_Format, typer.Option(help="Format of the figures.")] = "png",
     force: Overwrite = False,
 ) -> int:
-    """Compute the paper's tables, and say whether print is matched."""
+    """Compute the tables of the chute's paper, compare with print."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
     models = None if model is None else [model]
@@ -194,7 +194,7 @@ def solve(
     columns: ColumnOptions,
     box: Annotated[
         list[str] | None,
-        several('"X=1:2,Y=3"', "Part of the box: bounds, or the value to fix at."),
+        several('"X=1:2,Y=3"', "Part of the box: bounds, or a value to fix."),
     ] = None,
     timeout: Annotated[
         float | None,
@@ -202,14 +202,15 @@ def solve(
     ] = None,
     study: Annotated[
         Path | None,
-        path_option("FILE.db", "Store every design here; continues."),
+        path_option("FILE.db", "Keep every test here; a run continues it."),
     ] = None,
     share: Annotated[
         str | None,
         typer.Option(metavar="K/N", help="Test the K-th of N parts; --study is their folder."),
     ] = None,
     study_key: Annotated[
-        str | None, typer.Option(metavar="K", help="What else the study depends on: a version.")
+        str | None,
+        typer.Option(metavar="K", help="What else the study depends on: the model's version."),
     ] = None,
     retry: Annotated[
         str | None,
@@ -245,7 +246,7 @@ def compare(
     evaluations: Annotated[
         str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
     ] = "256,1024,4096",
-    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of an algorithm by chance.")] = 11,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of what draws at random.")] = 11,
     algorithms: Annotated[
         str,
         typer.Option(
@@ -261,7 +262,8 @@ def compare(
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
     out: Annotated[
-        Path | None, path_option("DIR", "Write tables, figures and runs here; continues.")
+        Path | None,
+        path_option("DIR", "Write tables, figures, runs here; continues."),
     ] = None,
     force: Overwrite = False,
 ) -> int:

@@ -45,13 +45,13 @@ ProblemName: TypeAlias = Annotated[
     str,
     typer.Argument(
         metavar="PROBLEM",
-        help="'chute', the name of a pymoo test problem, or module:attribute. What it takes to be "
-        "made are options, too: chute --mu 0.4, dtlz2 --n-obj 4.",
+        help="'chute', a test problem of pymoo such as bnh, or your own as module:attribute, "
+        "beam:Beam for the class Beam in beam.py. Its arguments are options, too: dtlz2 --n-obj 4.",
     ),
 ]
 Designs: TypeAlias = Annotated[
     Path,
-    path_argument("FILE", "Designs (CSV, a workbook), a ranking, a test table, or a study."),
+    path_argument("FILE", "Designs (CSV, .xlsx), a ranking, a test table, or a study."),
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(metavar="N", help="Processes; -1: one per core.")]
 PlainDistances: TypeAlias = Annotated[
@@ -61,16 +61,18 @@ PlainDistances: TypeAlias = Annotated[
 
 Preferences: TypeAlias = Annotated[
     list[str] | None,
-    several("P", "weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or tradeoff."),
+    several(
+        "P",
+        "Tell another choice, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or "
+        "tradeoff.",
+    ),
 ]
 DecisionFile: TypeAlias = Annotated[
     Path | None, path_option("FILE.json", "What was decided on the page: limits, choice, reason.")
 ]
 Overwrite: TypeAlias = Annotated[
     bool,
-    typer.Option(
-        "--force", help="Overwrite --out also if it holds something that is not of this command."
-    ),
+    typer.Option("--force", help="Overwrite --out even if this command has not written it."),
 ]
 
 
@@ -101,13 +103,13 @@ class ColumnOptions:
     ] = ()
     formulation: Annotated[
         Path | None,
-        path_option("FILE.json", "All these options in a file, of Formulation.to_json."),
+        path_option("FILE.json", "All of this from a file of Formulation.to_json."),
     ] = None
     criterion: Annotated[
         Sequence[str],
-        several('NAME|"NAME=A/B"', "A criterion more: a column, or an expression."),
+        several('NAME|"NAME=A/B"', "One more criterion: a column, or an expression of columns."),
     ] = ()
-    relax: Annotated[Sequence[str], several("G,…", "Constraints to leave out.")] = ()
+    relax: Annotated[Sequence[str], several("G,…", "Constraints that need not hold.")] = ()
 
     @property
     def formulated(self) -> bool:
@@ -127,7 +129,8 @@ class FileOptions:
         str | None, typer.Option(metavar='"."|","', help="Mark between thousands, likewise.")
     ] = None
     encoding: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of the file, such as cp1252 [UTF-8].")
+        str | None,
+        typer.Option(metavar="NAME", help="Its encoding, such as cp1252 [UTF-8]."),
     ] = None
     skip_rows: Annotated[
         str | None,

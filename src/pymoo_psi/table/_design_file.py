@@ -23,7 +23,7 @@ from pymoo_psi.table._designs import INT64
 from pymoo_psi.table._exchange import objects, table_of
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
-from pymoo_psi.table._formulation import Formulation, computed_columns
+from pymoo_psi.table._formulation import Formulation, computed_columns, distinct
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout, is_writable
 from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
@@ -708,7 +708,7 @@ def _with_roles(file: DesignFile, line: str) -> DesignFile:
 def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     """Return a ranking that was written as JSON, with the objectives it names."""
     try:
-        content: Any = json.loads(text, object_pairs_hook=_distinct)
+        content: Any = json.loads(text, object_pairs_hook=distinct)
         objectives, maximized = content["objectives"], content["maximized"]
         rows = [dict(row) for row in content["designs"]]
         units = dict(content.get("units", {}))
@@ -739,14 +739,6 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
     file = DesignFile(path, read, np.arange(1, len(rows) + 1))
     others = tuple(name for name in maximized if name not in objectives)
     return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized), others))
-
-
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the members of an object; of two with one name JSON would keep the last in silence."""
-    members = dict(pairs)
-    if len(members) < len(pairs):
-        raise ValueError("a name occurs twice")
-    return members
 
 
 def _column(cells: list[Any]) -> Column:

@@ -155,7 +155,7 @@ class Formulation:
         """
         content = Path(path).read_bytes()
         try:
-            found = json.loads(content.decode("utf-8-sig"), object_pairs_hook=_distinct)
+            found = json.loads(content.decode("utf-8-sig"), object_pairs_hook=distinct)
         except (ValueError, RecursionError) as error:
             raise ArgumentValueError(
                 f"{path} must be a formulation, an object of JSON: {error}"
@@ -266,8 +266,8 @@ def _whole(value: float) -> float:
     return int(value) if value.is_integer() and abs(value) < 2**53 else value
 
 
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # Of two entries with one name JSON would keep the last in silence.
+def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the entries of an object; of two with one name JSON would keep the last in silence."""
     entries = dict(pairs)
     if len(entries) < len(pairs):
         raise ValueError("a name occurs twice")

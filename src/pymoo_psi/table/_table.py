@@ -229,13 +229,13 @@ class TestTable(Shown):
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
         sizes = [
-            counted(self.X.shape[1], "variable", "variables"),
+            counted(self.X.shape[1], "variable"),
             counted(self.F.shape[1], "criterion", "criteria"),
-            counted(len(self.layout.constraints), "constraint", "constraints"),
+            counted(len(self.layout.constraints), "constraint"),
         ]
         if self.layout.outputs:
             sizes.append(counted(len(self.layout.outputs), "output"))
-        tests = counted(len(self), "test", "tests")
+        tests = counted(len(self), "test")
         if again := int(np.count_nonzero(self.repeats)):
             tests += f" of {counted(len(self) - again, 'design', 'designs')}"
         return f"TestTable({tests}: {counts}; {', '.join(sizes)})"
@@ -385,7 +385,7 @@ class TestTable(Shown):
         front = self.F[self.pareto(limits)]
         if len(front) == 0:
             failed = np.sum(self.status == "failed")
-            tests = counted(len(self), "test", "tests")
+            tests = counted(len(self), "test")
             found = Received(f"none of {tests}, of which {failed} failed")
             remedy = "see its reasons" if failed else "loosen the limits, or test more points"
             raise invalid("the table", "one with a feasible design", found, remedy)
@@ -853,11 +853,9 @@ class TestTable(Shown):
         """Write the table; :meth:`read_csv` reads it back without a change.
 
         The first line, a comment, holds names, senses, units, bounds, tolerance and prototype as
-        JSON; below are
-        a header and one row per test point, the columns those of :meth:`to_frame`. pandas reads
-        them by ``pd.read_csv(path, comment="#", index_col="test_point")``; before 3.1 it wants
-        ``float_precision="round_trip"`` for the last digit. An interrupted writing leaves the old
-        file as it was.
+        JSON; below are a header and one row per test point, the columns those of :meth:`to_frame`.
+        Before 3.1 pandas wants ``float_precision="round_trip"`` to read the last digit. An
+        interrupted writing leaves the old file as it was.
 
         Raises:
             OSError: The file cannot be written.
