@@ -15,7 +15,11 @@ their optima: PSI takes another stretch of the LPτ sequence with each seed, all
 random points. One run serves all budgets, as the first designs of a longer run are those of a
 shorter one; NSGA-III, whose population depends on the budget, has a run for each.
 
-Rivals that are not installed are left out: ``pip install optuna``, and ``torch`` for ``optuna-gp``.
+Rivals that are not installed are left out. ``pip install "optuna>=5"`` adds its samplers,
+``pip install parmoo`` that one, and ``pip install botorch`` both BoTorch and the Gaussian processes
+of Optuna, with a torch of 5 GB, most of it for graphics cards, which are not used. ParMOO and
+BoTorch, which propose several designs at a time, begin with as many points as ``SurrogatePSI`` and
+propose as many.
 """
 
 from __future__ import annotations
@@ -54,6 +58,7 @@ HERE = Path(__file__).parent
 KEPT = HERE / "learning.jsonl"
 README = HERE / "README.md"
 BUDGETS = (64, 128, 256, 512, 1024)
+BATCH = 8  # that of SurrogatePSI, for all who propose several at a time
 SIGNIFICANCE = 0.05
 
 TUNED = (
@@ -84,22 +89,22 @@ class Watched(Problem):
         )  # fmt: skip
         self.problem = problem
         self.F: list[Array] = []
-        self.feasible: list[bool] = []
+        self.violation: list[float] = []  # 0 where feasible
 
     def _evaluate(self, X: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         values = self.problem.evaluate(X, return_as_dictionary=True)
         out["F"] = values["F"]
         if self.n_ieq_constr:
             out["G"] = values["G"]
-        good = np.isfinite(values["F"]).all(axis=1)
+        violation = np.where(np.isfinite(values["F"]).all(axis=1), 0.0, np.inf)
         if self.n_ieq_constr:
-            good &= (values["G"] <= 0).all(axis=1)
+            violation += np.maximum(values["G"], 0).sum(axis=1)
         self.F += list(values["F"])
-        self.feasible += good.tolist()
+        self.violation += violation.tolist()
 
     def found(self, n_evaluations: int) -> Array:
         """Return the Pareto set of the first designs."""
-        F = np.array(self.F[:n_evaluations])[np.array(self.feasible[:n_evaluations])]
+        F = np.array(self.F[:n_evaluations])[np.array(self.violation[:n_evaluations]) <= 0]
         return F[nondominated(F)] if len(F) else np.zeros((0, self.n_obj))
 
 
@@ -130,24 +135,108 @@ def _optuna(sampler: str, problem: Watched, n_evaluations: int, seed: int) -> No
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-
-    def constraints(trial: Any) -> list[float]:
-        return list(trial.user_attrs["G"])
-
-    options = {"constraints_func": constraints} if problem.n_ieq_constr else {}
     study = optuna.create_study(
         directions=["minimize"] * problem.n_obj,
-        sampler=getattr(optuna.samplers, sampler)(seed=seed, **options),
+        sampler=getattr(optuna.samplers, sampler)(seed=seed),
     )
 
     def objective(trial: Any) -> tuple[float, ...]:
         bounds = zip(problem.xl, problem.xu, strict=True)
         x = [trial.suggest_float(f"x{j}", low, high) for j, (low, high) in enumerate(bounds)]
         found = _outputs(problem, np.array([x]))[0].tolist()
-        trial.set_user_attr("G", found[problem.n_obj :])
+        for j, g in enumerate(found[problem.n_obj :]):
+            trial.set_constraint(f"g{j}", g)
         return tuple(found[: problem.n_obj])
 
     study.optimize(objective, n_trials=n_evaluations)
+
+
+def _n_first(problem: Watched) -> int:
+    """Return with how many points those begin that ask for it: as :class:`SurrogatePSI`."""
+    return min(max(2 * problem.n_var + 2, 20), 64)
+
+
+def _parmoo(problem: Watched, n_evaluations: int, seed: int) -> None:
+    """ParMOO, with what its own introduction takes."""
+    from parmoo import MOOP
+    from parmoo.acquisitions import RandomConstraint
+    from parmoo.optimizers import LocalSurrogate_PS
+    from parmoo.searches import LatinHypercube
+    from parmoo.surrogates import GaussRBF
+
+    moop = MOOP(LocalSurrogate_PS, hyperparams={"np_random_gen": seed})
+    names = [f"x{j}" for j in range(problem.n_var)]
+    for name, low, high in zip(names, problem.xl, problem.xu, strict=True):
+        limits = {"lb": float(low), "ub": float(high)}
+        moop.addDesign({"name": name, "des_type": "continuous", **limits})
+
+    def simulate(x: Any) -> Array:
+        return _outputs(problem, np.array([[x[name] for name in names]]))[0]
+
+    def output(j: int, x: Any, outputs: Any) -> Any:
+        return outputs["outputs"][j]
+
+    n_outputs = problem.n_obj + problem.n_ieq_constr
+    moop.addSimulation({
+        "name": "outputs", "m": n_outputs, "sim_func": simulate, "search": LatinHypercube,
+        "surrogate": GaussRBF, "hyperparams": {"search_budget": _n_first(problem)},
+    })  # fmt: skip
+    for j in range(problem.n_obj):
+        moop.addObjective({"name": f"f{j}", "obj_func": partial(output, j)})
+    for j in range(problem.n_obj, n_outputs):
+        moop.addConstraint({"name": f"g{j}", "con_func": partial(output, j)})
+    for _ in range(BATCH):
+        moop.addAcquisition({"acquisition": RandomConstraint, "hyperparams": {}})
+    moop.solve(sim_max=n_evaluations)
+
+
+def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
+    """BoTorch's qLogNEHVI, with what its own introduction takes but for the iterations.
+
+    With 200 instead of 50, and the restarts in two halves, a proposal takes 9 s on osy.
+    """
+    import torch
+    from botorch.acquisition.multi_objective.logei import qLogNoisyExpectedHypervolumeImprovement
+    from botorch.acquisition.multi_objective.objective import IdentityMCMultiOutputObjective
+    from botorch.fit import fit_gpytorch_mll
+    from botorch.models import SingleTaskGP
+    from botorch.models.transforms import Standardize
+    from botorch.optim import optimize_acqf
+    from botorch.sampling import SobolQMCNormalSampler
+    from botorch.utils.multi_objective.hypervolume import infer_reference_point
+    from gpytorch.mlls import ExactMarginalLogLikelihood
+
+    torch.manual_seed(seed)
+    n_obj, n_var = problem.n_obj, problem.n_var
+    cube = torch.tensor([[0.0] * n_var, [1.0] * n_var], dtype=torch.double)
+    Z = (
+        torch.quasirandom.SobolEngine(n_var, scramble=True, seed=seed)
+        .draw(_n_first(problem))
+        .double()
+    )
+    Y = torch.zeros((0, n_obj + problem.n_ieq_constr), dtype=torch.double)
+    while True:
+        X = problem.xl + Z[len(Y) :].numpy() * (problem.xu - problem.xl)
+        # of its criteria more is better
+        sign = np.repeat([-1.0, 1.0], [n_obj, problem.n_ieq_constr])
+        Y = torch.cat([Y, torch.tensor(_outputs(problem, X) * sign)])
+        if len(Y) >= n_evaluations:
+            return
+        model = SingleTaskGP(Z, Y, outcome_transform=Standardize(Y.shape[1]))
+        fit_gpytorch_mll(ExactMarginalLogLikelihood(model.likelihood, model))
+        feasible = (Y[:, n_obj:] <= 0).all(dim=1)
+        acquisition = qLogNoisyExpectedHypervolumeImprovement(
+            model, infer_reference_point(Y[feasible if feasible.any() else ~feasible, :n_obj]), Z,
+            sampler=SobolQMCNormalSampler(torch.Size([128]), seed=seed),
+            objective=IdentityMCMultiOutputObjective(outcomes=list(range(n_obj))),
+            constraints=[lambda y, j=j: y[..., j] for j in range(n_obj, Y.shape[1])] or None,
+            prune_baseline=True,
+        )  # fmt: skip
+        proposed, _ = optimize_acqf(
+            acquisition, cube, BATCH, num_restarts=10, raw_samples=512, sequential=True,
+            options={"batch_limit": 10, "maxiter": 50},
+        )  # fmt: skip
+        Z = torch.cat([Z, proposed])
 
 
 def _outputs(problem: Watched, X: Array) -> Array:
@@ -166,8 +255,13 @@ ALGORITHMS: dict[str, Callable[[Watched, int, int], None]] = {
     "tpe": partial(_optuna, "TPESampler"),
     "optuna-nsga3": partial(_optuna, "NSGAIIISampler"),
     "optuna-gp": partial(_optuna, "GPSampler"),
+    "parmoo": _parmoo,
+    "botorch": _botorch,
 }
-NEEDED = {"tpe": "optuna", "optuna-nsga3": "optuna", "optuna-gp": "torch"}
+NEEDED = {
+    "tpe": ("optuna",), "optuna-nsga3": ("optuna",), "optuna-gp": ("optuna", "torch"),
+    "parmoo": ("parmoo",), "botorch": ("botorch",),
+}  # fmt: skip
 OF_BUDGET = ("nsga3", "psi+nsga3", "optuna-nsga3")  # with a run for each budget
 OURS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
@@ -184,7 +278,7 @@ PLAN: tuple[tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], int], ...] 
     (tuple(PROBLEMS), OURS, BUDGETS, 21),
     (tuple(PROBLEMS), ("surrogate",), FEW, 21),
     (SLOW, ("optuna-nsga3",), FEW, 5),
-    (SLOW, ("optuna-gp",), FEW[:1], 3),
+    (SLOW, ("optuna-gp", "parmoo", "botorch"), FEW[:1], 3),
     (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 5),
     (tuple(PROBLEMS), ("tpe",), FEW, 21),
     (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 21),
@@ -222,6 +316,7 @@ def run(name: str, algorithm: str, seed: int, budgets: tuple[int, ...]) -> list[
             "hypervolume": reference.measure(F)["hypervolume"],
             # above that of the best design known: also where several designs are as good
             "mu1_excess": mu1 - optimum,
+            "violation": min(problem.violation[:budget]),
             "seconds_a_design": took / max(budgets),
         }
         rows.append(row | {what: float(f"{value:.6g}") for what, value in measured.items()})
@@ -256,7 +351,7 @@ def carry_out(
     """Run what is not kept yet, and keep it."""
     for name in problems:
         reference_of(name)
-    missing = [a for a in algorithms if find_spec(NEEDED.get(a, "numpy")) is None]
+    missing = [a for a in algorithms if not all(map(find_spec, NEEDED.get(a, ())))]
     if missing:
         print(f"not installed: {', '.join(missing)}", flush=True)
     there = tuple(a for a in algorithms if a not in missing)
@@ -281,24 +376,23 @@ def results() -> pd.DataFrame:
                 rows.append(json.loads(line))
             except json.JSONDecodeError:
                 continue
-    columns = ["problem", "algorithm", "seed", "evaluations", "hypervolume", "seconds_a_design"]
-    frame = pd.DataFrame(rows, columns=None if rows else columns)
-    return frame.drop_duplicates(["problem", "algorithm", "seed", "evaluations"], keep="last")
+    key = ["problem", "algorithm", "seed", "evaluations"]
+    measured = ["hypervolume", "mu1_excess", "violation", "seconds_a_design"]
+    # of earlier runs the violation is not kept
+    return pd.DataFrame(rows, columns=[*key, *measured]).drop_duplicates(key, keep="last")
 
 
-def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
-    """Return medians at a budget, marked where the surrogates are surely better (+) or worse (-).
+def compared(
+    frame: pd.DataFrame, indicator: str, budget: int
+) -> Iterator[tuple[str, Array, dict[tuple[str, int], tuple[Array, str]]]]:
+    """Yield a problem, the surrogates' values at a budget, and of each rival values and a mark.
 
-    The last column is NSGA-III with four times the budget.
+    The mark is + where the surrogates are surely better, - where they are surely worse. The last
+    rival is NSGA-III with four times the budget.
     """
     known = set(zip(frame["algorithm"], frame["evaluations"], strict=True))
-    rivals = [a for a in ALGORITHMS if a != "surrogate" and (a, budget) in known]
-    entries = [(a, budget) for a in rivals] + [("nsga3", b) for b in BUDGETS if b == 4 * budget]
-    titles = [a if b == budget else f"{a}, {b}" for a, b in entries]
-    lines = [
-        f"| problem (variables) | surrogate | {' | '.join(titles)} |",
-        f"|---|---|{'---|' * len(titles)}",
-    ]
+    entries = [(a, budget) for a in ALGORITHMS if a != "surrogate" and (a, budget) in known]
+    entries += [("nsga3", b) for b in BUDGETS if b == 4 * budget]
     more = 1 if indicator == "hypervolume" else -1
     for name in PROBLEMS:
         ours, *others = (
@@ -313,14 +407,63 @@ def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
         if not len(ours):
             continue
         p = [p_value(ours, v, fixed=(False, False)) if len(v) else np.nan for v in others]
-        cells = [_cell(ours, more)]
+        marks = []
         for v, adjusted in zip(others, holm(np.array(p)), strict=True):
-            mark = ""
-            if adjusted < SIGNIFICANCE:
-                mark = " +" if more * (effect_size(ours, v) - 0.5) > 0 else " -"
-            cells.append(_cell(v, more) + mark)
+            better = adjusted < SIGNIFICANCE and more * (effect_size(ours, v) - 0.5) > 0
+            marks.append("+" if better else "-" if adjusted < SIGNIFICANCE else "")
+        yield name, ours, dict(zip(entries, zip(others, marks, strict=True), strict=True))
+
+
+def _title(algorithm: str, evaluations: int, budget: int) -> str:
+    return algorithm if evaluations == budget else f"{algorithm}, {evaluations}"
+
+
+def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
+    """Return medians at a budget, with the marks of :func:`compared`."""
+    lines = []
+    more = 1 if indicator == "hypervolume" else -1
+    for name, ours, rivals in compared(frame, indicator, budget):
+        if not lines:
+            titles = [_title(*entry, budget) for entry in rivals]
+            lines = [
+                f"| problem (variables) | surrogate | {' | '.join(titles)} |",
+                f"|---|---|{'---|' * len(titles)}",
+            ]
+        cells = [_cell(ours, more)]
+        cells += [f"{_cell(v, more)} {mark}".rstrip() for v, mark in rivals.values()]
         used = "" if name in TUNED else " ◦"
         lines.append(f"| {name}{used} ({PROBLEMS[name]().n_var}) | {' | '.join(cells)} |")
+    return lines
+
+
+def verdicts(frame: pd.DataFrame, budget: int) -> list[str]:
+    """Return on how many problems the surrogates' hypervolumes are ahead of each rival's.
+
+    Problems where nobody has a feasible design count, and are neither ahead nor behind.
+    """
+    seconds = frame.groupby(["algorithm", "problem"])["seconds_a_design"].median()
+    counts: dict[tuple[str, str], list[Array]] = {}
+    for name, ours, rivals in compared(frame, "hypervolume", budget):
+        size = "6 or more" if name in MANY else "2 to 4"
+        for (rival, evaluations), (theirs, mark) in rivals.items():
+            if not len(theirs):
+                continue
+            a, b = np.median(ours), np.median(theirs)
+            row = [
+                1, mark == "+", mark == "-", a > b, ours.min() > b, a < 0.95 * b,
+                seconds["surrogate", name] / seconds[rival, name],
+            ]  # fmt: skip
+            counts.setdefault((_title(rival, evaluations, budget), size), []).append(np.array(row))
+    lines = [
+        "| against | variables | problems | surely better | surely worse | median ahead "
+        "| worst run above its median | more than 5 % behind | seconds a design, ours / its |",
+        f"|---|---|{'---|' * 7}",
+    ]
+    for (title, size), rows in counts.items():
+        *totals, _ = np.sum(rows, axis=0).astype(int)
+        ratio = np.exp(np.log([row[-1] for row in rows]).mean())
+        cells = [title, size, *map(str, totals), f"{ratio:.2g}" if title in NEEDED else ""]
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 
@@ -331,6 +474,34 @@ def _cell(values: Array, more: int) -> str:
     return f"{np.median(values):.3f} ({worst:.3f}, {len(values)})".replace("inf", "∞")
 
 
+def violations(frame: pd.DataFrame) -> list[str]:
+    """Return the least violations on problems where some find no feasible design."""
+    lines = []
+    for (name, budget), rows in frame.groupby(["problem", "evaluations"], sort=True):
+        least = rows.dropna(subset="violation").groupby("algorithm")["violation"]
+        found = {a: least.get_group(a).to_numpy() for a in ALGORITHMS if a in least.groups}
+        if budget in (256, 1024) and any(np.median(v) > 0 for v in found.values()):
+            told = ", ".join(f"{a} {_cell(v, -1)}" for a, v in found.items())
+            lines.append(f"- {name}, {budget}: {told}")
+    return lines
+
+
+def feasible_mw1() -> float:
+    """Return a bound of the feasible part of the box of mw1.
+
+    Fourteen terms, each of a variable of its own, must add up to 0.5 at most, as its constraint is
+    0.15 f1 + sum(terms) <= 0.5 sin(..)^8. The densities of the terms are folded.
+    """
+    n, width = 15, 0.002
+    u = (np.arange(2_000_000) + 0.5) / 2_000_000
+    total = np.ones(1)
+    for i in range(1, n):
+        term = 1 - np.exp(-10 * (u ** (n - 2) - 0.5 - i / (2 * n)) ** 2)
+        density = np.bincount((term / width).astype(int)) / len(u)
+        total = np.convolve(total, density)[: round(0.5 / width)]
+    return float(total.sum())
+
+
 def tables(frame: pd.DataFrame) -> list[str]:
     """Return all tables in Markdown, and what a design costs."""
     lines = []
@@ -339,11 +510,19 @@ def tables(frame: pd.DataFrame) -> list[str]:
     ):  # fmt: skip
         what = "hypervolume" if indicator == "hypervolume" else "excess of μ1"
         rows = table(frame, indicator, budget)
-        if len(rows) > 2:  # else no runs yet
-            lines += [f"**{budget} evaluations, {what}**", "", *rows, ""]
+        if not rows:  # no runs yet
+            continue
+        lines += [f"**{budget} evaluations, {what}**", "", *rows, ""]
+        if indicator == "hypervolume":
+            lines += [*verdicts(frame, budget), ""]
     costs = frame.groupby("algorithm")["seconds_a_design"].median()
     told = ", ".join(f"{a} {costs[a]:.3f}" for a in ALGORITHMS if a in costs)
-    return [*lines, f"Processor seconds a design, medians: {told}."]
+    return [
+        *lines, f"Processor seconds a design, medians: {told}.", "",
+        "Least violation of a run's designs, where the median run of some is not feasible:", "",
+        *violations(frame), "",
+        f"Of the box of mw1 less than {feasible_mw1():.0e} is feasible.",
+    ]  # fmt: skip
 
 
 def main() -> None:
