@@ -23,7 +23,6 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
-from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem, seed_ties
@@ -136,6 +135,7 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
     Returns:
         ``(h, n_obj)`` array of non-negative rows with sum 1.
     """
+    from pymoo.util.ref_dirs import get_reference_directions  # SciPy, a fifth of a second
 
     def count(partitions: int) -> int:
         return math.comb(partitions + n_obj - 1, n_obj - 1)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
-from scipy.spatial import KDTree
 
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
@@ -154,6 +153,8 @@ def _least_tradeoffs(points: Array) -> Array:
     if that are fewer than 2 m with the point itself, the nearest 2 m. The points are distinct, and
     none dominates another, so that each gain is above 0.
     """
+    from scipy.spatial import KDTree  # a fifth of a second, at every start of a command
+
     n, m = points.shape
     tree = KDTree(points)
     mu, count = np.full(n, np.inf), np.zeros(n, dtype=np.intp)
