@@ -2,8 +2,10 @@
 
 from types import SimpleNamespace
 
+import matplotlib
 import numpy as np
 import pytest
+from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
 from pymoo_psi import PsiError
@@ -29,7 +31,12 @@ def case():
 
 @pytest.fixture(scope="module")
 def figures(case):
-    return dict(paper_figures(Reproduction(512, (case,)), model="rolling"))
+    before, found = dict(matplotlib.rcParams), {}
+    for number, figure in paper_figures(Reproduction(512, (case,)), model="rolling"):
+        assert dict(matplotlib.rcParams) == before  # also between two of them
+        found[number] = figure
+    assert Gcf.get_all_fig_managers() == []
+    return found
 
 
 def fallen(*, slip_end=0.25, n=5):
@@ -173,12 +180,18 @@ def test_the_figures_of_another_chute_say_which_and_mark_its_speed():
     assert "The paper" not in pages[8].texts[-1].get_text()
 
 
-@pytest.mark.parametrize("suffix", [".pdf", ".svg"])
-def test_figures_are_written_in_vector_formats(case, tmp_path, monkeypatch, suffix):
-    monkeypatch.setattr("pymoo_psi.plots._paper.paper_figures", lambda *_, **__: [(4, Figure())])
-    (path,) = save_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=suffix)
-    assert path.name == f"figure_4{suffix}"
-    assert path.read_bytes()[:5] == {".pdf": b"%PDF-", ".svg": b"<?xml"}[suffix]
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF-"), (".svg", b"<?xml")]
+)
+def test_all_figures_are_written_in_each_format(case, tmp_path, monkeypatch, suffix, start):
+    def empty(reproduction, *, model, numbers):
+        assert model == "rolling"
+        return ((number, Figure()) for number in numbers)
+
+    monkeypatch.setattr("pymoo_psi.plots._paper.paper_figures", empty)
+    paths = save_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=suffix)
+    assert [path.name for path in paths] == [f"figure_{number}{suffix}" for number in range(2, 9)]
+    assert all(path.read_bytes().startswith(start) for path in paths)
 
 
 def test_other_formats_are_refused(case, tmp_path):

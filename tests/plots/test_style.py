@@ -10,7 +10,6 @@ from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
 from pymoo_psi import PsiError, plots
-from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.plots._style import literal, save_pages, view
 from pymoo_psi.table import section_points
 
@@ -44,7 +43,6 @@ def test_the_view_holds_the_values(values, ends):
 
 
 def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh, result):
-    case = solve_case(0.4, "rolling", 16)
     before = dict(matplotlib.rcParams)
     X = section_points(chute, 1, "x1", 3)
     pictures = [
@@ -54,8 +52,6 @@ def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh, result):
         plots.indicators_page(bnh), plots.draw_indicator(bnh, "epsilon"), plots.time_page(bnh),
         plots.fronts_page(bnh), plots.attainment_page(bnh),
     ]  # fmt: skip
-    for _ in plots.paper_figures(Reproduction(16, (case,)), model="rolling"):
-        assert dict(matplotlib.rcParams) == before  # also between two of them
     assert pictures
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []

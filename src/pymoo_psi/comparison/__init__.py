@@ -8,8 +8,10 @@ optimum, with medians, quartiles, tests and effect sizes.
 Example:
     >>> from pymoo.problems import get_problem
     >>> from pymoo_psi import compare
-    >>> pair = ["psi", "nsga3"]
-    >>> result = compare(get_problem("osy"), n_evaluations=512, seeds=6, algorithms=pair)
+    >>> result = compare(
+    ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"],
+    ...     polish=False,                                   # no distance to the optimum is asked
+    ... )
     >>> summary = result.summary().set_index("algorithm")
     >>> bool(summary.loc["nsga3", "hypervolume"] > summary.loc["psi", "hypervolume"])
     True

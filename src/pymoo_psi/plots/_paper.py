@@ -210,6 +210,7 @@ def save_figures(
     directory: str | os.PathLike[str],
     *,
     model: str = "full",
+    numbers: Iterable[int] = range(2, 9),
     dpi: int = 200,
     suffix: str = ".png",
 ) -> tuple[Path, ...]:
@@ -219,6 +220,7 @@ def save_figures(
         reproduction: As for :func:`paper_figures`.
         directory: An existing folder; files of these names in it are replaced.
         model: ``"full"`` or ``"rolling"``.
+        numbers: Which figures, 2 to 8.
         dpi: Dots per inch; a page is 180 mm wide.
         suffix: ``".png"``, ``".pdf"`` or ``".svg"``. In the vector formats the thousands of
             unranked points and the surfaces stay pictures of ``dpi``, so that files stay small.
@@ -227,7 +229,8 @@ def save_figures(
         The paths written.
 
     Raises:
-        ArgumentValueError: The model is unknown or has no case, or the suffix is another.
+        ArgumentValueError: The model is unknown or has no case, there is no such figure, or the
+            suffix is another.
         OSError: The folder does not exist or cannot be written to.
 
     Example:
@@ -235,11 +238,11 @@ def save_figures(
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.stem for path in save_figures(small, folder, dpi=20)]
-        ['figure_2', 'figure_3', 'figure_4', 'figure_5', 'figure_6', 'figure_7', 'figure_8']
+        ...     [path.name for path in save_figures(small, folder, numbers=[4])]
+        ['figure_4.png']
     """
     suffix = known_name("suffix", suffix, FIGURE_SUFFIXES)
-    figures = paper_figures(reproduction, model=model)
+    figures = paper_figures(reproduction, model=model, numbers=numbers)
     pages = ((f"figure_{number}{suffix}", figure) for number, figure in figures)
     return save_pages(pages, directory, dpi)
 
