@@ -1,6 +1,5 @@
 """What a stranger installs: metadata, types, a light import, a command that completes."""
 
-import os
 import re
 import subprocess
 import sys
@@ -8,6 +7,8 @@ from importlib import import_module
 from importlib.metadata import entry_points, metadata, requires
 
 import pytest
+
+from pymoo_psi.cli import main
 
 HEAVY = ("typer", "matplotlib", "pymoo", "numpy", "pandas")
 
@@ -54,15 +55,14 @@ def test_help_loads_nothing_heavy():
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion(shell):
+def test_completion(shell, monkeypatch, capsys):
     def command(**environment):
-        return subprocess.run(
-            [sys.executable, "-c", "from pymoo_psi.cli import run; run()"],
-            env=os.environ | {"_PYMOO_PSI_COMPLETE": "", **environment},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        with pytest.raises(SystemExit) as end:
+            main([])
+        assert end.value.code in (0, None)
+        return capsys.readouterr().out
 
     assert "_PYMOO_PSI_COMPLETE" in command(_PYMOO_PSI_COMPLETE=f"source_{shell}")
     completed = command(

@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 from pymoo_psi.cli import main
+from pymoo_psi.report import _document
 
 FRONT = "a,b\n1,2\n2,1\n3,0\n"
 
@@ -36,7 +37,8 @@ def written(writer, out):
     return main([*WRITERS[writer][0].split(), "--out", str(out)])
 
 
-def test_a_command_overwrites_its_own_results_only(folder, capsys):
+def test_a_command_overwrites_its_own_results_only(folder, capsys, monkeypatch):
+    monkeypatch.setattr(_document, "_image", lambda picture: "")  # pictures take most of the time
     kept = {}
     for writer, (_, name) in WRITERS.items():
         assert written(writer, name) == 0
