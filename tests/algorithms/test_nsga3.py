@@ -155,7 +155,7 @@ def test_reference_directions_fit(n_obj, n_points):
         ),
         (
             lambda: nsga3(get_problem("sphere"), n_evaluations=9),
-            "at least 2 for NSGA-III, got 1; use one of",
+            "at least 2 for NSGA-III, got 1; use PSI",
         ),
         (
             lambda: nsga3(get_problem("dtlz2"), n_evaluations=9, popsize=3),
