@@ -201,3 +201,16 @@ def test_a_narrow_reader_is_shown_every_number(tmp_path, monkeypatch, capsys):
     assert rows == rows[:2] * (len(rows) // 2)  # the row leads each part
     assert len(rows) > 2
     assert "(not shown in 40 columns: mu1, mu2, mu3,\npareto)" in table
+
+
+def test_an_error_is_broken_between_words_on_a_terminal_and_one_line_elsewhere(capsys, monkeypatch):
+    words = ["solve", "bnh", "--points", "8", "--limits", "f1"]
+    assert main(words) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "40")
+    assert main(words) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert max(map(len, lines)) <= 40 or "<=" in max(lines, key=len)  # a limit stays whole
+    assert " ".join(lines) == line.rstrip()

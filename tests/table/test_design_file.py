@@ -1,6 +1,7 @@
 """Files of designs: every kind is read the same by ``rank`` and ``page``, or refused in a line."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -211,3 +212,33 @@ def test_a_file_is_told_in_a_line(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("id,cost,mass\nA,1.5,4\nB,2,1\n", encoding="utf-8")
     assert repr(read_designs(path)) == f"DesignFile({str(path)!r}: 2 designs; id, cost, mass)"
+
+
+@pytest.mark.parametrize(
+    ("rows", "label"),
+    [
+        ("V1,1,4\nV2,2,1\n", "Variante"),
+        ("V1,1,4\nV1,2,1\n", None),  # names tell designs apart
+        ("V1,1,4\n,2,1\n", None),
+        ("7,1,4\n8,2,1\n", None),  # numbers are something to weigh
+    ],
+)
+def test_the_first_column_names_the_designs_if_it_can(written, rows, label):
+    file = read_designs(written(f"Variante,Masse,Kosten\n{rows}"))
+    assert file.label == file.roles(["Masse", "Kosten"]).label == label
+    assert file.roles(["Masse", "Kosten"], ["Variante"]).label is None
+    assert file.called(label)[0] == ("row 1" if label is None else "V1")
+
+
+def test_a_label_by_its_name_goes_before_the_first_column(written):
+    path = written("material,cost,mass,id\niron,1,4,7\nwood,2,1,9\n")
+    assert read_designs(path).label == "id"
+
+
+def test_all_titles_above_the_names_are_told_at_once(written):
+    path = written("Series 5;;\nby M.;;\n\nmodel;cost;mass\nA;1;4\nB;2;1\n")
+    with pytest.raises(PsiError, match=r"leave lines (.*) out by --skip-rows \1 if they") as told:
+        read_designs(path)
+    skipped = re.search("--skip-rows ([0-9,]+)", str(told.value))[1]
+    lines = [int(number) for number in skipped.split(",")]
+    assert read_designs(path, skip_rows=lines).names[0] == "model"

@@ -13,7 +13,9 @@ from __future__ import annotations
 import difflib
 import os
 import re
+import shutil
 import sys
+import textwrap
 import warnings
 from collections.abc import Callable, Sequence
 from io import StringIO, TextIOWrapper
@@ -555,6 +557,12 @@ def _tell_warning(
 
 def _tell(line: str) -> None:
     try:
+        # For readers; a log, or a script, has it in one line.
+        if sys.stderr.isatty() and "\n" not in line:
+            line = textwrap.fill(
+                line, shutil.get_terminal_size().columns,
+                break_long_words=False, break_on_hyphens=False,
+            )  # fmt: skip
         print(line, file=sys.stderr, flush=True)
     except OSError:  # if nobody can be told, the code tells; Python would try again at its end,
         sys.stderr = None  # and exit with 120

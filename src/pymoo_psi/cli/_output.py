@@ -166,7 +166,7 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
         TimeElapsedColumn(),
         *columns,
         console=error_console,
-        disable=not error_console.is_terminal,
+        disable=not error_console.is_terminal or error_console.is_dumb_terminal,
         transient=True,  # the results stand alone when it is done
     )
 

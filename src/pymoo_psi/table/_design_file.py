@@ -207,8 +207,17 @@ class DesignFile:
 
     @property
     def label(self) -> str | None:
-        """The column with the designs' numbers or names, as far as its name tells."""
-        return guessed_roles(self.names, lambda name: False).label
+        """The column with the designs' numbers or names.
+
+        As its name tells, or else the first one, if it holds texts, each another: so people write
+        lists, under "Variante" as under "Model".
+        """
+        if labels := _labels(self.names):
+            return labels[0]
+        name, column = next(iter(self.columns.items()))
+        texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+        certain = column.numbers is None and column.problem is None
+        return name if certain and len(texts) == len(column.cells) else None
 
     def called(self, label: str | None) -> list[str]:
         """``(n,)`` what sentences call the designs: "A", "test point 7", or by row of the file.
@@ -241,9 +250,10 @@ class DesignFile:
             self.require_columns(argument, names or ())
         # With the objectives named, no other column is asked for numbers: one that cannot be read
         # must not keep the named ones from being ranked.
-        found = self.known or guessed_roles(
-            self.names, self._holds_numbers if objectives is None else lambda name: False
-        )
+        found = self.known
+        if found is None:
+            asked = self._holds_numbers if objectives is None else lambda name: False
+            found = replace(guessed_roles(self.names, asked), label=self.label)
         chosen = found.objectives if objectives is None else tuple(objectives)
         kept = found.variables if variables is None else tuple(variables)
         if variables is None:

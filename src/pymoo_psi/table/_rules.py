@@ -121,8 +121,9 @@ def feasibility_rules(
         from sklearn.model_selection import StratifiedKFold, cross_val_score
         from sklearn.tree import DecisionTreeClassifier
     except ImportError as error:
+        remedy = "pip install SALib scikit-learn"  # as `analyze` needs both
         raise PsiError(
-            "feasibility rules need scikit-learn, which is not installed; pip install scikit-learn"
+            f"feasibility rules need scikit-learn, which is not installed; {remedy}"
         ) from error
     depth = integer("depth", depth, minimum=1)
     feasible = table.feasible(limits)

@@ -73,7 +73,7 @@ def sensitivities(
         from SALib.analyze import rbd_fast
     except ImportError as error:
         raise PsiError(
-            "sensitivities need SALib, which is not installed; pip install SALib"
+            "sensitivities need SALib, which is not installed; pip install SALib scikit-learn"
         ) from error
     import pandas as pd
 

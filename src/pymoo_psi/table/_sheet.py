@@ -265,9 +265,15 @@ def _sheet(rows: list[list[Any]], ends: list[int], divider: str) -> Sheet:
     ]
     for name, count in Counter(name for name, _ in named).items():
         if count > 1:
-            what = f"names the column {name!r} {count} times" if name else "names not all columns"
-            remedy = f"; leave line {ends[0]} out by --skip-rows {ends[0]} if it is a title"
-            raise UnfitError(f"its header {what}{'' if name else remedy}")
+            if name:
+                raise UnfitError(f"its header names the column {name!r} {count} times")
+            filled = [sum(not is_blank(cell) for cell in row) for row in rows]
+            # A line of names fills most columns; above it are titles.
+            n = next((i for i, k in enumerate(filled) if 2 * k > len(header)), 0) or 1
+            skip = ",".join(map(str, ends[:n]))
+            lines, them = ("line", "it is a title") if n == 1 else ("lines", "they are titles")
+            remedy = f"leave {lines} {skip} out by --skip-rows {skip} if {them}"
+            raise UnfitError(f"its header names not all columns; {remedy}")
     return Sheet(dict(named), ends[1:], divider)
 
 
