@@ -36,7 +36,7 @@ class Decision:
 
     Attributes:
         path: The file.
-        date: When it was written, as the file says.
+        date: The day when it was written, as the file says.
         criteria: Names of the criteria.
         maximize: Those of which more is better.
         units: Units of criteria by name, as far as they have one.
@@ -95,7 +95,7 @@ class Decision:
         kept = found["kept"]
         return cls(
             path=path,
-            date=_text(found["date"]),
+            date=_text(found["date"]).partition("T")[0],
             criteria=tuple(criteria),
             maximize=tuple(name for name, c in criteria.items() if _flag(c["maximize"])),
             units={name: _text(c["unit"]) for name, c in criteria.items() if c["unit"]},

@@ -96,6 +96,7 @@ const page = (() => {
   // Everything on the page from the state.
   function update(everything = false) {
     const start = performance.now()
+    const keep_focus = focus_kept()
     waiting = false
     const filter = JSON.stringify([state.limits, state.categories, state.kept])
     const moved = filter !== filtered || everything
@@ -119,8 +120,24 @@ const page = (() => {
     show_charts(everything)
     table.show()
     show_steps()
+    keep_focus()
     Object.assign(step, {count: step.count + 1, last: performance.now() - start})
     step.total += step.last
+  }
+
+  // Buttons are made anew or disabled: who works by keys stays on the one that was pressed, or
+  // else at the first beside it.
+  function focus_kept() {
+    const told = (element) => element.getAttribute("aria-label") ?? element.textContent
+    const element = document.activeElement ?? document.body
+    const place = element.closest("section .bar, section, .actions")
+    const name = told(element)
+    return () => {
+      if (!place || (element.isConnected && !element.disabled)) return
+      const buttons = [...place.querySelectorAll("button:enabled")]
+      const next = buttons.find((button) => told(button) === name) ?? buttons[0]
+      next?.focus({preventScroll: true})
+    }
   }
 
   // What takes longer than a frame waits until the hand rests.
@@ -184,7 +201,7 @@ const page = (() => {
 
   const percent = (share) => {
     const value = 100 * Math.abs(share)
-    return value === 0 ? "0 %" : value < 1 ? "< 1 %" : `${Math.round(value)} %`
+    return value === 0 ? "0 %" : value < 1 ? "< 1 %" : value > 9999 ? "> 9999 %" : `${Math.round(value)} %`
   }
 
   function show_verdict() {
@@ -205,7 +222,7 @@ const page = (() => {
         ...(verdict.bad ? [make("p", {className: "warning", textContent: verdict.warning})] : []))
       $("verdict-table").replaceChildren(
         make("thead", {}, make("tr", {}, ...["Criterion", "Value", "Best left", "From its best", "Share of range"].map(
-          (text, k) => make("th", {textContent: text, scope: "col", className: k ? "number" : ""})))),
+          (text, k) => make("th", {textContent: text, scope: "col", className: ["", "number", "number", "number", "share"][k]})))),
         make("tbody", {}, verdict.criteria.map((criterion) => {
           const column = data.by.get(criterion.name)
           const weak = verdict.weakest.includes(criterion.name)
@@ -248,8 +265,9 @@ const page = (() => {
     $("count").textContent = left.count === 0 ? "No design is left"
       : `${count_text(left.count)} of ${count_text(data.n)} designs within the limits, ${count_text(ranking.front.length)} Pareto-optimal`
     $("count").classList.toggle("warning", left.count === 0)
-    $("undo").disabled = !past.canUndo
-    $("redo").disabled = !past.canRedo
+    // Not disabled in earnest: a key that is held would go on with the button beside it.
+    $("undo").setAttribute("aria-disabled", !past.canUndo)
+    $("redo").setAttribute("aria-disabled", !past.canRedo)
     const shown = selected.size || order.length
     $("export").textContent = `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`
     $("export").disabled = shown === 0
@@ -271,8 +289,9 @@ const page = (() => {
     const rows = parts.map(({row}) => row)
     const hint = $("compare-hint")
     $("compare-table").hidden = rows.length < 2
-    hint.textContent = rows.length === 0 ? "No design is left to compare." : rows.length === 1 ? "One design is left, and none to compare it with."
-      : `Gains and losses against ${called(rows[0])}: in units, in per cent of its value / of the range.`
+    hint.replaceChildren(...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
+      : [`Gains and losses against ${called(rows[0])}: in units`, make("span", {className: "shares", textContent: ", in per cent of its value / of the range"}), "."]))
+    $("page").classList.toggle("wide", rows.length > 4)
     if (rows.length < 2) return $("compare-table").replaceChildren()
     const table = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
@@ -298,7 +317,7 @@ const page = (() => {
           const shares = [criterion.percent[k] / 100, criterion.share[k]].map((share) => (Number.isFinite(share) ? percent(share) : "–")).join(" / ")
           return make("td", {className: "number"}, value,
             make("div", {className: better > 0 ? "gain" : "loss", textContent: `${written(column, Math.abs(criterion.differences[k]))} ${better > 0 ? "better" : "worse"}`}),
-            make("div", {className: "hint", textContent: shares}))
+            make("div", {className: "hint shares", textContent: shares}))
         }))
       })))
   }
@@ -327,7 +346,7 @@ const page = (() => {
     const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
     $("steps").hidden = steps.length === 0
     $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
-      make("th", {scope: "row", textContent: next.names.join(", ")}), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${step_text(next)}`),
+      make("th", {scope: "row"}, Charts.broken(next.names.join(", "))), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${step_text(next)}`),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
   }
 
@@ -427,8 +446,8 @@ const page = (() => {
     const told = []
     if (rejects.has(column.name)) told.push(`rejects ${count_text(rejects.get(column.name))}`)
     const ends = relax.get(column.name)
-    if (ends?.low) told.push(`from ${written(column, ends.low.value)} on: ${count_text(ends.low.back)} more`)
-    if (ends?.high) told.push(`up to ${written(column, ends.high.value)}: ${count_text(ends.high.back)} more`)
+    if (ends?.low) told.push(`from ${written(column, ends.low.value)} on it would bring back ${count_text(ends.low.back)}`)
+    if (ends?.high) told.push(`up to ${written(column, ends.high.value)} it would bring back ${count_text(ends.high.back)}`)
     if (column.clipped > 0) told.push(`${count_text(column.clipped)} beyond the ends of the slider`)
     return told.join("; ")
   }
