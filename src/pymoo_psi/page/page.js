@@ -242,7 +242,7 @@ const page = (() => {
     const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
     $("chosen").replaceChildren(...(row < 0
       ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
-      : ["Chosen: ", make("strong", {textContent: called(row)}), ` (${where}) `,
+      : ["Chosen: ", make("strong", {textContent: called(row)}), make("span", {className: left.mask[row] ? "" : "warning", textContent: ` (${where}) `}),
         make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
     $("reason-printed").textContent = state.reason || "–"
@@ -425,7 +425,9 @@ const page = (() => {
   }
 
   function category_control(column) {
-    const boxes = column.texts.map((text) => make("input", {type: "checkbox", value: text}))
+    const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
+    const texts = column.texts.filter((_, k) => known.has(k))
+    const boxes = texts.map((text) => make("input", {type: "checkbox", value: text}))
     const tick = (on) => { for (const box of boxes) box.checked = on; take_boxes() }
     const take_boxes = () => {
       const {[column.name]: _, ...others} = state.categories
@@ -438,7 +440,7 @@ const page = (() => {
     return make("fieldset", {className: "limit categories"}, make("legend", {textContent: title_of(column)}),
       boxes.length > 6 ? make("div", {className: "bar"}, [["All", true], ["None", false]].map(([textContent, on]) =>
         make("button", {className: "small", textContent, "aria-label": `${textContent} of ${title_of(column)}`, onclick: () => tick(on)}))) : null,
-      make("div", {className: "boxes"}, boxes.map((box, k) => make("label", {}, box, column.texts[k] || "(missing)"))), note)
+      make("div", {className: "boxes"}, boxes.map((box, k) => make("label", {}, box, texts[k] || "(missing)"))), note)
   }
 
   function notes(column) {
