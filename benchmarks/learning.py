@@ -193,7 +193,8 @@ def _parmoo(problem: Watched, n_evaluations: int, seed: int) -> None:
 def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
     """BoTorch's qLogNEHVI, with what its own introduction takes but for the iterations.
 
-    With 200 instead of 50, and the restarts in two halves, a proposal takes 9 s on osy.
+    With 200 instead of 50, and the restarts in two halves, its first proposals on osy take twice as
+    long.
     """
     import torch
     from botorch.acquisition.multi_objective.logei import qLogNoisyExpectedHypervolumeImprovement
