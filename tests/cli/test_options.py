@@ -120,3 +120,11 @@ def test_designs_that_lack_a_limited_number_are_not_beyond_the_limit(capsys, tmp
     printed = capsys.readouterr().out
     assert "1 design beyond the limits: left out.\n" in printed
     assert "1 design without a number in a limited column: left out.\n" in printed
+
+
+def test_objectives_are_told_unless_they_were_typed(capsys, tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text(DESIGNS, encoding="utf-8")
+    for options, told in [([], True), (["--objectives", "mass,n"], False)]:
+        assert main(["rank", str(path), "--limits", "mass<=2", *options]) == 0
+        assert ("Objectives: " in capsys.readouterr().out) == told

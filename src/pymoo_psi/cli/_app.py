@@ -18,9 +18,10 @@ import sys
 import textwrap
 import warnings
 from collections.abc import Callable, Sequence
+from enum import Enum
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, Literal, TextIO, TypeAlias
+from typing import Annotated, Any, TextIO
 
 import typer
 from typer.core import TyperCommand
@@ -67,12 +68,17 @@ COLUMNS says how wide they may be.""",
 )
 
 
-# They repeat names of the library, as its import would keep --help waiting.
-_Algorithm: TypeAlias = Literal["psi", "surrogate", "nsga3"]
-_Sampling: TypeAlias = Literal["lptau", "sobol", "halton", "lhs"]
-_Model: TypeAlias = Literal["full", "rolling"]
-_Format: TypeAlias = Literal["png", "pdf", "svg"]
-_Assessed: TypeAlias = Literal["evaluated", "returned"]
+# An option's choices are an enumeration to typer (literals only since 0.19, StrEnum is of Python
+# 3.11 on). They repeat names of the library, as its import would keep --help waiting.
+AlgorithmName = Enum(
+    "AlgorithmName", {"psi": "psi", "surrogate": "surrogate", "nsga3": "nsga3"}, type=str
+)
+SamplingName = Enum(
+    "SamplingName", {"lptau": "lptau", "sobol": "sobol", "halton": "halton", "lhs": "lhs"}, type=str
+)
+ModelName = Enum("ModelName", {"full": "full", "rolling": "rolling"}, type=str)
+FigureFormat = Enum("FigureFormat", {"png": "png", "pdf": "pdf", "svg": "svg"}, type=str)
+AssessedName = Enum("AssessedName", {"evaluated": "evaluated", "returned": "returned"}, type=str)
 
 
 class ProblemCommand(TyperCommand):
@@ -156,16 +162,20 @@ def reproduce(
     ] = None,
     c: Annotated[float, typer.Option(help="Initial speed.")] = 0.3193,
     r: Annotated[float, typer.Option(help="Radius.")] = 0.1,
-    model: Annotated[_Model | None, typer.Option(help="The motion [both].")] = None,
+    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
     jobs: Jobs = 1,
-    figures: Annotated[_Format, typer.Option(help="Format of the figures.")] = "png",
+    figures: Annotated[
+        FigureFormat, typer.Option(help="Format of the figures.")
+    ] = FigureFormat.png,
     force: Overwrite = False,
 ) -> int:
     """Compute the tables of the chute's paper, compare with print."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
-    models = None if model is None else [model]
-    return run_reproduce(out, points, jobs, figures, mu=mu, c=c, r=r, models=models, force=force)
+    models = None if model is None else [model.value]
+    return run_reproduce(
+        out, points, jobs, figures.value, mu=mu, c=c, r=r, models=models, force=force
+    )
 
 
 _CHUTE = "Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling."
@@ -183,14 +193,14 @@ def solve(
     context: typer.Context,
     problem: ProblemName,
     *,
-    algorithm: Annotated[_Algorithm, typer.Option(help="How to search.")] = "psi",
+    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
     points: Annotated[
         int | None,
         typer.Option(metavar="N", help="Designs to evaluate [4096, of surrogate 256]."),
     ] = None,
     sampling: Annotated[
-        _Sampling, typer.Option(help="Where psi and surrogate take their test points from.")
-    ] = "lptau",
+        SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
+    ] = SamplingName.lptau,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
     jobs: Jobs = 1,
     columns: ColumnOptions,
@@ -228,10 +238,11 @@ def solve(
 
     # A wrong option is told before a model is imported, which may take its time.
     if points is None:
-        points = 256 if algorithm == "surrogate" else 4096
+        points = 256 if algorithm is AlgorithmName.surrogate else 4096
     search = Search(
-        algorithm, points, seed, columns, study, study_key, retry, share, jobs, sampling
-    )
+        algorithm.value, points, seed, columns, study, study_key, retry, share, jobs,
+        sampling.value,
+    )  # fmt: skip
     wanted = load_problem(problem, context.obj, jobs, timeout, box or ())
     return run_solve(wanted, search, out, normalize=not no_normalize, force=force)
 
@@ -257,8 +268,8 @@ def compare(
         ),
     ] = "psi,psi-scrambled,nsga3,psi+nsga3",
     assess: Annotated[
-        _Assessed, typer.Option(help="Measure all that was evaluated, or what was returned.")
-    ] = "evaluated",
+        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
+    ] = AssessedName.evaluated,
     reference: Annotated[
         Path | None, path_option("FILE.npz", "Measure against the reference of another study.")
     ] = None,
@@ -275,7 +286,7 @@ def compare(
 
     return run_compare(
         load_problem(problem, context.obj), evaluations, seeds, algorithms,
-        assess=assess, reference=reference, jobs=jobs, out=out, force=force,
+        assess=assess.value, reference=reference, jobs=jobs, out=out, force=force,
     )  # fmt: skip
 
 

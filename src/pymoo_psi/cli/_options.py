@@ -139,15 +139,21 @@ def designs_of(
     asked = _asked(found, columns)
     if isinstance(found, TestTable):
         names = found.layout.columns
-        judged = found.under(asked)
-        file = designs_of_tests(path, judged, missing)
+        table = found.under(asked)
+        file = designs_of_tests(path, table, missing)
         # What limits leave of a column says nothing that the column does not.
-        limits = {*judged.layout.inequalities}.difference(names)
+        limits = {*table.layout.inequalities}.difference(names)
         file = replace(file, columns={n: c for n, c in file.columns.items() if n not in limits})
     else:
         file = found.under(asked)
-    # What the formulation says of objectives and senses is in the file now.
-    return _with_roles(file, replace(columns, objectives=(), maximize=()), written, variables)
+    return _with_roles(file, _settled(columns, file), written, variables)
+
+
+def _settled(columns: ColumnOptions, file: DesignFile) -> ColumnOptions:
+    """Return the options for a file that knows its objectives and senses by a formulation."""
+    # Those that were typed are named again, as what a user has chosen need not be told.
+    known = file.known.objectives if columns.objectives and file.known else ()
+    return replace(columns, objectives=known, maximize=())
 
 
 def formulated_in(
@@ -183,8 +189,8 @@ def formulated_in(
             raise invalid("--variables", rule, variables[0])
         return judged(found, unlimited), asked.limits, None, [f"{missing}."] if missing else []
     file = found if unlimited == Formulation() else found.under(unlimited)
-    if file is not found:  # then it knows its objectives and senses
-        columns = replace(columns, objectives=(), maximize=())
+    if file is not found:
+        columns = _settled(columns, file)
     file, roles, remarks = _with_roles(file, columns, written, variables)
     # Any column of numbers can be limited, as by rank and on the page, whatever its role.
     named = {*roles.objectives, *roles.variables, *roles.outputs}
