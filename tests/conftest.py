@@ -1,9 +1,11 @@
 """What the tests share: examples without a time limit, what they run on, and which are quick."""
 
 import os
+import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import cloudpickle
 from hypothesis import settings
 
 # Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
@@ -56,6 +58,10 @@ def pytest_ignore_collect(collection_path, config):
 
 
 def pytest_collection_modifyitems(items):
+    # Workers get the models of a test by value: to import its module takes them a second each.
+    for module in {item.module.__name__ for item in items if item.path.suffix == ".py"}:
+        if module.startswith("tests."):
+            cloudpickle.register_pickle_by_value(sys.modules[module])
     for item in items:
         if is_quick(item.path):
             item.add_marker("quick")
