@@ -1,5 +1,6 @@
 """NSGA-III as the alternative: budget, reference directions, repeatability."""
 
+import os
 import subprocess
 import sys
 
@@ -70,16 +71,18 @@ print(*bits(run_within_budget(unified, FailureTolerant(Steps()), 400)))
 """
 
 
-def test_a_seed_repeats_a_run_under_constraints_in_any_process():
+def test_a_seed_repeats_a_run_under_constraints_in_any_process(monkeypatch, capsys):
     """Whatever the state of NumPy's own generator, and the hashes of texts."""
-    command = (sys.executable, "-W", "error", "-c", CONSTRAINED)
-    started = [
-        subprocess.Popen([*command, argument], stdout=subprocess.PIPE, text=True)
-        for argument in ("3", "4")
-    ]
-    first, second = (process.communicate()[0].split() for process in started)
-    assert len(first) == 15
-    assert first == second
+    command = (sys.executable, "-W", "error", "-c", CONSTRAINED, "3")
+    environment = os.environ | {"PYTHONHASHSEED": "7"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        monkeypatch.setattr(sys, "argv", ["", "4"])
+        state = np.random.get_state()  # noqa: NPY002 - the other process seeds it, too
+        exec(CONSTRAINED, {"__name__": "constrained"})
+        np.random.set_state(state)  # noqa: NPY002
+        here, there = capsys.readouterr().out.split(), process.communicate()[0].split()
+    assert len(here) == 15
+    assert here == there
 
 
 @pytest.mark.parametrize("algorithm", [NSGA3, UNSGA3])

@@ -164,18 +164,20 @@ from pymoo_psi.evaluation import _recorded
 _investigate.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
 RUN
 """
+OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
+RECORDED = "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))"
+IN_WORKERS = "elementwise_runner=JoblibRunner(1, timeout=1e3)"
 
 
 @posix
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("runner", ["", "elementwise_runner=JoblibRunner(1, timeout=1e3)"])
 @pytest.mark.parametrize(
-    "run",
-    [
-        "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))",
-        "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))",
+    ("run", "runner", "how"),
+    [  # each with each other once
+        (OF_PSI, "", signal.SIGINT),
+        (OF_PSI, IN_WORKERS, signal.SIGTERM),
+        (RECORDED, "", signal.SIGTERM),
+        (RECORDED, IN_WORKERS, signal.SIGINT),
     ],
-    ids=["psi", "recorded"],
 )
 def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, run):
     path = tmp_path / "s.db"
