@@ -3,6 +3,16 @@ const Logic = require(require("path").resolve(process.argv[2]))
 const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const list = (array) => [...array]
 
+// Only fronts and ranks, one state after the other as a slider passes them.
+function drag({payload, states}) {
+  const data = Logic.decode(payload)
+  return states.map((given) => {
+    const {mask} = Logic.left(data, Logic.checked(data, given).state)
+    const {front, rank} = Logic.ranked(data, mask)
+    return {front: list(front), rank: list(rank)}
+  })
+}
+
 function answer({payload, states, rows, pins, texts, typed = []}) {
   const data = Logic.decode(payload)
   return {
@@ -38,4 +48,4 @@ function answer({payload, states, rows, pins, texts, typed = []}) {
   }
 }
 
-process.stdout.write(JSON.stringify(cases.map(answer)))
+process.stdout.write(JSON.stringify(cases.map((one) => (one.rows ? answer : drag)(one))))

@@ -17,6 +17,7 @@ from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import payload
 from pymoo_psi.pareto import cautions
 from pymoo_psi.pareto._explanation import compared, explained
+from pymoo_psi.pareto._rounding import settled
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import read_designs
 
@@ -221,6 +222,69 @@ def test_ranks_are_those_of_python(cases, answers):
         whole = rank_of_efficiency(case.frame[case.names], maximize=case.maximize).pareto
         freed += (ranking.pareto & ~whole[rows]).sum()
     assert freed > 50  # dominated designs whose dominators are rejected
+
+
+class Drag:
+    """Designs that lose all dominators under limits on variables, and what a slider passes."""
+
+    def __init__(self, m):
+        rng = np.random.default_rng(m)
+        n = 700
+        F = np.abs(rng.normal(size=(n, m)))
+        F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
+        frame = pd.DataFrame(rng.random((n, 2)), columns=["x", "y"])
+        # The front lies where x is least, as in ZDT's problems, and crosses the whole range of y.
+        F += 0.3 * frame[["x"]].to_numpy()
+        if m % 2:  # ties and duplicates; a column of few values fills parts of its order alone
+            F = np.round(F, 2)
+            F[:, 0] = np.round(F[:, 0], 1)
+        if m == 4:  # a chain of values each equal to the next up to rounding
+            F[:, 0] = 1 + rng.permutation(n) * 7e-15
+        if m == 6:
+            F[:, 1] = 2.0
+        F[:20, 0] = np.nan  # failed
+        frame.loc[::9, "y"] = np.nan
+        names = [f"f{j + 1}" for j in range(m)]
+        frame[names] = F
+        self.names, self.frame = names, frame.iloc[20:]
+        self.page = decision_page(frame, names, variables=["x", "y"])
+        down = [{"y": [None, end]} for end in (0.9, 0.85, 0.8, 0.5, 0.55, 0.95)]
+        up = [{"x": [end, None]} for end in (0.05, 0.1, 0.3, 0.25, 0.7, 0.1)]
+        both = [{"x": [0.2, 0.9], "y": [end, None]} for end in (0.1, 0.6, 0.2)]
+        front = {"f1": [float(np.nanquantile(F[:, 0], 0.4)), None], "x": [0.1, None]}
+        self.limits = [*down, *up, {}, *both, front, {"x": [0.99, None]}, {"x": [0.0, None]}]
+
+    def asked(self):
+        return {"payload": payload(self.page), "states": [{"limits": one} for one in self.limits]}
+
+    def left(self, limits):
+        mask = np.ones(len(self.frame), dtype=bool)
+        for name, (low, high) in limits.items():
+            least, most = -np.inf if low is None else low, np.inf if high is None else high
+            mask &= self.frame[name].between(least, most).to_numpy()
+        return np.flatnonzero(mask)
+
+
+@pytest.fixture(scope="module")
+def drags():
+    found = [Drag(m) for m in range(2, 9)]
+    return list(zip(found, in_node([drag.asked() for drag in found]), strict=True))
+
+
+def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
+    """Each state against all pairs of the designs left, whatever was looked at before."""
+    freed = 0
+    for drag, answers in drags:
+        whole = set(answers[drag.limits.index({})]["front"])
+        for limits, found in zip(drag.limits, answers, strict=True):
+            rows = drag.left(limits)
+            left = drag.frame.iloc[rows][drag.names]
+            F = settled(left.to_numpy())
+            better = (F[:, None] <= F).all(axis=2) & (F[:, None] < F).any(axis=2)
+            assert found["front"] == rows[~better.any(axis=0)].tolist()
+            assert [found["rank"][i] for i in rows] == rank_of_efficiency(left).rank.tolist()
+            freed += len(set(found["front"]) - whole)
+    assert freed > 1000
 
 
 def test_the_order_is_that_of_the_ranking(cases, answers):
