@@ -3,13 +3,14 @@ const Logic = require(require("path").resolve(process.argv[2]))
 const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const list = (array) => [...array]
 
-// Only fronts and ranks, one state after the other as a slider passes them.
+// Only fronts, ranks and orders, one state after the other as a slider passes them.
 function drag({payload, states}) {
   const data = Logic.decode(payload)
   return states.map((given) => {
-    const {mask} = Logic.left(data, Logic.checked(data, given).state)
-    const {front, rank} = Logic.ranked(data, mask)
-    return {front: list(front), rank: list(rank)}
+    const {state} = Logic.checked(data, given)
+    const ranking = Logic.ranked(data, Logic.left(data, state).mask)
+    const {front, rank} = ranking
+    return {front: list(front), rank: list(rank), order: list(Logic.order(data, ranking, state))}
   })
 }
 

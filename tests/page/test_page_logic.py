@@ -229,7 +229,7 @@ class Drag:
 
     def __init__(self, m):
         rng = np.random.default_rng(m)
-        n = 700
+        n = 2300 if m == 8 else 500  # from 2048 on sorted by their bits
         F = np.abs(rng.normal(size=(n, m)))
         F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
         frame = pd.DataFrame(rng.random((n, 2)), columns=["x", "y"])
@@ -244,10 +244,13 @@ class Drag:
             F[:, 1] = 2.0
         F[:20, 0] = np.nan  # failed
         frame.loc[::9, "y"] = np.nan
+        # Signs, sizes, missing values, ties, also of both zeros, and differences in the last digits.
+        wild = rng.choice([-1.0, 0.0, -0.0, 1.0, np.nan], n) * 10 ** rng.uniform(-300, 300, n)
+        frame["heat"] = np.where(rng.random(n) < 0.5, wild, 1 + rng.integers(0, n, n) * 1e-15)
         names = [f"f{j + 1}" for j in range(m)]
         frame[names] = F
         self.names, self.frame = names, frame.iloc[20:]
-        self.page = decision_page(frame, names, variables=["x", "y"])
+        self.page = decision_page(frame, names, variables=["x", "y"], outputs=["heat"])
         down = [{"y": [None, end]} for end in (0.9, 0.85, 0.8, 0.5, 0.55, 0.95)]
         up = [{"x": [end, None]} for end in (0.05, 0.1, 0.3, 0.25, 0.7, 0.1)]
         both = [{"x": [0.2, 0.9], "y": [end, None]} for end in (0.1, 0.6, 0.2)]
@@ -255,7 +258,9 @@ class Drag:
         self.limits = [*down, *up, {}, *both, front, {"x": [0.99, None]}, {"x": [0.0, None]}]
 
     def asked(self):
-        return {"payload": payload(self.page), "states": [{"limits": one} for one in self.limits]}
+        view = {"dominated": True, "order": {"by": "column", "name": "heat"}}
+        states = [{"limits": one, **view} for one in self.limits]
+        return {"payload": payload(self.page), "states": states}
 
     def left(self, limits):
         mask = np.ones(len(self.frame), dtype=bool)
@@ -280,11 +285,20 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
             rows = drag.left(limits)
             left = drag.frame.iloc[rows][drag.names]
             F = settled(left.to_numpy())
-            better = (F[:, None] <= F).all(axis=2) & (F[:, None] < F).any(axis=2)
+            worse = np.logical_and.reduce([column[:, None] >= column for column in F.T])
+            better = worse.T & ~worse  # by row what a design is better than
             assert found["front"] == rows[~better.any(axis=0)].tolist()
             assert [found["rank"][i] for i in rows] == rank_of_efficiency(left).rank.tolist()
             freed += len(set(found["front"]) - whole)
     assert freed > 1000
+
+
+def test_designs_are_sorted_by_any_column(drags):
+    for drag, answers in drags:
+        heat = drag.frame["heat"].to_numpy()
+        for limits, found in zip(drag.limits, answers, strict=True):
+            rows = drag.left(limits)
+            assert found["order"] == rows[np.argsort(heat[rows], kind="stable")].tolist()
 
 
 def test_the_order_is_that_of_the_ranking(cases, answers):

@@ -19,7 +19,6 @@ const PARTS = 128 // of each criterion's order, see `Dominators`
 const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
 const MOST_PINS = 5
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
-const GEOMETRIC = ["mu1", "mu2", "mu3"]
 
 // ---------------------------------------------------------------------------------------- the data
 
@@ -91,40 +90,32 @@ function radixSorted(values, rows) {
   const numbers = new Float64Array(n)
   for (let k = 0; k < n; k++) numbers[k] = values[rows[k]] + 0 // + 0: -0 equals 0
   const words = new Uint32Array(numbers.buffer)
-  const keys = [new Uint32Array(n), new Uint32Array(n)] // the lower halves and the upper ones
-  for (let k = 0; k < n; k++) {
-    const low = words[2 * k]
-    const high = words[2 * k + 1]
-    // As unsigned integers floats stand in order once negative ones are turned, others lifted.
-    const turned = high >>> 31 && numbers[k] === numbers[k]
-    keys[0][k] = turned ? ~low : low
-    keys[1][k] = turned ? ~high : high | 0x80000000
-  }
-  let places = new Uint32Array(n)
-  let next = new Uint32Array(n)
-  const ends = new Uint32Array(1 << 16)
-  for (const first of [2, 0]) {
+  let [places, next] = [new Uint32Array(n), new Uint32Array(n)]
+  const keys = new Uint32Array(n)
+  const ends = new Uint32Array(1 << 11)
+  for (const halves of [[1], [0, 1]]) {
     for (let k = 0; k < n; k++) places[k] = k
-    for (let digit = first; digit < 4; digit++) { // of 16 bits each, the lowest first
-      const key = keys[digit >> 1]
-      const shift = 16 * (digit & 1)
-      ends.fill(0)
-      for (let k = 0; k < n; k++) ends[(key[k] >>> shift) & 65535]++
-      if (ends[(key[0] >>> shift) & 65535] === n) continue // the same in all
-      for (let d = 0, sum = 0; d < 1 << 16; d++) {
-        const count = ends[d]
-        ends[d] = sum
-        sum += count
-      }
+    for (const half of halves) {
       for (let k = 0; k < n; k++) {
-        const place = places[k]
-        next[ends[(key[place] >>> shift) & 65535]++] = place
+        // As unsigned integers floats stand in order once negative ones are turned, others lifted.
+        const high = words[2 * k + 1]
+        const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
+        keys[k] = words[2 * k + half] ^ mask
       }
-      const former = places
-      places = next
-      next = former
+      for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
+        ends.fill(0)
+        for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
+        if (ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
+        for (let d = 0, sum = 0; d < ends.length; d++) {
+          const count = ends[d]
+          ends[d] = sum
+          sum += count
+        }
+        for (let k = 0; k < n; k++) next[ends[(keys[places[k]] >>> shift) & 2047]++] = places[k]
+        ;[places, next] = [next, places]
+      }
     }
-    if (first === 0 || mended(places, numbers)) break
+    if (halves.length > 1 || mended(places, numbers)) break
   }
   const result = new Int32Array(n)
   for (let k = 0; k < n; k++) result[k] = rows[places[k]]
@@ -147,12 +138,22 @@ function mended(places, numbers) {
   return true
 }
 
-// The rows from 0 to n - 1 that a function accepts.
-function rowsWhere(n, accepts) {
+const upTo = (n) => Int32Array.from({length: n}, (_, i) => i)
+
+// The rows from 0 to n - 1 that are marked.
+function rowsOf(marks, n = marks.length) {
   const rows = new Int32Array(n)
   let count = 0
-  for (let i = 0; i < n; i++) if (accepts(i)) rows[count++] = i
+  for (let i = 0; i < n; i++) if (marks[i] !== 0) rows[count++] = i
   return rows.slice(0, count)
+}
+
+// The rows that a function accepts; the filter of typed arrays takes five times as long.
+function picked(rows, accepts) {
+  const result = new Int32Array(rows.length)
+  let count = 0
+  for (let k = 0; k < rows.length; k++) if (accepts(rows[k])) result[count++] = rows[k]
+  return result.slice(0, count)
 }
 
 // How far a group of equal values reaches from its least one (pareto/_rounding.py).
@@ -182,7 +183,7 @@ class Levels {
     this.ranks = []
     this.exact = [] // whether no two values of a column are equal up to rounding only
     this.chained = false
-    const rows = rowsWhere(F[0].length, () => true)
+    const rows = upTo(F[0].length)
     for (const values of F) {
       const order = argsort(values, rows)
       this.ranks.push(numbered(values, order, null, new Int32Array(rows.length)))
@@ -247,7 +248,7 @@ class Dominators {
   among(rows) {
     const bits = new Int32Array(this.words)
     for (let k = 0; k < rows.length; k++) bits[this.place[rows[k]] >>> 5] |= 1 << (this.place[rows[k]] & 31)
-    return {bits, filled: rowsWhere(this.words, (w) => bits[w] !== 0)}
+    return {bits, filled: rowsOf(bits)}
   }
 
   // One of the rows in `among` that dominates a row; -1 if there is none.
@@ -291,19 +292,19 @@ function frontOf(data, mask, rows) {
   if (free.length) {
     // Without chains those of all rows, made once.
     const dominators = chained || data.dominators === null
-      ? new Dominators(levels.of(data.F, rows), chained ? rows : rowsWhere(data.n, () => true))
+      ? new Dominators(levels.of(data.F, rows), chained ? rows : upTo(data.n))
       : data.dominators
     if (!chained) data.dominators = dominators
     const {mask: before, pareto} = chained || data.last === null ? {} : data.last
     const all = dominators.among(rows)
-    const added = before ? dominators.among(rows.filter((i) => !before[i])) : all
+    const added = before ? dominators.among(picked(rows, (i) => !before[i])) : all
     for (const i of free) {
       const by = dominators.of(i, pareto?.[i] ? added : all)
       if (by < 0) isOptimal[i] = 1
       else latest[i] = by
     }
   }
-  return rowsWhere(data.n, (i) => isOptimal[i])
+  return rowsOf(isOptimal)
 }
 
 // The objectives of some rows, those equal up to rounding made the least of them (`settled`).
@@ -314,7 +315,7 @@ function settled(data, rows) {
     if (data.levels.exact[j]) return result
     let least = 0
     let reach = -Infinity
-    argsort(result, rowsWhere(rows.length, () => true)).forEach((place, k) => {
+    argsort(result, upTo(rows.length)).forEach((place, k) => {
       const value = result[place]
       if (k === 0 || value > reach) {
         least = value
@@ -337,8 +338,6 @@ function greatestOf(array) {
   for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
   return greatest
 }
-
-const sizeOf = (array) => Math.max(Math.abs(leastOf(array)), Math.abs(greatestOf(array)))
 
 // What differences are divided by; infinite where a span is none (`unit_lengths`).
 const lengthsOf = (low, high) => low.map((least, j) => {
@@ -365,7 +364,12 @@ class Frame {
     this.direction = line.map((value) => value / norm)
   }
 
-  // Three arrays of `size`, filled for some rows of F, and their units.
+  // The greatest size of a value of a column.
+  size(j) {
+    return Math.max(Math.abs(this.ideal[j]), Math.abs(this.nadir[j]))
+  }
+
+  // Three arrays of `size`, filled for some rows of F, else NaN, and their units.
   measured(F, rows, size) {
     const {ideal, scale, direction: e} = this
     let line = this.line
@@ -386,82 +390,66 @@ class Frame {
     const acrossUnit = Math.max(0, ...line.filter((_, j) => j !== longest)) || unit
     const perUnit = 1 / unit
     const perAcross = 1 / acrossUnit
-    const n = rows.length
-    const zeros = () => new Float64Array(n)
-    // Column by column, as short loops over one array are what engines make fast.
-    const D = F.map((column, j) => {
-      const d = zeros()
-      const [least, length] = [ideal[j], scale[j]]
-      for (let k = 0; k < n; k++) d[k] = ((column[rows[k]] - least) / length) * lift
-      return d
-    })
-    const share = D[longest].map((d) => d * perUnit)
-    const along = zeros()
-    D.forEach((d, j) => {
-      const [way, part] = [line[j], e[j]]
-      for (let k = 0; k < n; k++) along[k] += (d[k] - share[k] * way) * part
-    })
-    const [square, squareAcross, onLine] = [zeros(), zeros(), zeros()]
-    D.forEach((d, j) => {
-      const [way, part] = [line[j], e[j]]
-      for (let k = 0; k < n; k++) {
-        const across = (d[k] - share[k] * way - along[k] * part) * perAcross
-        const whole = d[k] * perUnit
-        square[k] += whole * whole
-        squareAcross[k] += across * across
-        onLine[k] += whole * part
-      }
-    })
-    const mu = [0, 1, 2].map(() => new Float64Array(size))
+    const mu = [0, 1, 2].map(() => new Float64Array(size).fill(NaN))
     const [mu1, mu2, mu3] = mu
-    for (let k = 0; k < n; k++) {
+    const m = F.length
+    const d = new Float64Array(m)
+    for (let k = 0; k < rows.length; k++) {
       const i = rows[k]
-      mu1[i] = farIfNaN(Math.sqrt(square[k]))
-      mu2[i] = farIfNaN(Math.sqrt(squareAcross[k]))
-      mu3[i] = farIfNaN(onLine[k])
+      for (let j = 0; j < m; j++) d[j] = ((F[j][i] - ideal[j]) / scale[j]) * lift
+      const share = d[longest] * perUnit
+      let along = 0
+      for (let j = 0; j < m; j++) along += (d[j] - share * line[j]) * e[j]
+      let [square, squareAcross, onLine] = [0, 0, 0]
+      for (let j = 0; j < m; j++) {
+        const across = (d[j] - share * line[j] - along * e[j]) * perAcross
+        const whole = d[j] * perUnit
+        square += whole * whole
+        squareAcross += across * across
+        onLine += whole * e[j]
+      }
+      mu1[i] = farIfNaN(Math.sqrt(square))
+      mu2[i] = farIfNaN(Math.sqrt(squareAcross))
+      mu3[i] = farIfNaN(onLine)
       if (mu1[i] < Infinity && mu2[i] < Infinity) continue
       // The squares, not the distance, may be too large for a float.
-      const parts = D.map((d) => d[k])
-      mu1[i] = farIfNaN(Math.hypot(...parts.map((d) => d * perUnit)))
-      mu2[i] = farIfNaN(Math.hypot(...parts.map((d, j) =>
-        (d - share[k] * line[j] - along[k] * e[j]) * perAcross)))
+      mu1[i] = farIfNaN(Math.hypot(...d.map((part) => part * perUnit)))
+      mu2[i] = farIfNaN(Math.hypot(...d.map((part, j) =>
+        (part - share * line[j] - along * e[j]) * perAcross)))
     }
     return [mu, [unit / lift, acrossUnit / lift, unit / lift]]
   }
 
-  // What rounding errors of the objectives do to the three criteria; `front` are settled values.
-  noise(front, units) {
+  // What rounding errors of the objectives do to the three criteria.
+  noise(units) {
     const e2 = this.direction.map((value) => value * value)
     const across = e2.map((_, j) =>
       Math.sqrt(e2.reduce((sum, value, k) => (k === j ? sum : sum + value), 0)))
-    const sizes = front.map((column, j) => {
-      return Number.isFinite(this.lengths[j]) ? sizeOf(column) / this.scale[j] : 0
-    })
+    const sizes = this.lengths.map((length, j) =>
+      Number.isFinite(length) ? this.size(j) / this.scale[j] : 0)
     return [e2.map(() => 1), across, this.direction].map((parts, k) =>
       LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * sizes[j]) / units[k])))
   }
 }
 
-// Mark the points (a, b) that no other dominates; of equal ones those of the least `other`.
-function nondominatedPair(a, b, other, front) {
-  const none = 2 ** 31 - 1
-  let n = 0
-  for (let k = 0; k < front.length; k++) n = Math.max(n, a[front[k]] + 1)
-  const best = new Int32Array(n).fill(none)
-  for (let k = 0; k < front.length; k++) {
-    const i = front[k]
-    if (b[i] < best[a[i]]) best[a[i]] = b[i]
-  }
-  for (let level = 0, low = none; level < n; level++) { // only what is better than all before
-    if (best[level] < low) low = best[level]
-    else best[level] = -1
-  }
-  const staying = []
-  for (let k = 0; k < front.length; k++) if (b[front[k]] === best[a[front[k]]]) staying.push(front[k])
-  const least = new Int32Array(n).fill(none)
-  for (const i of staying) least[a[i]] = Math.min(least[a[i]], other[i])
+// Mark the points (a, b) that no other dominates; of equal ones those of the least `other`. `order`
+// are the points by a.
+function nondominatedPair(order, a, b, other) {
   const mask = new Uint8Array(a.length)
-  for (const i of staying) if (other[i] === least[a[i]]) mask[i] = 1
+  let low = Infinity
+  for (let k = 0; k < order.length; k++) {
+    let least = b[order[k]]
+    if (least >= low) continue // only what is better than all before
+    let end = k + 1
+    for (; end < order.length && a[order[end]] === a[order[k]]; end++) {
+      least = Math.min(least, b[order[end]])
+    }
+    const group = order.subarray(k, end).filter((i) => b[i] === least)
+    const first = group.reduce((one, i) => Math.min(one, other[i]), Infinity)
+    for (const i of group) if (other[i] === first) mask[i] = 1
+    low = least
+    k = end - 1
+  }
   return mask
 }
 
@@ -474,7 +462,7 @@ function nondominatedPair(a, b, other, front) {
 //   best, isBest          the rows of the Salukvadze optimum; the same by row
 function ranked(data, mask) {
   const {n, total, F} = data
-  const rows = rowsWhere(n, (i) => mask[i])
+  const rows = rowsOf(mask, n)
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
   const empty = () => new Float64Array(total).fill(NaN)
@@ -486,7 +474,9 @@ function ranked(data, mask) {
   const front = frontOf(data, mask, rows)
   const V = settled(data, front)
   const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
-  const all = rowsWhere(total, (i) => mask[i] || i >= n)
+  const all = new Int32Array(rows.length + total - n)
+  all.set(rows)
+  for (let i = n; i < total; i++) all[rows.length + i - n] = i
   // Settled where a criterion has values that are equal up to rounding only.
   const measuredF = F.map((column, j) => {
     if (data.levels.exact[j]) return column
@@ -495,13 +485,13 @@ function ranked(data, mask) {
     return copy
   })
   const [mu, units] = frame.measured(measuredF, all, total)
-  const noise = frame.noise(V, units)
+  const noise = frame.noise(units)
   const orders = mu.map((column) => argsort(column, front))
   const levels = mu.map((column, k) =>
     numbered(column, orders[k], noise[k], new Int32Array(total)))
-  const p12 = nondominatedPair(levels[0], levels[1], levels[2], front)
-  const p13 = nondominatedPair(levels[0], levels[2], levels[1], front)
-  const p23 = nondominatedPair(levels[1], levels[2], levels[0], front)
+  const p12 = nondominatedPair(orders[0], levels[0], levels[1], levels[2])
+  const p13 = nondominatedPair(orders[0], levels[0], levels[2], levels[1])
+  const p23 = nondominatedPair(orders[1], levels[1], levels[2], levels[0])
   for (let k = 0; k < rows.length; k++) rank[rows[k]] = 0
   for (let k = 0; k < front.length; k++) {
     const i = front[k]
@@ -510,11 +500,12 @@ function ranked(data, mask) {
     rank[i] = 3 * (p23[i] | p12[i] | p13[i]) + 2 * p13[i] + p12[i]
   }
   const isBest = new Uint8Array(total)
-  for (let k = 0; k < front.length; k++) if (levels[0][front[k]] === 0) isBest[front[k]] = 1
-  const best = [...rowsWhere(n, (i) => isBest[i])]
+  let ties = 0
+  while (ties < front.length && levels[0][orders[0][ties]] === 0) isBest[orders[0][ties++]] = 1
+  const best = [...orders[0].slice(0, ties).sort()]
   mu.forEach((column, k) => {
     const unit = units[k]
-    for (let i = 0; i < total; i++) column[i] = i >= n || mask[i] ? column[i] * unit : NaN
+    for (let at = 0; at < all.length; at++) column[all[at]] *= unit
   })
   const turned = (point) => point.map((value, j) =>
     (data.criteria[j].maximize ? -value : value) + 0)
@@ -526,8 +517,8 @@ function ranked(data, mask) {
 
 // ------------------------------------------------------------------------------------------ limits
 
-const keeps = (value, low, high) =>
-  (low === null || low <= value) && (high === null || value <= high) && Number.isFinite(value)
+// The least and the greatest value that a limit keeps: none that is missing or infinite.
+const endsOf = (low, high) => [low ?? -Number.MAX_VALUE, high ?? Number.MAX_VALUE]
 
 // By how much a limit is moved to show what it keeps out: a twentieth of the range of its column.
 function relaxed(column, value, towards) {
@@ -559,7 +550,8 @@ function left(data, state) {
   for (const [name, [low, high]] of Object.entries(state.limits)) {
     const {values} = data.by.get(name)
     const rejected = new Uint8Array(n)
-    for (let i = 0; i < n; i++) rejected[i] = keeps(values[i], low, high) ? 0 : 1
+    const [least, most] = endsOf(low, high)
+    for (let i = 0; i < n; i++) rejected[i] = values[i] >= least && values[i] <= most ? 0 : 1
     add(name, rejected)
   }
   for (const [name, allowed] of Object.entries(state.categories)) {
@@ -592,11 +584,13 @@ function left(data, state) {
     const column = data.by.get(name)
     const [low, high] = state.limits[name]
     const back = (value, lower, upper) => {
+      if (value === null) return null
+      const [least, most] = endsOf(lower, upper)
       let number = 0
       for (let i = 0; i < n; i++) {
-        number += times[i] === 1 && rejected[i] && keeps(column.values[i], lower, upper)
+        if (times[i] === 1 && rejected[i] && column.values[i] >= least && column.values[i] <= most) number++
       }
-      return value === null ? null : {value, back: number}
+      return {value, back: number}
     }
     const lower = low === null ? null : relaxed(column, low, -1)
     const upper = high === null ? null : relaxed(column, high, 1)
@@ -611,7 +605,7 @@ function left(data, state) {
 const sortedOnce = new WeakMap()
 function byColumn(data, column) {
   if (!sortedOnce.has(column)) {
-    sortedOnce.set(column, argsort(column.values, rowsWhere(data.n, () => true)))
+    sortedOnce.set(column, argsort(column.values, upTo(data.n)))
   }
   return sortedOnce.get(column)
 }
@@ -625,10 +619,11 @@ function order(data, ranking, state) {
   const shows = (i) => mask[i] &&
     (pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated)
   const joined = (...lists) => {
-    const parts = [rowsWhere(data.total, (i) => i >= data.n), ...lists]
-    const result = new Int32Array(parts.reduce((sum, list) => sum + list.length, 0))
-    let at = 0
-    for (const list of parts) {
+    const prototypes = data.total - data.n
+    const result = new Int32Array(lists.reduce((sum, list) => sum + list.length, prototypes))
+    for (let k = 0; k < prototypes; k++) result[k] = data.n + k
+    let at = prototypes
+    for (const list of lists) {
       result.set(list, at)
       at += list.length
     }
@@ -638,26 +633,26 @@ function order(data, ranking, state) {
   if (by === "column") {
     const column = data.by.get(name)
     const array = values(data, ranking, column)
-    const sorted = column.role === "geometric" ? argsort(array, ranking.rows.filter(shows))
-      : byColumn(data, column).filter(shows)
+    const sorted = column.role === "geometric" ? argsort(array, picked(ranking.rows, shows))
+      : picked(byColumn(data, column), shows)
     // Missing values stay last in either direction.
-    const known = sorted.filter((i) => !Number.isNaN(array[i]))
-    return joined(turned(known), sorted.filter((i) => Number.isNaN(array[i])))
+    const known = picked(sorted, (i) => !Number.isNaN(array[i]))
+    return joined(turned(known), sorted.subarray(known.length))
   }
-  const dominated = state.dominated ? ranking.rows.filter((i) => !pareto[i]) : new Int32Array(0)
+  const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
   if (by === "preference") {
     const {value, sum, best} = preference(data, ranking, state.preference)
     const chosen = new Set(best) // first, as rounding would order those that tie
-    const others = ranking.front.filter((i) => !chosen.has(i) && shows(i))
+    const others = picked(ranking.front, (i) => !chosen.has(i) && shows(i))
     const first = joined(best.filter(shows), argsort(value, argsort(sum, others)))
     return joined(turned(first.subarray(data.total - data.n)), turned(argsort(value, dominated)))
   }
-  const groups = Array.from({length: 7}, () => [])
-  for (let k = 0; k < ranking.byMu1.length; k++) {
-    const i = ranking.byMu1[k]
-    if (shows(i)) groups[6 - rank[i]].push(i)
-  }
-  const best = joined(...groups).subarray(data.total - data.n)
+  const nearest = picked(ranking.byMu1, shows)
+  const next = new Int32Array(8) // by 6 - rank, where its next row goes
+  for (let k = 0; k < nearest.length; k++) next[7 - rank[nearest[k]]]++
+  for (let r = 1; r < 7; r++) next[r] += next[r - 1]
+  const best = new Int32Array(nearest.length)
+  for (let k = 0; k < nearest.length; k++) best[next[6 - rank[nearest[k]]]++] = nearest[k]
   return joined(turned(best), turned(argsort(ranking.mu1, dominated)))
 }
 
@@ -700,8 +695,7 @@ function preference(data, ranking, {weights, aspiration}) {
   for (let i = n; i < total; i++) measure(F, i, i)
   for (let k = 0; k < front.length; k++) measure(V, k, front[k])
   const noise = V.map((column, j) => {
-    const size = sizeOf(column)
-    const scaled = Number.isFinite(frame.lengths[j]) ? size / frame.scale[j] : 0
+    const scaled = Number.isFinite(frame.lengths[j]) ? frame.size(j) / frame.scale[j] : 0
     return LAST_PLACES * w[j] * (Math.max(scaled, Math.abs(point[j] / frame.scale[j])) / unit)
   })
   const nearest = (list, key, tolerance) => {
@@ -897,24 +891,23 @@ function explain(data, ranking, row) {
     }
   })
   for (let k = 0; k < n; k++) distance[k] = farIfNaN(Math.sqrt(distance[k]))
-  // The nearest designs that gain `step` in a column, all of them if several tie.
+  // Of the nearest designs that gain `step` in a column, if several tie, the least there; or -1.
   const nearest = (column, value, step) => {
-    let least = Infinity
+    let reach = Infinity
+    const near = [] // so far
     for (let k = 0; k < n; k++) {
       const gain = value - column[k]
-      if (gain > 0 && gain >= step && distance[k] < least) least = distance[k]
+      if (!(distance[k] <= reach && gain > 0 && gain >= step)) continue
+      near.push(k)
+      reach = Math.min(reach, distance[k] * (1 + TIE))
     }
-    const found = []
-    for (let k = 0; k < n; k++) {
-      const gain = value - column[k]
-      if (gain > 0 && gain >= step && distance[k] <= least * (1 + TIE)) found.push(k)
-    }
-    return found
+    const tied = near.filter((k) => distance[k] <= reach)
+    return tied.length ? tied.reduce((a, k) => (column[k] < column[a] ? k : a)) : -1
   }
   const neighbours = V.map((column, j) => {
     let near = nearest(column, own[j], STEP * lengths[j])
-    if (!near.length) near = nearest(column, own[j], 0)
-    return near.length ? front[near.reduce((a, k) => (column[k] < column[a] ? k : a))] : -1
+    if (near < 0) near = nearest(column, own[j], 0)
+    return near < 0 ? -1 : front[near]
   })
   let dominatedBy = -1
   if (!pareto[row]) {
@@ -928,7 +921,7 @@ function explain(data, ranking, row) {
     }
     const least = leastOf(excess)
     const accepted = excess.map((value) => (value === least ? 0 : 1))
-    dominatedBy = front[nearest(accepted, 0.5, 0)[0]]
+    dominatedBy = front[nearest(accepted, 0.5, 0)]
   }
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
@@ -1081,7 +1074,7 @@ function cautions(data, ranking) {
   }
 
   const mu = Float64Array.from(front, (i) => mu1[i])
-  const places = rowsWhere(n, () => true)
+  const places = upTo(n)
   const optimum = front.indexOf(best[0])
   const limit = mu[optimum] * (1 + NEAR)
   const near = places.filter((k) => mu[k] <= limit)
@@ -1205,30 +1198,12 @@ function stretched(data, ranking) {
 // The front of some rows, and those of it within rounding of the least distance to the ideal point:
 // what a ranking would say of this alone, in a tenth of its time.
 function nearestOf(data, mask) {
-  const front = frontOf(data, mask, rowsWhere(data.n, (i) => mask[i]))
+  const front = frontOf(data, mask, rowsOf(mask, data.n))
   const V = settled(data, front)
   const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
-  const [[mu1]] = frame.measured(V, rowsWhere(front.length, () => true), front.length)
+  const [[mu1]] = frame.measured(V, upTo(front.length), front.length)
   const limit = leastOf(mu1) * (1 + TIE)
   return {front, V, lengths: frame.lengths, best: front.filter((_, k) => mu1[k] <= limit)}
-}
-
-// --------------------------------------------------------------------------------------- histogram
-
-// How many values of some rows (null: all designs) lie in each of equal parts of a column's range;
-// what is beyond the range or missing is in none.
-function histogram(column, rows, bins, log = column.log) {
-  const counts = new Uint32Array(bins)
-  const scale = log ? Math.log : (value) => value
-  const [low, high] = column.range.map(scale)
-  const width = (high - low) / bins
-  const add = (value) => {
-    const place = width > 0 ? (scale(value) - low) / width : scale(value) === low ? 0 : -1
-    if (place >= 0 && place <= bins) counts[Math.min(Math.floor(place), bins - 1)]++
-  }
-  if (rows === null) column.values.forEach(add)
-  else for (const i of rows) add(column.values[i])
-  return counts
 }
 
 // ------------------------------------------------------------------------------------ typed numbers
@@ -1541,8 +1516,8 @@ function opened(data, text) {
 
 return {
   decode, initial, checked, toHash, fromHash, history, values, called, left, ranked, order,
-  preference, verdict, explain, compared, compare, stretched, cautions, typed, histogram, written, csv, decisionFile, opened,
-  markOf, percent, short, argsort,
+  preference, verdict, explain, compared, compare, stretched, cautions, typed, written, csv, decisionFile, opened,
+  short,
 }
 })()
 

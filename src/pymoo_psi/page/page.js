@@ -174,7 +174,7 @@ const page = (() => {
   function look(row) {
     if (is_prototype(row)) return "prototype"
     if (!ranking.pareto[row]) return "dominated"
-    if (ranking.best.includes(row)) return "6"
+    if (ranking.isBest[row]) return "6"
     return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
   }
 
@@ -273,12 +273,12 @@ const page = (() => {
     $("export").disabled = shown === 0
     $("selection").textContent = [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", ")
     $("keep").disabled = $("clear").disabled = selected.size === 0
-    const counts = {}
-    for (const row of ranking.front) counts[ranking.rank[row]] = (counts[ranking.rank[row]] ?? 0) + 1
+    const counts = new Uint32Array(7)
+    for (const row of ranking.front) counts[ranking.rank[row]]++
     for (const box of $("ranks").querySelectorAll("input")) {
       const rank = box.value
       box.checked = rank === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(rank))
-      box.parentElement.querySelector("b").textContent = count_text(rank === "dominated" ? dominated : counts[rank] ?? 0)
+      box.parentElement.querySelector("b").textContent = count_text(rank === "dominated" ? dominated : counts[rank])
     }
   }
 
