@@ -15,7 +15,7 @@ const NOISE = 64 * EPS // of pareto/_rounding.py, where the reasons are
 const LAST_PLACES = 8 * EPS
 const TIE = 1e-9 // of pareto/_explanation.py
 const STEP = 0.01
-const PARTS = 128 // of each criterion's order, see `Dominators`
+const PARTS = 64 // of each criterion's order, see `Dominators`
 const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
 const MOST_PINS = 5
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
@@ -214,7 +214,7 @@ class Levels {
 // or before it: what all columns have in common holds all that dominate a row of these parts, and a
 // few more. So many rows are looked at at once that a search ends in microseconds, whether it finds
 // something or nothing, for two columns or ten. Bits follow the sums of the ranks: what dominates
-// stands before, the strongest first.
+// stands before. The last that does is the most alike, and so the last to go when limits move.
 class Dominators {
   constructor(ranks, rows) {
     const n = rows.length
@@ -244,11 +244,14 @@ class Dominators {
     }
   }
 
-  // Rows as `of` takes them: bits, and which words of them are not empty.
+  // Rows as `of` takes them: bits, and by word the last one up to it that is not empty, or -1.
   among(rows) {
-    const bits = new Int32Array(this.words)
-    for (let k = 0; k < rows.length; k++) bits[this.place[rows[k]] >>> 5] |= 1 << (this.place[rows[k]] & 31)
-    return {bits, filled: rowsOf(bits)}
+    const {place, words} = this
+    const bits = new Int32Array(words)
+    for (let k = 0; k < rows.length; k++) bits[place[rows[k]] >>> 5] |= 1 << (place[rows[k]] & 31)
+    const filled = new Int32Array(words)
+    for (let w = 0, last = -1; w < words; w++) filled[w] = last = bits[w] === 0 ? last : w
+    return {bits, filled}
   }
 
   // One of the rows in `among` that dominates a row; -1 if there is none.
@@ -258,14 +261,14 @@ class Dominators {
     const columns = parts.map((_, j) => j).sort((a, b) => parts[a][i] - parts[b][i])
     const sets = columns.map((j) => below[j])
     const starts = columns.map((j) => parts[j][i] * words)
-    const last = place[i] >>> 5
-    for (let k = 0; k < filled.length && filled[k] <= last; k++) {
-      const w = filled[k]
+    for (let w = filled[place[i] >>> 5]; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
       let left = bits[w]
       for (let j = 0; j < sets.length && left !== 0; j++) left &= sets[j][starts[j] + w]
-      for (; left !== 0; left &= left - 1) {
-        const other = order[32 * w + 31 - Math.clz32(left & -left)]
+      while (left !== 0) {
+        const bit = 31 - Math.clz32(left)
+        const other = order[32 * w + bit]
         if (sums[other] < sums[i] && ranks.every((column) => column[other] <= column[i])) return other
+        left ^= 1 << bit
       }
     }
     return -1
