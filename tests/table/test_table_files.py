@@ -336,7 +336,7 @@ def test_parquet_without_pyarrow(tmp_path, monkeypatch):
     for call in (EXAMPLE.to_parquet, TestTable.read_parquet):
         with pytest.raises(
             PsiError,
-            match="Parquet needs pyarrow, which is not installed; pip install pyarrow, or use to_csv",
+            match="Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV",
         ):
             call(tmp_path / "t.parquet")
 

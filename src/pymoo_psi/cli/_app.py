@@ -528,6 +528,7 @@ _REMEDIES = {
     r"share=\(k, n\)": "--share K/N",
     r"\(and study_key\)": "(and --study-key)",
     "is left out of algorithms": "is left out of --algorithms",
+    "allow more time with timeout": "allow more time with --timeout",
 }
 
 

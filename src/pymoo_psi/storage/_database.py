@@ -321,7 +321,7 @@ def stored_facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
     if version > VERSION and not sealed:
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi knows formats up "
-            f"to {VERSION}; upgrade pymoo-psi: pip install --upgrade pymoo-psi"
+            f"to {VERSION}; install a later one"
         )
     # The version stands in the header, which no seal covers, and once more among the facts.
     if version not in (2, VERSION) or not sealed or texts.get("format") != str(version):

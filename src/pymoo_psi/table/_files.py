@@ -253,5 +253,5 @@ def _require_pyarrow() -> None:
         import_module("pyarrow")
     except ImportError:
         raise PsiError(
-            "Parquet needs pyarrow, which is not installed; pip install pyarrow, or use to_csv"
+            "Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV"
         ) from None
