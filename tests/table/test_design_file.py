@@ -235,6 +235,13 @@ def test_a_label_by_its_name_goes_before_the_first_column(written):
     assert read_designs(path).label == "id"
 
 
+def test_names_of_designs_go_before_numbers_of_rows(written):
+    """As in what ``rank`` has written of a spreadsheet."""
+    ranked = written("row,Variante,Masse,Kosten\n2,V2,2,1\n1,V1,1,4\n")
+    assert read_designs(ranked).roles(["Masse", "Kosten"]).label == "Variante"
+    assert read_designs(written("row,Masse,Kosten\n2,2,1\n1,1,4\n")).label == "row"
+
+
 def test_all_titles_above_the_names_are_told_at_once(written):
     path = written("Series 5;;\nby M.;;\n\nmodel;cost;mass\nA;1;4\nB;2;1\n")
     with pytest.raises(PsiError, match=r"leave lines (.*) out by --skip-rows \1 if they") as told:

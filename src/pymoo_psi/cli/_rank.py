@@ -157,7 +157,8 @@ def _print(
     number = [] if "row" in names else ["row"]
     distances = ["mu1", "mu2", "mu3"]
     shown = best[[*number, *others, *names, "rank", *distances, "pareto"]]
-    plain = [name for name in (*others, *names) if file.columns[name].numbers is not None]
+    known = [name for name in (*number, *others, *names) if name in file.columns]
+    plain = [name for name in known if file.columns[name].numbers is not None]
     title = "The best by rank of efficiency:" if len(best) < len(ranking.rank) else "By rank:"
     print_frame(shown, title, plain=plain, spare=[[*distances, "pareto"], others])
 

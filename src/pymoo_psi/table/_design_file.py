@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 # Begins the comment above a CSV that says what its columns are, see `roles_head`.
 _ROLES_MARK = "pymoo_psi_designs"
+# The last two number the rows of a file, which names of its designs say better.
 _LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
 # 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
@@ -209,15 +210,20 @@ class DesignFile:
     def label(self) -> str | None:
         """The column with the designs' numbers or names.
 
-        As its name tells, or else the first one, if it holds texts, each another: so people write
-        lists, under "Variante" as under "Model".
+        As its name tells. Where that only numbers rows, or none does, it is the first of the
+        others, if it holds texts, each another: so people write lists, under "Variante" as under
+        "Model".
         """
-        if labels := _labels(self.names):
+        labels = _labels(self.names)
+        if labels and labels[0].strip().lower() in _LABELS[:-2]:
             return labels[0]
-        name, column = next(iter(self.columns.items()))
-        texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
-        certain = column.numbers is None and column.problem is None
-        return name if certain and len(texts) == len(column.cells) else None
+        for name in [name for name in self.names if name not in labels][:1]:
+            column = self.columns[name]
+            texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+            certain = column.numbers is None and column.problem is None
+            if certain and len(texts) == len(column.cells):
+                return name
+        return labels[0] if labels else None
 
     def called(self, label: str | None) -> list[str]:
         """``(n,)`` what sentences call the designs: "A", "test point 7", or by row of the file.
