@@ -3,11 +3,13 @@
 import itertools
 import math
 from collections import deque
+from unittest import mock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pymoo_psi.parallel import _joblib_runner
 from pymoo_psi.parallel._cost import LONGEST_CHUNK, Cost, chunk_size
 from pymoo_psi.parallel._joblib_runner import evaluate_here
 
@@ -97,7 +99,8 @@ class Clock:
 def here(clock, n, cost, enough):
     """The values of designs evaluated in this process, in the order of their indices."""
     waiting = deque(enumerate(range(n)))
-    results = list(evaluate_here(clock.evaluate, waiting, cost, enough, clock=clock))
+    with mock.patch.object(_joblib_runner, "perf_counter", clock):
+        results = list(evaluate_here(clock.evaluate, waiting, cost, enough))
     assert [index for index, *_ in results] == list(range(n - len(waiting)))
     return [values for _, values, _ in results]
 

@@ -411,11 +411,12 @@ def cluster():
 
 
 class TestDask:
-    def test_a_run_uses_both_worker_processes_and_gives_the_same(self, cluster):
-        workers = set(cluster.run(os.getpid).values())
+    def test_a_run_uses_a_process_beside_each_worker_and_gives_the_same(self, cluster):
         problem = model(elementwise_runner=JoblibRunner())
         with joblib.parallel_config("dask"):
-            assert pids(problem, designs(n=200)) == workers
+            seen = pids(problem, designs(n=200))
+            assert len(seen) == 2
+            assert not seen & {os.getpid(), *cluster.run(os.getpid).values()}
             result = minimize(problem, NSGA2(pop_size=20), ("n_gen", 3), seed=1)
         plain = minimize(model(), NSGA2(pop_size=20), ("n_gen", 3), seed=1)
         np.testing.assert_array_equal(result.F, plain.F)
@@ -439,4 +440,8 @@ class TestDask:
             "its worker process died (exit code 3, 2 times)",
         ]
         assert (out["failure"] != "").sum() == 2
+        without_limit = FailureTolerant(model(elementwise_runner=JoblibRunner(retries=0)))
+        with joblib.parallel_config("dask"):
+            out = without_limit.evaluate(designs(7), return_as_dictionary=True)
+        assert out["failure"][4] == "its worker process died (exit code 3)"
         assert set(cluster.run(os.getpid).values()) == workers, "the cluster noticed nothing"

@@ -11,7 +11,6 @@ from functools import cache, partial
 from time import perf_counter
 from typing import Any
 
-from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel._cost import Cost, chunk_size
 from pymoo_psi.parallel._outcome import Function, Result, Waiting, evaluate_to_travel
 from pymoo_psi.parallel._pool import ProcessPool
@@ -25,8 +24,8 @@ class Workers:
 
     Attributes:
         count: How many evaluations run at the same time.
-        kind: ``"processes"`` of our own, joblib's ``"loky"`` processes where that is configured,
-            ``"threads"`` of this process, or a ``"cluster"``.
+        kind: ``"processes"`` of our own, ``"threads"`` of this process, or a ``"cluster"``, as
+            which joblib's loky counts where it is configured.
     """
 
     count: int
@@ -40,15 +39,14 @@ def active_workers(n_jobs: int) -> Workers:
     backend, configured = get_active_backend()
     if n_jobs == -1 and configured is not None:
         n_jobs = configured
-    kind = "cluster"
+    name, kind = type(backend).__name__, "cluster"
     if type(backend).__module__ == "joblib._parallel_backends":
-        # What is configured is always the same object; joblib's default is a new one each time.
-        kind = "processes"
-        if type(backend).__name__ == "ThreadingBackend":
-            kind = "threads"
-        elif type(backend).__name__ == "LokyBackend" and get_active_backend()[0] is backend:
-            kind = "loky"
         n_jobs = _cores() if n_jobs == -1 else n_jobs
+        if name == "ThreadingBackend":
+            kind = "threads"
+        # What is configured is always the same object; joblib's default is a new one each time.
+        elif name != "LokyBackend" or get_active_backend()[0] is not backend:
+            kind = "processes"
     return Workers(max(1, backend.effective_n_jobs(n_jobs)), kind)
 
 
@@ -68,56 +66,43 @@ def by_joblib(
     *,
     timeout: float | None = None,
     retries: int = 1,
-    watch: bool = False,
 ) -> Generator[Result]:
-    """Evaluate on a cluster or by threads; what a cluster loses is evaluated again, watched.
+    """Evaluate by threads, or on a cluster in processes beside its workers.
 
-    The arguments are those of :meth:`ProcessPool.run`; to ``watch`` is to evaluate in a process
-    beside the worker, which can be ended. Time limit and retries are for what is watched.
+    A model that ends its process must not end a cluster's worker: with joblib's Dask backend the
+    run would wait for that worker's results forever.
+
+    The arguments are those of :meth:`ProcessPool.run`; time limit and retries are not for threads.
     """
     from joblib.parallel import Parallel, delayed, get_active_backend
 
-    under_way: dict[int, Any] = {}
+    evaluate: Callable[..., list[Result]] = _chunk
+    if workers.kind == "cluster":
+        evaluate = partial(_watched_chunk, timeout=timeout, retries=retries)
     unordered = get_active_backend()[0].supports_return_generator
 
-    def tasks(evaluate: Callable[..., Any]) -> Iterator[Any]:
+    def tasks() -> Iterator[Any]:
         while waiting:
             # asked each time, since the cost becomes known on the way
             size = chunk_size(len(waiting), workers.count, cost.seconds)
-            chunk = [waiting.popleft() for _ in range(size)]
-            under_way.update(chunk)
-            yield delayed(evaluate)(f, chunk)
+            yield delayed(evaluate)(f, [waiting.popleft() for _ in range(size)])
 
-    def results(evaluate: Callable[..., Any]) -> Iterator[Result]:
-        while waiting:  # joblib asks for no more tasks once there were none
-            # One at a time: joblib would send many together that have been short so far.
-            return_as = "generator_unordered" if unordered else "list"
-            parallel = Parallel(workers.count, batch_size=1, return_as=return_as)
-            chunks = iter(parallel(tasks(evaluate)))
-            try:
-                for chunk in chunks:
-                    for index, values, seconds in chunk:
-                        del under_way[index]
-                        cost.add(1, seconds)
-                        yield index, values, seconds
-            finally:
-                with warnings.catch_warnings():
-                    # Of results that nobody reads: who stops amid a run knows that.
-                    warnings.simplefilter("ignore", UserWarning)
-                    if isinstance(chunks, Generator):
-                        chunks.close()
-
-    watched = partial(_watched_chunk, timeout=timeout, retries=retries)
-    try:
-        yield from results(watched if watch else _chunk)
-    except EvaluationError:
-        raise
-    except Exception:  # a cluster has an error of its own for a worker that is lost
-        if watch or workers.kind == "threads":
-            raise
-        waiting.extendleft(reversed(under_way.items()))
-        under_way.clear()
-        yield from results(watched)
+    while waiting:  # joblib asks for no more tasks once there were none
+        # One at a time: joblib would send many together that have been short so far.
+        return_as = "generator_unordered" if unordered else "list"
+        parallel = Parallel(workers.count, batch_size=1, return_as=return_as)
+        chunks = iter(parallel(tasks()))
+        try:
+            for chunk in chunks:
+                for index, values, seconds in chunk:
+                    cost.add(1, seconds)
+                    yield index, values, seconds
+        finally:
+            with warnings.catch_warnings():
+                # Of results that nobody reads: who stops amid a run knows that.
+                warnings.simplefilter("ignore", UserWarning)
+                if isinstance(chunks, Generator):
+                    chunks.close()
 
 
 def _chunk(f: Function, designs: list[tuple[int, Any]]) -> list[Result]:

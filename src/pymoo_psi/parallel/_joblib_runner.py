@@ -47,7 +47,8 @@ class JoblibRunner:
 
     Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads
     or a cluster if they are given: ``parallel_config("dask")``, ``"ray"`` or ``"spark"`` runs a
-    study on a cluster without a change of code; then every design is sent to the cluster.
+    study on a cluster without a change of code; then every design is sent to the cluster, and
+    evaluated in a process beside the cluster's worker, which a crash leaves unharmed.
 
     A worker process that dies or runs out of time takes one design with it at most, which is told
     with the reason; the others are evaluated by the worker that replaces it. What becomes of a
@@ -61,9 +62,8 @@ class JoblibRunner:
     Args:
         n_jobs: Number of workers; -1 is the number of ``parallel_config``, or else of cores.
         timeout: Seconds that the evaluation of one design may take; then its worker process is
-            replaced. Every design is evaluated in a process that can be ended, on a cluster in
-            one beside the cluster's worker. To start and to import the problem, a worker has as
-            long, but at least 20 seconds.
+            replaced. Every design is evaluated in a process that can be ended. To start and to
+            import the problem, a worker has as long, but at least 20 seconds.
         retries: How many times a design whose process died is tried again.
         in_process: Whether designs may be evaluated in this process, to measure their cost and
             while they are cheap, or by threads of it. Say ``False`` if a design takes minutes or
@@ -158,13 +158,9 @@ class JoblibRunner:
             if not waiting:
                 return
             self._started = True
-            # A time limit asks for processes that can be ended, which on this machine are our own.
-            lasting = workers.kind == "loky" and self.timeout is None
-            if workers.kind == "cluster" or lasting or (workers.kind == "threads" and here):
-                # Where a cluster has one worker, joblib uses none and calls the function here.
-                watch = self.timeout is not None or (workers.count == 1 and not self.in_process)
-                run = partial(by_joblib, f, waiting, workers, self._cost, watch=watch)
-            else:
+            if workers.kind == "cluster" or (workers.kind == "threads" and here):
+                run = partial(by_joblib, f, waiting, workers, self._cost)
+            else:  # a time limit asks for processes that can be ended
                 if self._pool.owner != os.getpid():
                     self._pool = ProcessPool()
                 run = partial(self._pool.run, f, waiting, self._cost, workers=workers.count)
@@ -185,7 +181,6 @@ def evaluate_here(
     enough: Callable[[int], bool],
     *,
     glance: float = GLANCE,
-    clock: Callable[[], float] = perf_counter,
 ) -> Iterator[Result]:
     """Evaluate designs in this process, measuring their cost, until there is enough.
 
@@ -196,7 +191,6 @@ def evaluate_here(
         enough: Given the number of designs left, says whether to stop; asked before the first
             design and after every measurement.
         glance: Seconds of work between two results and two measurements, at least a design's.
-        clock: Seconds from anywhere.
     """
     while waiting and not enough(len(waiting)):
         known = cost.seconds
@@ -204,7 +198,7 @@ def evaluate_here(
         block = [waiting.popleft() for _ in range(size)]
         found: list[Values] = []
         raised: BaseException | None = None
-        began = clock()
+        began = perf_counter()
         # Nothing is given from within: whoever reads the results would have the model's settings.
         with same_folder(), same_process(), np.errstate():
             try:
@@ -212,7 +206,7 @@ def evaluate_here(
                     found.append(f(design))
             except BaseException as error:
                 raised = error
-        seconds = clock() - began
+        seconds = perf_counter() - began
         # What was there before an interrupt or an error is given first.
         for (index, _), values in zip(block, found, strict=False):
             yield index, values, seconds / size

@@ -65,7 +65,7 @@ class ProcessPool:
     def __init__(self) -> None:
         self.owner = os.getpid()
         self._idle: list[_Worker] = []
-        weakref.finalize(self, _dismiss, self._idle, self.owner)
+        weakref.finalize(self, _end_all, self._idle, self.owner)
 
     def run(
         self,
@@ -111,7 +111,7 @@ class ProcessPool:
         self._idle.extend(run.workers)
 
 
-def _dismiss(idle: list[_Worker], owner: int) -> None:
+def _end_all(idle: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
         for worker in idle:
             worker.tell("leave", None)
@@ -252,13 +252,12 @@ class _Run:
     retries: int
     idle: list[_Worker]
     workers: list[_Worker] = field(default_factory=list)
-    again: Waiting = field(default_factory=deque)  # whose worker died, each tried alone
     deaths: Counter[int] = field(default_factory=Counter)
     false_starts: int = 0
 
     def results(self) -> Iterator[Result]:
         """Give the result of every design as it comes, until none waits or is under way."""
-        while busy := len(self.waiting) + len(self.again) + sum(bool(w.at) for w in self.workers):
+        while busy := len(self.waiting) + sum(bool(worker.at) for worker in self.workers):
             while len(self.workers) < min(self.n_workers, busy):
                 self._hire()
             yield from self._step()
@@ -278,7 +277,7 @@ class _Run:
     def _step(self) -> Iterator[Result]:
         """Give work to who is ready, wait for a message or a deadline, and see to them."""
         for worker in self.workers:
-            if worker.ready and not worker.at and (self.again or self.waiting):
+            if worker.ready and not worker.at and self.waiting:
                 self._feed(worker)
         due = min(worker.deadline for worker in self.workers)
         pipes = [worker.pipe for worker in self.workers]
@@ -293,11 +292,8 @@ class _Run:
                 yield from self._died(worker)
 
     def _feed(self, worker: _Worker) -> None:
-        if self.again:
-            worker.at.append(self.again.popleft())
-        else:
-            size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
-            worker.at.extend(self.waiting.popleft() for _ in range(size))
+        size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
+        worker.at.extend(self.waiting.popleft() for _ in range(size))
         worker.deadline = monotonic() + self.timeout
         worker.tell("designs", [design for _, design in worker.at])
 
@@ -355,7 +351,7 @@ class _Run:
         index, design = at
         self.deaths[index] += 1
         if self.deaths[index] <= self.retries:
-            self.again.append((index, design))
+            self.waiting.appendleft((index, design))  # it is the next to be evaluated
             return
         times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
         yield self._lost(index, design, f"its worker process died ({how}{times})")
