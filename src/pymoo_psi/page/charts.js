@@ -506,11 +506,13 @@ const Charts = (() => {
       const g = clean(1)
       const at = placed()
       const {selected} = model
+      const few = model.context.length <= 200 // whose dots have room to be seen
       for (const row of model.left) {
         const spot = at(row)
         if (!inside(spot)) continue
         g.globalAlpha = selected.size && !selected.has(row) ? 0.15 : 1
-        shape(g, LOOKS[model.look(row)], ...spot)
+        const look = LOOKS[model.look(row)]
+        shape(g, few && look.size <= 2 ? {...look, size: 1.4 * look.size} : look, ...spot)
       }
       g.globalAlpha = 1
       for (const {row, look} of model.marks) {

@@ -82,8 +82,8 @@ const page = (() => {
   }
 
   function say(sentences) {
-    $("messages").replaceChildren(...sentences.map((text) => make("p", {textContent: text})))
-    if (sentences.length) $("messages").append(make("button", {textContent: "Close", onclick: () => say([])}))
+    const close = make("button", {className: "small", textContent: "Close", onclick: () => say([])})
+    $("messages").replaceChildren(...(sentences.length ? [close] : []), ...sentences.map((text) => make("p", {textContent: text})))
   }
 
   let waiting = false
@@ -386,16 +386,15 @@ const page = (() => {
     const scale = {low, high, log: column.log}
     const field = (k) => {
       const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: short(column, k ? high : low),
-        "aria-label": `${name}, ${k ? "at most" : "at least"}`})
+        "aria-label": `${name}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`})
       input.addEventListener("change", () => {
         const {value, wrong: why} = Logic.typed(input.value, column)
         const next = [...(limit_of(column) ?? [null, null])]
         next[k] = value
         const wrong = why ?? (next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : "")
-        input.setCustomValidity(wrong)
-        input.setAttribute("aria-invalid", String(wrong !== ""))
-        if (wrong) note.textContent = wrong
-        else set_limit(column, next, true)
+        // What is wrong stays to be mended, until this limit is set otherwise.
+        control.wrong[k] = wrong && {why: wrong, beside: JSON.stringify(limit_of(column))}
+        wrong ? soon() : set_limit(column, next, true)
       })
       return input
     }
@@ -413,11 +412,11 @@ const page = (() => {
       input.addEventListener("change", () => moved(true))
       return input
     }
-    const note = make("p", {className: "hint note"})
+    const note = make("p", {className: "hint note", id: `note-${column.field}`})
     const canvas = make("canvas", {"aria-hidden": "true"})
     const [fields, thumbs] = [[field(0), field(1)], [thumb(0), thumb(1)]]
     const sense = column.role === "criterion" || column.maximize ? make("span", {className: "hint", textContent: column.maximize ? "more is better" : "less is better"}) : null
-    const control = {column, scale, fields, thumbs, note, canvas, all: null}
+    const control = {column, scale, fields, thumbs, note, canvas, all: null, wrong: ["", ""]}
     controls.set(column, control)
     return make("div", {className: "limit", role: "group", "aria-label": `Limits on ${name}`},
       make("div", {className: "name"}, make("span", {}, Charts.broken(name)), sense),
@@ -456,10 +455,11 @@ const page = (() => {
 
   function show_limits() {
     for (const control of controls.values()) {
-      const {column, fields, thumbs, note, boxes} = control
+      const {column, fields, thumbs, note, boxes, wrong = []} = control
       // Of a group that is folded nothing is seen.
       const limit = limit_of(column)
       const group = (boxes ? boxes[0] : fields[0]).closest("details")
+      const told = wrong.map((one) => (one && one.beside === JSON.stringify(limit) ? one.why : ""))
       if (boxes) {
         const allowed = own(state.categories, column.name)
         boxes.forEach((box) => { box.checked = !allowed || allowed.includes(box.value) })
@@ -467,11 +467,11 @@ const page = (() => {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
-          if (field !== document.activeElement || !field.matches("[aria-invalid=true]")) {
-            const text = value === null ? "" : String(value)
-            if (field.value !== text && !(field === document.activeElement && Logic.typed(field.value, column).value === value)) field.value = text
-            field.setAttribute("aria-invalid", "false")
-          }
+          const text = value === null ? "" : String(value)
+          const typed = field === document.activeElement && Logic.typed(field.value, column).value === value
+          if (!told[k] && field.value !== text && !typed) field.value = text
+          field.setCustomValidity(told[k])
+          field.setAttribute("aria-invalid", String(told[k] !== ""))
           const at = value === null ? k * STEPS : Math.min(STEPS, Math.max(0, Math.round(share(value) * STEPS)))
           if (Number(thumbs[k].value) !== at) thumbs[k].value = at
           thumbs[k].setAttribute("aria-valuetext", value === null ? "no limit" : written(column, value))
@@ -480,7 +480,8 @@ const page = (() => {
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
         if (!group || group.open) show_histogram(control)
       }
-      note.textContent = notes(column)
+      note.textContent = [...told, notes(column)].filter(Boolean).join(" ")
+      note.classList.toggle("warning", told.some(Boolean))
       note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
     }
     for (const group of $("limit-groups").querySelectorAll("details")) {
@@ -569,7 +570,8 @@ const page = (() => {
   function show_preference() {
     for (const {input, kind, column} of wishes) {
       const value = own(state.preference[kind], column.name)
-      if (input !== document.activeElement) input.value = value === null ? "" : String(value)
+      const wrong = input.getAttribute("aria-invalid") === "true"
+      if (input !== document.activeElement && !wrong) input.value = value === null ? "" : String(value)
     }
     const on = state.order.by === "preference"
     $("by-preference").setAttribute("aria-pressed", String(on))
@@ -976,7 +978,12 @@ const page = (() => {
     const goes = (from) => () => { state = from(); remember(); soon() }
     $("undo").addEventListener("click", goes(past.undo))
     $("redo").addEventListener("click", goes(past.redo))
-    $("reset").addEventListener("click", () => { select_rows([]); change(Logic.initial(data)) })
+    $("reset").addEventListener("click", () => {
+      for (const control of controls.values()) control.wrong &&= ["", ""]
+      for (const {input} of wishes) input.setAttribute("aria-invalid", "false")
+      select_rows([])
+      change(Logic.initial(data))
+    })
     $("save").addEventListener("click", () => {
       const name = `${stem}-decision.json`
       download(Logic.decisionFile(data, state, ranking, verdict, new Date().toISOString()), "application/json", name)
