@@ -59,7 +59,8 @@ def pytest_ignore_collect(collection_path, config):
 
 def pytest_collection_modifyitems(items):
     # Workers get the models of a test by value: to import its module takes them a second each.
-    for module in {item.module.__name__ for item in items if item.path.suffix == ".py"}:
+    # Examples in docstrings are of no module.
+    for module in {item.module.__name__ for item in items if hasattr(item, "module")}:
         if module.startswith("tests."):
             cloudpickle.register_pickle_by_value(sys.modules[module])
     for item in items:
