@@ -129,11 +129,12 @@ const page = (() => {
   // else at the first beside it.
   function focus_kept() {
     const told = (element) => element.getAttribute("aria-label") ?? element.textContent
-    const element = document.activeElement ?? document.body
-    const place = element.closest("section .bar, section, .actions")
+    const element = document.activeElement
+    const place = element?.closest("section .bar, section, .actions")
+    if (!place) return () => 0 // the text of the whole page, its data among it, is none to look for
     const name = told(element)
     return () => {
-      if (!place || (element.isConnected && !element.disabled)) return
+      if (element.isConnected && !element.disabled) return
       const buttons = [...place.querySelectorAll("button:enabled")]
       const next = buttons.find((button) => told(button) === name) ?? buttons[0]
       next?.focus({preventScroll: true})
