@@ -1,11 +1,11 @@
 """What the tests share: examples without a time limit, what they run on, and which are quick."""
 
 import os
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import cloudpickle
+import pytest
 from hypothesis import settings
 
 # Before NumPy is loaded, here and in what tests start: each process of pytest-xdist has a core, and
@@ -39,9 +39,7 @@ QUICK = (
     "selection",
     "sequences",
     "storage/test_folder.py",
-    "table/test_convergence.py",
     "table/test_expression.py",
-    "table/test_sensitivity.py",
     "table/test_table.py",
 )
 
@@ -59,10 +57,8 @@ def pytest_ignore_collect(collection_path, config):
 
 def pytest_collection_modifyitems(items):
     # Workers get the models of a test by value: to import its module takes them a second each.
-    # Examples in docstrings are of no module.
-    for module in {item.module.__name__ for item in items if hasattr(item, "module")}:
-        if module.startswith("tests."):
-            cloudpickle.register_pickle_by_value(sys.modules[module])
+    for module in {item.module for item in items if isinstance(item, pytest.Function)}:
+        cloudpickle.register_pickle_by_value(module)
     for item in items:
         if is_quick(item.path):
             item.add_marker("quick")

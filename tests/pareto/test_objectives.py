@@ -108,10 +108,10 @@ PUBLISHED = [
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_published_sets(name):
-    """The data sets that ship with moocore: the first two sets of each, and all sets as one."""
+    """The data sets that ship with moocore: the first two sets of each, and parts of them as one."""
     data = moocore.get_dataset(name)
     every = data[:, :-1]
-    for F in (every[data[:, -1] == 1], every[data[:, -1] == 2], every[:500]):
+    for F in (every[data[:, -1] == 1], every[data[:, -1] == 2], every[:300]):
         exact, ranking = exact_ranking(F), rank_of_efficiency(F)
         assert exact.decided
         assert ranking.rank.tolist() == exact.rank
@@ -131,8 +131,8 @@ def test_a_published_csv_with_names():
     assert list(ranking.to_frame().columns[:2]) == ["Makespan", "WeightedTardiness"]
 
 
-def test_a_million_rows_with_a_maximised_objective():
-    F = np.random.default_rng(3).random((1_000_000, 3))
+def test_many_rows_with_a_maximised_objective():
+    F = np.random.default_rng(3).random((200_000, 3))
     ranking = rank_of_efficiency(F, maximize=[1])
     front = np.flatnonzero(ranking.pareto)
     assert ranking.rank[front].tolist() == exact_ranking(F[front], maximize=[1]).rank

@@ -147,7 +147,7 @@ def test_another_algorithm_stays_in_the_part(make, box, tolerant):
     part = Restricted(FailureTolerant(whole) if tolerant == "inside" else whole, box)
     problem = FailureTolerant(part) if tolerant == "outside" else part
     options = MIXED if make is Beam else {"sampling": LPTauSampling()}
-    result = minimize(problem, NSGA2(pop_size=16, **options), ("n_gen", 4), seed=1)
+    result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
     designs = part.completed(result.X)
     np.testing.assert_array_equal(whole.evaluate(designs, return_as_dictionary=True)["F"], result.F)
     for design in designs:

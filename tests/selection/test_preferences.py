@@ -189,7 +189,7 @@ SELECTORS = {
 }
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
 def test_every_selector_knows_what_is_maximised(F):
     cost = pd.DataFrame(F, columns=["cost", "yield"])

@@ -253,8 +253,8 @@ def solved(name, algorithm):
         else get_problem(name, **options)
     )
     if algorithm == "NSGA-III":
-        return nsga3(problem, n_evaluations=600, seed=1).F
-    return minimize(problem, NSGA2(pop_size=40), ("n_gen", 15), seed=1).F
+        return nsga3(problem, n_evaluations=300, seed=1).F
+    return minimize(problem, NSGA2(pop_size=40), ("n_gen", 8), seed=1).F
 
 
 @pytest.mark.parametrize("algorithm", ["NSGA-II", "NSGA-III"])

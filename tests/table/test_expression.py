@@ -39,7 +39,7 @@ def longer(parts):
     )  # fmt: skip
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(text=st.recursive(st.sampled_from(["a", "b", "two"]), longer, max_leaves=10))
 def test_precedence_and_values_are_those_of_python_on_arrays(text):
     with np.errstate(all="ignore"):
@@ -107,7 +107,7 @@ def test_any_other_text_is_refused_with_a_reason(text, message):
         values(text)
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(text=st.one_of(st.text(), st.text(alphabet="ab12.e*/+-(),` \n\t^_\0")))
 def test_whatever_the_text_the_answer_is_a_column_or_a_message(text):
     try:
