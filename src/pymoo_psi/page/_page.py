@@ -141,10 +141,11 @@ def decision_page(
         maximize: Names of the objectives, and of outputs, of which more is better.
         units: Units of columns by name.
         label: Name of the column with the designs' numbers or names; the frame's index unless
-            given.
+            given. Designs of one label have their row behind it, "A #3": of the frame's index if
+            this is called "row", else counted from 1.
         normalize: Rank with each objective in units of its range.
         prototype: An existing design, or several as a frame, with a value for each objective.
-            It is not ranked and stays on the page whatever the limits.
+            It is not ranked and stays on the page whatever the limits, compared with the best.
         limits: Limits that are set when the page opens and that its reader can move, on objectives,
             variables and outputs: ``(lower, upper)`` with ``None`` for an open end. A number is the
             worse end: at most this, or at least where more is better.

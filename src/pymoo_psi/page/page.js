@@ -292,7 +292,8 @@ const page = (() => {
     $("compare-table").hidden = rows.length < 2
     hint.replaceChildren(...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span", {className: "shares", textContent: ", in per cent of its value / of the range"}), "."]))
-    $("page").classList.toggle("wide", rows.length > 4)
+    // By what the reader has asked for, so that nothing changes places under a limit that is dragged.
+    $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 3)
     if (rows.length < 2) return $("compare-table").replaceChildren()
     const table = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
