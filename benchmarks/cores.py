@@ -9,7 +9,7 @@ on one core and on two, in turn, and what is kept of them is
 - their Pareto set, which was sifted where it was tested,
 - all tests, of a quarter of the points, as these fill the memory,
 - the Pareto set without limits, of a quarter of the points: most of them are Pareto optimal, and
-  what is left to this process, sifting the blocks' sets together, takes longer than the tests.
+  sifting the blocks' sets together, by threads of this process, takes as long as the tests.
 
 Memory is the largest of this process, measured in one of its own for each case.
 """
