@@ -3,11 +3,13 @@
 import re
 import shlex
 import sys
+from functools import partial
 
 import pytest
 
 from pymoo_psi.cli import _analyze, _compare, _reproduce, main
 from pymoo_psi.cli._app import app
+from pymoo_psi.report import _document
 
 DRAWING = {
     _reproduce: ["save_figures", "save_pages", "points_page"],
@@ -25,12 +27,15 @@ def shown(capsys, *words):
 @pytest.mark.parametrize("command", ["", *COMMANDS])
 def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
+    # Drawing is tested with the plots, and takes most of the time; so do the paper's points and
+    # the continuous optimum of ten variables.
     for module, draws in DRAWING.items():
         for name in draws:
             monkeypatch.setattr(module, name, lambda *args, **options: ())
-    reproduce = _reproduce.reproduce
+    monkeypatch.setattr(_document, "_image", lambda picture: "")
+    reproduce, compare = _reproduce.reproduce, _compare.compare
     monkeypatch.setattr(_reproduce, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
+    monkeypatch.setattr(_compare, "compare", partial(compare, polish=False))
     text = shown(capsys, *command.split())
     examples = re.findall(r"^ +(pymoo-psi .*)$", text.partition("Examples:")[2], re.MULTILINE)
     assert examples
