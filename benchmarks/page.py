@@ -2,9 +2,10 @@
 
     python -m benchmarks.page [300 20000 100000]
 
-Designs of four criteria and four variables, all Pareto optimal or a half of them dominated, which
-is the harder set: a limit on a variable frees dominated designs. First the page's ranks under the
-last limits are compared with Python's.
+Designs of four criteria and four variables, all Pareto optimal or a half of them dominated: a limit
+on a variable frees dominated designs. At the largest size also two and eight criteria, which are
+best where x1 is least: every step of a lower limit on it rejects the front and frees another one.
+After each drag the page's ranks are compared with Python's.
 
 Two times are told: by the clock, and of the processor for the page's main thread, which other work
 on the machine does not lengthen.
@@ -15,7 +16,7 @@ from __future__ import annotations
 import shutil
 import statistics
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -28,24 +29,33 @@ from benchmarks.machine import describe_machine
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import decision_page
 
-CRITERIA = ["f1", "f2", "f3", "f4"]
 VARIABLES = ["x1", "x2", "x3", "x4"]
 STEPS = 20
 
 
-def designs(n: int, dominated: bool) -> pd.DataFrame:
+def designs(n: int, kind: str, m: int = 4) -> pd.DataFrame:
     """Return designs on a convex front, or some of them a little behind it."""
     rng = np.random.default_rng(1)
-    F = np.abs(rng.normal(size=(n, 4)))
+    F = np.abs(rng.normal(size=(n, m)))
     F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
-    if dominated:
+    X = rng.random((n, len(VARIABLES)))
+    if kind == "some dominated":
         F += 0.1 * rng.random((n, 1)) ** 4
-    return pd.DataFrame(np.hstack([F, rng.random((n, 4))]), columns=[*CRITERIA, *VARIABLES])
+    elif kind == "best at the least x1":
+        F += 0.1 * X[:, :1] ** 4
+    return pd.DataFrame(np.hstack([F, X]), columns=[*(f"f{j + 1}" for j in range(m)), *VARIABLES])
 
 
-def steps(frame: pd.DataFrame, name: str) -> Iterator[float]:
-    """Yield upper limits as a hand draws a slider down: from all designs to a half of them."""
-    yield from np.quantile(frame[name], np.linspace(1.0, 0.5, STEPS + 1)[1:]).tolist()
+def steps(frame: pd.DataFrame, name: str, rising: bool) -> Iterator[tuple[float | None, ...]]:
+    """Yield limits as a hand draws a slider: from all designs to a half of them."""
+    for share in np.linspace(0.0, 0.5, STEPS + 1)[1:]:
+        end = float(np.quantile(frame[name], share if rising else 1 - share))
+        yield (end, None) if rising else (None, end)
+
+
+def criteria_of(frame: pd.DataFrame) -> list[str]:
+    """Return the names of the criteria."""
+    return [name for name in frame if name.startswith("f")]
 
 
 def busy(page: Page, session: Any) -> float:
@@ -55,7 +65,9 @@ def busy(page: Page, session: Any) -> float:
     return 1000 * next(m["value"] for m in found if m["name"] == "TaskDuration")
 
 
-def measured(page: Page, frame: pd.DataFrame, path: Path) -> None:
+def measured(
+    page: Page, frame: pd.DataFrame, path: Path, names: Sequence[str], rising: bool
+) -> None:
     """Print the times of one page."""
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -64,18 +76,19 @@ def measured(page: Page, frame: pd.DataFrame, path: Path) -> None:
     ready = page.evaluate("decisionPage.ready")
     print(f"  {path.stat().st_size / 1e6:.1f} MB; ready after {ready:.0f} ms, ", end="")
     print(f"of which the processor {busy(page, session):.0f} ms")
-    for name in ("f1", "x1"):
+    for name in names:
         clock, processor = [], []
-        for limit in steps(frame, name):
+        for limit in steps(frame, name, rising):
             before = busy(page, session)
             clock.append(page.evaluate(
                 """([name, limit]) => { const {state, set, step} = decisionPage
-                set({...state(), limits: {[name]: [null, limit]}}); return step.last }""",
+                set({...state(), limits: {[name]: limit}}); return step.last }""",
                 [name, limit],
             ))  # fmt: skip
             processor.append(busy(page, session) - before)
-        left = frame[frame[name] <= limit]
-        ranking = rank_of_efficiency(left[CRITERIA])
+        low, high = limit
+        left = frame[frame[name] >= low if rising else frame[name] <= high]
+        ranking = rank_of_efficiency(left[criteria_of(frame)])
         best, optimal = page.evaluate(
             "(({ranking}) => [ranking.best, ranking.front.length])(decisionPage)"
         )
@@ -98,13 +111,17 @@ def main() -> None:
             executable_path=program, args=["--no-sandbox", "--disable-gpu"]
         )
         for n in sizes:
-            for dominated in (False, True):
-                frame = designs(n, dominated)
+            sets = [("all optimal", 4), ("some dominated", 4)]
+            if n == max(sizes):
+                sets += [("best at the least x1", m) for m in (2, 8)]
+            for kind, m in sets:
+                frame = designs(n, kind, m)
                 path = Path(folder, "page.html")
-                decision_page(frame, CRITERIA, variables=VARIABLES).save(path)
-                print(f"{n} designs, {'some dominated' if dominated else 'all optimal'}")
+                decision_page(frame, criteria_of(frame), variables=VARIABLES).save(path)
+                print(f"{n} designs of {m} criteria, {kind}")
                 page = browser.new_page(viewport={"width": 1400, "height": 900})
-                measured(page, frame, path)
+                rising = kind == "best at the least x1"
+                measured(page, frame, path, ("x1",) if rising else ("f1", "x1"), rising)
                 page.close()
         browser.close()
 

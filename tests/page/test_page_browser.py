@@ -947,3 +947,27 @@ def test_many_designs_are_a_stable_sample_with_all_that_rank(browser, tmp_path):
     assert reader.ask("D.context") == context
     assert reader.trouble == []
     reader.context.close()
+
+
+def test_steps_of_a_slider_draw_what_a_new_page_draws(browser, tmp_path):
+    """Lines that come and go mend the density; nothing of a former step stays."""
+    rng = np.random.default_rng(5)
+    F = np.abs(rng.normal(size=(600, 3)))
+    F = 1 - F / np.linalg.norm(F, axis=1)[:, None]
+    frame = pd.DataFrame(np.hstack([F, rng.random((600, 1))]), columns=["a", "b", "c", "x"])
+    path = tmp_path / "page.html"
+    decision_page(frame, ["a", "b", "c"], variables=["x"]).save(path)
+    reader = Reader(browser, path)
+    pixels = "[...document.querySelectorAll('#parallel canvas')].map((canvas) => canvas.toDataURL())"
+    for axes in ({}, {"order": ["a", "μ1 (to U)", "x"]}):
+        axes = {**reader.state["axes"], **axes}
+        limits = ({"x": [0.2, 0.9]}, {"a": [0.1, 0.8]}, {"x": [0.4, 0.8]})
+        seen = set()
+        for limit in limits:
+            reader.set(limits=limit, axes=axes)
+            drawn = reader.ask(pixels)
+            reader.ask("D.update(true)")
+            assert reader.ask(pixels) == drawn
+            seen.add(drawn[1])
+        assert len(seen) == len(limits)
+    reader.context.close()
