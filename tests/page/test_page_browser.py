@@ -958,7 +958,9 @@ def test_steps_of_a_slider_draw_what_a_new_page_draws(browser, tmp_path):
     path = tmp_path / "page.html"
     decision_page(frame, ["a", "b", "c"], variables=["x"]).save(path)
     reader = Reader(browser, path)
-    pixels = "[...document.querySelectorAll('#parallel canvas')].map((canvas) => canvas.toDataURL())"
+    pixels = (
+        "[...document.querySelectorAll('#parallel canvas')].map((canvas) => canvas.toDataURL())"
+    )
     for axes in ({}, {"order": ["a", "μ1 (to U)", "x"]}):
         axes = {**reader.state["axes"], **axes}
         limits = ({"x": [0.2, 0.9]}, {"a": [0.1, 0.8]}, {"x": [0.4, 0.8]})

@@ -443,7 +443,7 @@ const Charts = (() => {
       on.hover(row_at(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {set_axes, draw: (next, all) => { model = next; draw(all) }, marks: (next) => { model = next; draw_marks() }}
+    return {set_axes, draw: (next, all) => { model = next; draw(all) }}
   }
 
   // A scatter plot of two columns. A drag selects what is in the box, or zooms to it.
@@ -616,5 +616,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, BINS, broken, icon, parallel, scatter, bins, histogram, ticks, tick_texts, place, value_at}
+  return {LOOKS, BINS, broken, icon, parallel, scatter, bins, histogram, place, value_at}
 })()
