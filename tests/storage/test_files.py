@@ -239,7 +239,7 @@ def test_a_later_version_is_said_to_be_one(study):
     for call in calls(study.path):
         with pytest.raises(
             StudyVersionError,
-            match="has format 4, but this version of pymoo-psi knows formats up to 3; upgrade pymoo-psi",
+            match="has format 4, but this version of pymoo-psi knows formats up to 3; install a later one",
         ):
             call()
     assert contents(Path(study.path).parent) == before
