@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, rank_of_efficiency
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import _dominance, nondominated
 
 # A coarse grid makes dominated rows, duplicates and ties common; its values are far apart
@@ -118,18 +119,22 @@ def test_nondominated_agrees_with_all_pairs(F):
     levels=st.sampled_from([2, 5, 1000]),
     slab=st.sampled_from([1, 3, 16]),
     threads=st.sampled_from([1, 3]),
+    infinite=st.sampled_from([0.02, 0.4]),
 )
-def test_slabs_keep_what_no_row_dominates(seed, m, levels, slab, threads):
+def test_slabs_keep_what_no_row_dominates(seed, m, levels, slab, threads, infinite):
     """Many values are equal, also where slabs meet, and some are infinite or a zero with a sign."""
     rng = np.random.default_rng(seed)
     F = np.round(rng.dirichlet(np.ones(m), size=70) * levels)
-    F[rng.random(F.shape) < 0.02] = np.inf
+    F[rng.random(F.shape) < infinite] = np.inf
+    F[rng.random(F.shape) < infinite / 20] = -np.inf
     F[rng.random(F.shape) < 0.02] = -0.0
     no_worse = (F[:, None] <= F).all(axis=2)
     better = (F[:, None] < F).any(axis=2)
     with mock.patch.multiple(_dominance, _SLAB=slab, _MOST_SHADOW=1.0):
         found = nondominated(F, threads=threads)
     assert (found == ~(no_worse & better).any(axis=0)).all()
+    with pytest.raises(ArgumentValueError, match="F must be without NaN"):
+        nondominated(np.array([[1.0, np.nan]]))
 
 
 def test_frame():

@@ -32,13 +32,14 @@ def nondominated(F: Array, *, threads: int = 1) -> Mask:
 
     Args:
         F: ``(n, m)`` objective values without NaN, all minimised; n may be 0, m up to 255.
+            Infinity is worse, or better, than every number.
         threads: How many parts of a very large F may be looked at at a time.
 
     Returns:
         ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
 
     Raises:
-        ArgumentValueError: There are more than 255 objectives, or no threads.
+        ArgumentValueError: There are more than 255 objectives, a value is NaN, or no threads.
         ArgumentTypeError: The number of threads is none.
 
     Example:
@@ -51,6 +52,13 @@ def nondominated(F: Array, *, threads: int = 1) -> Mask:
     if F.shape[1] > 255:
         raise invalid("F", "of at most 255 objectives", Received(f"{F.shape[1]}"))
     F = settled(F)
+    if not np.isfinite(F).all():
+        if np.isnan(F).any():
+            raise invalid("F", "without NaN", Received("NaN"))
+        # Places have the order of the values. With infinities moocore (0.3) gives wrong answers,
+        # or ends the process.
+        places = [np.unique(column, return_inverse=True)[1] for column in F.T]
+        F = np.column_stack(places).astype(np.float64)
     if F.shape[1] == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     if len(F) > 2 * _SLAB and F.shape[1] > 3:  # with three, sorting is nearly all there is to do
