@@ -170,6 +170,19 @@ def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others()
     assert set(table.status) == {"ok", "infeasible"}
 
 
+def test_a_share_of_violated_scenarios_may_be_exactly_the_probability():
+    """1 - 0.7 is more than 0.3 in float64; 3 of 10 are not."""
+    for n in (3, 10, 49):
+        for k in range(1, n):
+            robust = Robust(
+                Brittle(), tolerances={"x1": 0.5}, n_scenarios=n, failure_probability=k / n
+            )
+            at = 1 - np.sort(robust.offsets[:, 0])[-k - 1 : n - k + 1].mean()  # k are beyond 1
+            F, G = robust.evaluate(np.array([[at]]))
+            assert np.isfinite(F[0, 0])
+            assert G[0, 0] == 0
+
+
 def test_a_cliff_is_kept_away_from():
     """The nominal optimum stands at the edge; with a tolerance of 0.1 the best is that far away."""
 
