@@ -195,6 +195,25 @@ def test_what_is_not_kept_is_told(name, value, message):
     assert table.layout.outputs == ("heat",)
 
 
+@pytest.mark.parametrize(
+    "nothing", [lambda n: [None] * n, lambda n: np.ma.masked_all(n), lambda n: np.ma.masked]
+)
+def test_an_output_without_any_value_is_nan(nothing):
+    class Silent(Problem):
+        def __init__(self):
+            super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x
+            out["heat"] = nothing(len(x))
+            out["curve"] = [[0.0] * (i % 3) for i in range(len(x))]
+
+    with pytest.warns(UserWarning, match="'curve'.* not one number for each design"):
+        table = investigate(Silent(), 4)
+    assert table.layout.outputs == ("heat",)
+    assert np.isnan(table.outputs).all()
+
+
 def test_a_unit_of_no_column_is_told():
     with pytest.warns(UserWarning, match="units names 'haet', but the columns are x1, .*, heat"):
         investigate(Model(), 4, units={"haet": "K"})

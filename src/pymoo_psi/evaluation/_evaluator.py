@@ -259,7 +259,8 @@ def _checked_rows(
             out[name][i] = value
     for name, value in further.items():
         if value is not None:
-            many = isinstance(value, (list, np.ndarray)) and np.ndim(value) and len(value) == n
+            each = isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+            many = each and len(value) == n
             plain = isinstance(value, np.ndarray) and value.dtype.kind in "fiub"
             if many and plain and not isinstance(value, np.ma.MaskedArray):
                 out[name] = value.copy()  # a million rows one by one would take a second
@@ -333,6 +334,8 @@ def value_column(values: list[Any]) -> NDArray[Any]:
     # NumPy would take what lies under the mask for the value.
     values = [None if value is np.ma.masked else value for value in values]
     present = [value for value in values if value is not None]
+    if not present:
+        return np.full(len(values), np.nan)
     try:
         arrays = [np.asarray(value) for value in present]
     except ValueError:  # lists in it differ in length
