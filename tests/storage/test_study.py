@@ -445,6 +445,16 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
         study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0])})
 
 
+def test_the_sign_of_a_zero_is_no_other_value(tmp_path):
+    study = Study(tmp_path / "study.db")
+    study.begin(HEAD)
+    stored = block(1, 3) | {"heat": np.array([-0.0, 2.0, 3.0])}
+    study.append(stored)
+    assert study.append(block(1, 3)) == 0
+    assert study.append(block(1, 3) | {"heat": np.array([0.0, 2.0, 3.0])}) == 0
+    assert bits(read_study(study.path)[1]) == bits(stored)
+
+
 def test_a_study_with_outputs_is_continued_by_a_run_that_does_not_know_them(tmp_path):
     study = Study(tmp_path / "study.db")
     study.begin(HEAD)

@@ -377,8 +377,8 @@ def changes(
 ) -> tuple[NDArray[np.bool_], list[int]]:
     """Return which of n tests are to be written, and the checksums of those they replace.
 
-    Origin and seconds may differ from what is stored; that is no other result. Nor is an output
-    that one of both does not have.
+    Origin and seconds may differ from what is stored, and the signs of zeros; that is no other
+    result. Nor is an output that one of both does not have.
 
     Raises:
         ArgumentValueError: A test that did not fail would change.
@@ -389,7 +389,7 @@ def changes(
     names = list(_sql_columns(head))
     last = len(names) - len(_BACK)  # behind the outputs, which end the columns of results
     outputs = range(last - len(head.get("outputs", ())), last)
-    compared = [j for j in range(len(names) - 1) if j not in (3, 4, *outputs)]
+    compared = [j for j in range(last) if j not in (3, 4, *outputs)]
     for stored in _selected(db, head, min(places, default=LAST), max(places, default=0)):
         if stored[0] not in places:
             continue
