@@ -360,6 +360,8 @@ def test_damaged_parquet(tmp_path):
     for changed, message in (
         (frame.drop(columns="f1"), "the column 'f1' is missing"),
         (frame.assign(f1="a"), "the column 'f1' holds other than real values"),
+        (frame.assign(f1=frame["f1"].astype(str)), "the column 'f1' holds other than real values"),
+        (frame.assign(test_point=[1.5, 2.5, 3.5]), "'test_point' holds other than integer values"),
         (frame.iloc[:1], "it holds 1 of 3 tests"),
     ):
         changed.to_parquet(path)

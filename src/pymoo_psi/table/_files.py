@@ -52,6 +52,8 @@ _PARSERS: dict[Kind, Callable[[str], Any]] = {
     Kind.CHOICE: str,
 }
 
+_TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in Parquet
+
 
 def write_csv(path: Path, head: Head, columns: Columns) -> None:
     """Write a table whole or not at all.
@@ -137,6 +139,9 @@ def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Column
         if name not in frame:
             raise damaged(path, f"the column {name!r} is missing")
         try:
+            # Told by the type: NumPy would make 1 of 1.5, True of 2 and numbers of texts.
+            if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
+                raise TypeError
             columns[name] = frame[name].to_numpy(dtype=DTYPES[kind])
         except (ValueError, TypeError):
             what = f"the column {name!r} holds other than {kind.value} values"
