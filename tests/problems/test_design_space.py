@@ -32,3 +32,13 @@ def test_the_largest_integers_are_reached():
     (variable,) = design_space(whole(2**53 - 4, 2**53 - 1)).variables
     values = variable.values(np.array([0, 0.25, 0.5, 0.75]))
     assert values.tolist() == [2**53 - k for k in (4, 3, 2, 1)]
+
+
+def test_limits_on_integers_are_kept_by_the_points_at_their_ends():
+    """Also where k/n, rounded, lies in the part of the integer beside."""
+    for n in (1, 7, 13, 49):
+        (variable,) = design_space(whole(3, n + 2)).variables
+        for first in range(n):
+            for last in range(first, n):
+                ends = np.array(variable.between(2.5 + first, 3.5 + last))
+                assert variable.values(ends).tolist() == [3 + first, 3 + last]

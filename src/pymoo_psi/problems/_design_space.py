@@ -72,9 +72,10 @@ class Variable:
         else:
             first, last = np.clip([np.ceil(least), np.floor(greatest)], self.lower, self.upper)
             count = self.upper - self.lower + 1
-            # just below the point from which on the next value begins
-            low = (first - self.lower) / count
-            high = np.nextafter((last - self.lower + 1) / count, 0)
+            # Just inside, as a bound itself may be rounded to the value beside it.
+            inside = 2 * np.finfo(np.float64).eps
+            low = (first - self.lower) / count * (1 + inside)
+            high = (last - self.lower + 1) / count * (1 - inside)
         return float(low), float(max(low, high))
 
 
