@@ -17,6 +17,7 @@ from tests.table.exact_csv import EXACT
 MODELS = '''
 import math, os, pathlib, time
 from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Real
 
 class Root(ElementwiseProblem):
     """Fails for x1 < 0, in two ways."""
@@ -59,6 +60,13 @@ class Agreed(ElementwiseProblem):
         super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [x[0] + x[1], x[0] + 2 * x[1]]
+
+class AgreedAtOnePoint(ElementwiseProblem):
+    def __init__(self):
+        bounds = {"x1": (2, 2), "x2": (0, 1)}
+        super().__init__(vars={name: Real(bounds=pair) for name, pair in bounds.items()}, n_obj=2)
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x["x2"], 2 * x["x2"]]
 
 class Slow(ElementwiseProblem):
     def __init__(self):
@@ -160,6 +168,8 @@ def test_a_corner_that_dominates_everything_is_told(run):
         "lower end of x2." in printed
     )
     printed = run("solve", "models:Agreed", "--points", 64, "--box", "x1=0.3")[1]
+    assert "It lies at the lower end of x2." in printed
+    printed = run("solve", "models:AgreedAtOnePoint", "--points", 8)[1]
     assert "It lies at the lower end of x2." in printed
     assert "dominates all" not in run("solve", "bnh", "--points", 64)[1]
 

@@ -417,7 +417,7 @@ def _alone(problem: Problem, front: TestTable) -> str:
     for name, variable, value in zip(
         front.layout.variables, design_space(problem).variables, front.X[0], strict=True
     ):
-        if variable.kind in (Kind.REAL, Kind.INTEGER) and not variable.fixed:
+        if variable.kind in (Kind.REAL, Kind.INTEGER) and variable.lower < variable.upper:
             place = (value - variable.lower) / (variable.upper - variable.lower)
             # No point lies at the upper end, but one of a few hundred this near.
             side = "lower" if place <= _NEAR_END else "upper" if place >= 1 - _NEAR_END else ""
