@@ -384,7 +384,7 @@ for line in sys.stdin:
             log, _, part = word.partition("@")
             share = tuple(map(int, part.split("/"))) if part else None
             study = os.path.join(os.path.dirname(sys.argv[1]), "shares") if part else sys.argv[1]
-            minimize(Logged(log), PSI(400, study=study, share=share, block_size=5))
+            minimize(Logged(log), PSI(200, study=study, share=share, block_size=5))
             os._exit(0)
     print(*pids, flush=True)
     print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
@@ -407,7 +407,7 @@ def server(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def whole():
-    return minimize(Counted(), PSI(400)).algorithm.table
+    return minimize(Counted(), PSI(200)).algorithm.table
 
 
 forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of these tests are forks")
@@ -448,7 +448,7 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
         print(log, file=process.stdin, flush=True)
         pid = int(process.stdout.readline())
         if kills < KILLS:
-            time.sleep(rng.uniform(0, 0.12))
+            time.sleep(rng.uniform(0, 0.08))
             os.kill(pid, signal.SIGKILL)
         ended = int(process.stdout.readline())
         kills += ended == signal.SIGKILL
@@ -470,7 +470,7 @@ def test_shares_killed_many_times_are_the_study_of_one_run(server, whole):
         print(*(f"{log}@{k}/4" for k, log in enumerate(logs, 1)), file=process.stdin, flush=True)
         for pid in map(int, process.stdout.readline().split()):
             if rounds < 2:
-                time.sleep(rng.uniform(0, 0.06))
+                time.sleep(rng.uniform(0, 0.03))
                 os.kill(pid, signal.SIGKILL)
         ended = list(map(int, process.stdout.readline().split()))
         kills += ended.count(signal.SIGKILL)
