@@ -2,6 +2,7 @@
 
 import importlib
 import sys
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -317,6 +318,9 @@ def test_investigate_shows_progress_where_it_is_seen_and_closes_the_bar(monkeypa
     class Bar:
         set = seen.append
 
+        def __init__(self, **options):
+            self.obj = SimpleNamespace(text=lambda text: None)
+
         def __enter__(self):
             return self
 
@@ -330,6 +334,21 @@ def test_investigate_shows_progress_where_it_is_seen_and_closes_the_bar(monkeypa
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
     investigate(CHUTE, 200, block_size=80, progress=True)
     assert seen == ([] if where == "file" else [0.4, 0.8, 1.0, "closed"])
+
+
+def test_the_time_left_is_that_of_the_tests_of_this_run(monkeypatch):
+    """Known tests are there at once; of the other half a quarter took 30 s, and 90 s are left."""
+    module = importlib.import_module("pymoo_psi.parallel._progress")
+    clock, texts = iter([0.0, 0.5, 30.5]), []
+
+    bar = SimpleNamespace(set=lambda share: None, obj=SimpleNamespace(text=texts.append))
+    monkeypatch.setattr(module, "ProgressBar", lambda **options: nullcontext(bar))
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    with module.progress_bar(True) as show:
+        show(0.5)
+        show(0.625)
+    assert texts == ["0:01:30 left"]
 
 
 def test_investigate_mixed_variables_and_limits():

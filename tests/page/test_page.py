@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, VectorizedSphereChute, investigate, rank_of_efficiency
+from pymoo_psi import PsiError, TestTable, VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.cli import _page, main
 from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import Scale, notation_of, payload, witnesses
 from pymoo_psi.pareto import nondominated
+from pymoo_psi.table import Layout
 from tests.beams import CRITERIA, SETTINGS, beams
 
 # The data
@@ -254,3 +255,31 @@ def test_infeasible_tests_of_a_table_are_not_ranked_as_designs():
         decision_page(table.to_frame(), ["f1", "f2"])
     feasible = table.rows(table.feasible())
     assert decision_page(feasible.to_frame(), ["f1", "f2"]).n_designs == len(feasible)
+
+
+def test_a_test_table_says_itself_what_its_columns_are():
+    """Its frame alone has lost the senses: all would be minimised without a word."""
+    layout = Layout.of(
+        1, ["mass", "gain"], 1, outputs=["heat"], maximize=["gain"],
+        units={"mass": "kg", "g1": "MPa"},
+    )  # fmt: skip
+    table = TestTable.of(
+        [1, 2, 3, 4],
+        [[0.1], [0.2], [0.3], [0.4]],
+        [[1, -1], [2, -4], [3, -3], [np.inf, np.inf]],
+        G=[[-1], [-1], [1], [0]],
+        outputs={"heat": [5, 6, 7, 8]},
+        reasons={4: "no mesh"},
+        layout=layout,
+    )
+    page = decision_page(table)
+    assert {c.name: (c.role, c.maximize, c.unit) for c in page.columns} == {
+        "x1": ("variable", False, ""),
+        "mass": ("criterion", False, "kg"),
+        "gain": ("criterion", True, ""),
+        "heat": ("output", False, ""),
+    }
+    assert (page.ids, page.failed, page.infeasible) == (["1", "2"], {"no mesh": 1}, 1)
+    assert page.ranking.objectives.values.tolist() == [[1, 1], [2, 4]]
+    with pytest.raises(PsiError, match=r"maximize must be left out.*knows it.*table\.under"):
+        decision_page(table, maximize=["gain"])

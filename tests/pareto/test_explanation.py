@@ -231,7 +231,6 @@ def test_frame_of_a_comparison():
     ("call", "kind", "message"),
     [
         (lambda: explain(CARS, 4), ValueError, "i must be a row of F, 0 to 3, got 4"),
-        (lambda: explain(CARS, "Town"), TypeError, "i must be an integer >= 0, got 'Town'"),
         (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of criteria among price"),
         (lambda: compare_designs(CARS, [1]), ValueError, "rows must be two rows or more"),
         (lambda: compare_designs(CARS, [0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
@@ -251,3 +250,17 @@ def test_large_numbers_are_written_as_people_write_them():
     assert "e+" not in behind
     far = explain(prices * [1e6, 1], 1).sentences[1]  # beyond ten millions nobody counts zeros
     assert "price by 6e+10" in far
+
+
+def test_a_design_goes_by_its_row_or_by_a_label_that_is_a_text():
+    """Integers are rows even where they are labels, too; one label of two rows is refused."""
+    frame = pd.DataFrame({"a": [1.0, 2, 4], "b": [4.0, 2, 1]}, index=["A", "B", "B"])
+    assert str(explain(frame, "A")) == str(explain(frame, 0))
+    assert compare_designs(frame, [2, "A"]).rows.tolist() == [2, 0]
+    numbered = frame.set_axis([2, 1, 0], axis=0)
+    assert str(explain(numbered, 2)).startswith("Design 0 ")
+    for label, n in (("B", "2"), ("C", "none")):
+        with pytest.raises(
+            PsiError, match=f"label of just one row, got '{label}', the label of {n}"
+        ):
+            explain(frame, label)

@@ -255,3 +255,15 @@ def test_the_ranking_of_a_table_is_that_of_its_pareto_set():
     message = "with a feasible design, got none of 60 tests, of which 0 failed; loosen the limits"
     with pytest.raises(PsiError, match=message):
         table.ranking({"f1": -1.0})
+
+
+def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
+    """Row 1 of the Pareto set is test point 5, which nobody must look for under 1."""
+    table = TestTable.of(
+        [2, 3, 5, 7], [[0.1], [0.2], [0.3], [0.4]], [[0, 4], [5, 5], [1, 1], [4, 0]]
+    )
+    ranking = table.ranking()
+    frame = ranking.to_frame()
+    assert (frame.index.name, frame.index[0]) == ("test_point", 5)
+    assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
+    assert "the best in row 1, labelled 5)" in repr(ranking)

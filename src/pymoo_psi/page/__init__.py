@@ -9,15 +9,7 @@ Example:
     >>> from pymoo_psi import investigate
     >>> from pymoo_psi.page import decision_page
     >>> table = investigate(get_problem("bnh"), 64)
-    >>> page = decision_page(
-    ...     table.rows(table.feasible()).to_frame(),
-    ...     table.layout.objectives,
-    ...     variables=table.layout.variables,
-    ...     maximize=table.layout.maximized,
-    ...     units=table.layout.units,
-    ...     infeasible=int((table.status == "infeasible").sum()),
-    ...     title="BNH",
-    ... )
+    >>> page = decision_page(table, title="BNH")
     >>> page
     DecisionPage('BNH': 61 designs)
 

@@ -19,6 +19,7 @@ from pymoo_psi.page._data import Column, PageData, Role, payload, text_column
 from pymoo_psi.page._decision import Decision
 from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import rank_of_efficiency
+from pymoo_psi.table import TestTable
 from pymoo_psi.table._design_file import design_ids
 from pymoo_psi.table._layout import Limit
 from pymoo_psi.table._limits import Bounds, ends, within
@@ -107,8 +108,8 @@ class DecisionPage(PageData):
 
 
 def decision_page(
-    frame: pd.DataFrame,
-    objectives: Sequence[str],
+    frame: pd.DataFrame | TestTable,
+    objectives: Sequence[str] = (),
     *,
     variables: Sequence[str] = (),
     outputs: Sequence[str] = (),
@@ -132,9 +133,11 @@ def decision_page(
     without a finite value of every objective are left out and counted.
 
     Args:
-        frame: One row per design, one or more, all of them feasible; of a test table
-            ``table.rows(table.feasible()).to_frame()``.
-        objectives: Names of the columns with the criteria.
+        frame: A test table, which knows which of its columns is what: then the arguments from
+            ``objectives`` to ``units`` are left out, and its designs that are feasible are on the
+            page, the others counted. Or a frame with one row per design, one or more, all of them
+            feasible.
+        objectives: Names of the columns with the criteria, of a frame.
         variables: Names of the columns with the design variables. Numbers, which may be missing,
             are plotted and limited; of texts some can be chosen.
         outputs: Names of the columns with what else a model gave, likewise.
@@ -160,7 +163,8 @@ def decision_page(
     Raises:
         ArgumentValueError: A name is not a column or occurs twice; no design has all objectives;
             a design has the ``status`` "infeasible" of a test table; the limits leave none; the
-            decision is about other criteria, directions or columns.
+            decision is about other criteria, directions or columns; a test table is given what it
+            knows.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         OSError: The decision file cannot be opened.
 
@@ -173,6 +177,34 @@ def decision_page(
     """
     import pandas as pd
 
+    if isinstance(frame, TestTable):
+        told = {"objectives": objectives, "variables": variables, "outputs": outputs,
+                "maximize": maximize, "units": units}  # fmt: skip
+        for argument, value in told.items():
+            if value:
+                remedy = "ask anew by table.under(...), or give table.to_frame()"
+                raise invalid(argument, "left out, as a test table knows it", value, remedy)
+        layout, status = frame.layout, frame.status
+        lost = frame.numbers[status == "failed"].tolist()
+        shown = (*layout.objectives, *layout.variables, *layout.outputs)
+        return decision_page(
+            frame.rows(frame.feasible()).to_frame(),
+            layout.objectives,
+            variables=layout.variables,
+            outputs=layout.outputs,
+            maximize=layout.maximized,
+            # It may have units of constraints, and of outputs that no test has given.
+            units={name: layout.units[name] for name in shown if name in layout.units},
+            label=label,
+            normalize=normalize,
+            prototype=prototype,
+            limits=limits,
+            decision=decision,
+            failed=Counter(frame.reasons.get(n, "no reason is known") for n in lost)
+            + Counter(failed or {}),
+            infeasible=infeasible + int((status == "infeasible").sum()),
+            title=title,
+        )
     if not isinstance(frame, pd.DataFrame):
         raise ArgumentTypeError(f"frame must be a pandas.DataFrame, got {type(frame).__name__}")
     _check_columns(

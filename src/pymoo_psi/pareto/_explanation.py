@@ -319,7 +319,7 @@ class Explanation(Shown):
 
 def explain(
     F: Any,
-    i: int,
+    i: int | str,
     *,
     normalize: bool = True,
     maximize: Collection[Any] = (),
@@ -335,7 +335,8 @@ def explain(
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used.
-        i: The row of the design, from 0, whatever its label is.
+        i: The row of the design, from 0; or its label if that is a text. An integer is always a
+            row, whatever the labels are.
         normalize: Of the rank that the sentences tell, as for
             :func:`pymoo_psi.rank_of_efficiency`; distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
@@ -367,7 +368,7 @@ def explain(
 
 def compare_designs(
     F: Any,
-    rows: Sequence[int],
+    rows: Sequence[int | str],
     *,
     normalize: bool = True,
     maximize: Collection[Any] = (),
@@ -378,7 +379,7 @@ def compare_designs(
     Args:
         F: ``(n, m)`` objective values, as for :func:`explain`; the ranges are those of its
             Pareto-optimal rows.
-        rows: Two rows or more, from 0; the others are compared with the first.
+        rows: Two rows or more, as for :func:`explain`; the others are compared with the first.
         normalize: Of the ranking that the result carries.
         maximize: As for :func:`explain`.
         units: As for :func:`explain`.
@@ -493,6 +494,13 @@ def _shares(differences: Array, lengths: Array) -> Array:
 
 
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
+    if isinstance(value, str):  # an integer is always a row, whatever the labels are
+        labels = enumerate(ranking.objectives.labels)
+        rows = [row for row, label in labels if isinstance(label, str) and label == value]
+        if len(rows) == 1:
+            return rows[0]
+        found = Received(f"{value!r}, the label of {len(rows) or 'none'}")
+        raise invalid(name, "a row of F from 0, or the label of just one row", found)
     row, n = integer(name, value, minimum=0), len(ranking.rank)
     if row >= n:
         raise invalid(name, f"a row of F, 0 to {n - 1}", Received(f"{row}"))

@@ -112,7 +112,8 @@ def _numbers(frame: Any) -> Array:
         if getattr(dtype, "kind", "O") not in "fiub":
             raise ArgumentTypeError(
                 f"column {name!r} of F must hold real numbers, got dtype {dtype}; "
-                f"give F[[...]], the columns that are objectives"
+                f"give F[[...]], the columns that are objectives; names of the designs are "
+                f"labels by F.set_index({name!r})"
             )
     values: Array = frame.to_numpy(dtype=np.float64, na_value=np.nan)
     return values

@@ -81,11 +81,15 @@ class EfficiencyRanking(Shown):
     def __repr__(self) -> str:
         """Return how much is ranked and which row is the best."""
         n, m = self.objectives.values.shape
-        best = ", ".join(map(str, self.salukvadze[:3].tolist()))
+        first, labels = self.salukvadze[:3].tolist(), self.objectives.labels
+        best = ", ".join(map(str, first))
         more = ", …" if len(self.salukvadze) > 3 else ""
+        # Of a table the rows are those of its Pareto set, and no test points.
+        called = ", ".join(str(labels[row]) for row in first)
+        named = "" if called == best else f", labelled {called}{more}"
         return (
             f"EfficiencyRanking({n} designs by {m} objectives: {np.sum(self.pareto)} Pareto "
-            f"optimal, the best in row {best}{more})"
+            f"optimal, the best in row {best}{more}{named})"
         )
 
     @property

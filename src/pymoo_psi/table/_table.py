@@ -371,7 +371,9 @@ class TestTable(Shown):
 
         Returns:
             The ranking of the rows ``self.pareto(limits)``, in that order, without another search
-            for the Pareto set; its objectives have the criteria's names and senses.
+            for the Pareto set; its objectives have the criteria's names and senses, and its rows
+            the numbers of their test points as labels: ``.to_frame()`` has the index
+            ``test_point``.
 
         Raises:
             ArgumentValueError: There is no design to rank, or a limit does not fit.
@@ -382,7 +384,10 @@ class TestTable(Shown):
             >>> front.numbers[table.ranking().salukvadze]
             array([2])
         """
-        front = self.F[self.pareto(limits)]
+        import pandas as pd
+
+        optimal = self.pareto(limits)
+        front = self.F[optimal]
         if len(front) == 0:
             failed = np.sum(self.status == "failed")
             tests = counted(len(self), "test")
@@ -392,7 +397,8 @@ class TestTable(Shown):
         # All of them are optimal: the search is not done twice.
         known = np.ones(len(front), dtype=bool)
         sign, names = self.layout.sign, self.layout.objectives
-        objectives = Objectives(Objectives.of(front).values * sign, sign, names, range(len(front)))
+        labels = pd.Index(self.numbers[optimal], name="test_point")
+        objectives = Objectives(Objectives.of(front).values * sign, sign, names, labels)
         return ranking_of(objectives, known, normalize=normalize)
 
     def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
