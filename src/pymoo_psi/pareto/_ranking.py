@@ -208,7 +208,7 @@ class EfficiencyRanking(Shown):
 
         names, values = zip(*self._columns(n, {}), strict=True)
         frame = pd.concat([pd.Series(column) for column in values[1:]], axis=1)
-        frame.index = pd.Index(values[0])
+        frame.index = pd.Index(values[0], name=getattr(self.objectives.labels, "name", None))
         return frame.set_axis(list(names[1:]), axis=1), len(self.rank)
 
     def _columns(self, n: int, units: Mapping[Any, str]) -> list[tuple[str, NDArray[Any]]]:
