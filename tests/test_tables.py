@@ -97,8 +97,9 @@ def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_
 
 def test_a_ranking_shows_its_frames_first_rows(table):
     ranking = table.ranking()
-    _, (heading, *rows) = shown(ranking)
+    _, (heading, below, *rows) = shown(ranking)
     frame = ranking.to_frame().head(ROWS)
+    assert below[0] == "test_point"
     assert [row[0] for row in rows] == [str(label) for label in frame.index]
     assert [float(row[-1]) for row in rows] == frame["rank"].tolist()
     np.testing.assert_allclose([float(row[3]) for row in rows], frame["mu1"], rtol=1e-4)
