@@ -13,7 +13,7 @@ from pymoo_psi.table import Formulation, convergence, feasibility_rules, sensiti
 @pytest.mark.parametrize("suffix", [".db", ".parquet"])
 def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
     study, file = tmp_path / "bnh.db", tmp_path / f"bnh{suffix}"
-    table = investigate(get_problem("bnh"), 256, study=study)
+    table = investigate(get_problem("bnh"), 64, study=study)
     if suffix != ".db":
         assert main(["export", str(study), "--out", str(file)]) == 0
         capsys.readouterr()
@@ -43,7 +43,7 @@ def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
 
 
 def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
-    table = investigate(get_problem("bnh"), 256)
+    table = investigate(get_problem("bnh"), 64)
     table.to_csv(tmp_path / "bnh.csv")
     words = [
         "analyze",

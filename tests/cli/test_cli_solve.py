@@ -15,7 +15,7 @@ from pymoo_psi.cli import main
 from tests.table.exact_csv import EXACT
 
 MODELS = '''
-import math, os, pathlib, time
+import math, os, pathlib, signal, time
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Real
 
@@ -67,6 +67,15 @@ class AgreedAtOnePoint(ElementwiseProblem):
         super().__init__(vars={name: Real(bounds=pair) for name, pair in bounds.items()}, n_obj=2)
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [x["x2"], 2 * x["x2"]]
+
+class Stopped(Root):
+    """Someone presses Ctrl-C in the seventh evaluation."""
+    count = 0
+    def _evaluate(self, x, out, *args, **kwargs):
+        Stopped.count += 1
+        if Stopped.count == 7:
+            signal.raise_signal(signal.SIGINT)
+        out["F"] = [x[0], 1 - x[0]]
 
 class Slow(ElementwiseProblem):
     def __init__(self):
@@ -313,6 +322,14 @@ def test_mistakes_of_export(run, words, message):
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize("more", [["--study", "s.db"], ["--algorithm", "nsga3"]])
+def test_an_interruption_is_told_in_a_line(run, more):
+    code, printed, err = run("solve", "models:Stopped", "--points", 100, "--out", "o.csv", *more)
+    assert (code, err) == (130, "pymoo-psi: interrupted\n")
+    assert ("of 100 designs are in s.db; the same command continues" in printed) == ("s.db" in more)
+    assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
+
+
 MAIN = """
 import runpy, signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
@@ -324,13 +341,11 @@ runpy.run_module("pymoo_psi", run_name="__main__")
 @pytest.mark.parametrize(
     ("more", "how"),
     [
-        (["--study", "s.db"], signal.SIGINT),
         (["--study", "s.db"], signal.SIGTERM),  # as clusters send it before they kill
         (["--jobs", "2"], signal.SIGINT),
-        (["--algorithm", "nsga3"], signal.SIGINT),
     ],
 )
-def test_an_interruption_is_told_in_a_line(run, tmp_path, more, how):
+def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, how):
     words = ["solve", "models_of_solve:Slow", "--points", "100000", "--out", "o.csv", *more]
     process = subprocess.Popen(
         [sys.executable, "-c", MAIN, *words],
@@ -338,7 +353,7 @@ def test_an_interruption_is_told_in_a_line(run, tmp_path, more, how):
     )  # fmt: skip
     while not (tmp_path / "started").exists() and process.poll() is None:
         time.sleep(0.05)
-    time.sleep(0.5)
+    time.sleep(0.2)
     os.killpg(process.pid, how)
     out, err = process.communicate()
     told = (130, "pymoo-psi: interrupted\n") if how == signal.SIGINT else (-how, "")

@@ -3,7 +3,9 @@
 import shutil
 
 import pytest
+from matplotlib.figure import Figure
 
+from pymoo_psi import plots
 from pymoo_psi.cli import main
 from pymoo_psi.report import _document
 
@@ -14,7 +16,7 @@ FRONT = "a,b\n1,2\n2,1\n3,0\n"
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "set.csv").write_text(FRONT)
-    assert main(["solve", "bnh", "--points", "64", "--study", "s.db"]) == 0
+    assert main(["solve", "bnh", "--points", "32", "--study", "s.db"]) == 0
     return tmp_path
 
 
@@ -70,7 +72,8 @@ def test_the_input_is_never_overwritten(folder, capsys):
 
 
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
-def test_a_figure_is_known_by_its_maker(folder, suffix, capsys):
+def test_a_figure_is_known_by_its_maker(folder, suffix, capsys, monkeypatch):
+    monkeypatch.setattr(plots, "ranking_page", lambda *args, **options: Figure())
     words = ["rank", "set.csv", "--figure", f"f.{suffix}"]
     assert main(words) == main(words) == 0
     (folder / f"f.{suffix}").write_bytes(b"a drawing of mine")

@@ -96,6 +96,9 @@ class Plane(ElementwiseProblem):
             out["H"] = 3 * x[0] - x[1]
 
 
+PLANE = Plane()
+
+
 class Mixed(ElementwiseProblem):
     """The problem of the page on mixed variables, with one or two objectives."""
 
@@ -120,8 +123,8 @@ def make(request):
 
 
 @cache
-def table_of(make):
-    return minimize(BNH, make(), seed=1).algorithm.table
+def table_of(make, problem=BNH):
+    return minimize(problem, make(), seed=1).algorithm.table
 
 
 # interface/minimize, interface/result, algorithms/usage
@@ -289,10 +292,12 @@ def test_terminations(make, termination, iterations):
     assert len(result.algorithm._blocks) == iterations
     table = result.algorithm.table
     assert result.opt.get("test_point").tolist() == table.numbers[table.pareto()].tolist()
-    own = minimize(BNH, make(termination=copy.deepcopy(termination)), seed=1)
-    assert own.algorithm.table.equals(result.algorithm.table)
-    rows = np.arange(len(own.algorithm.table))
-    assert table_of(make).rows(rows).equals(own.algorithm.table)
+    assert table_of(make).rows(np.arange(len(table))).equals(table)
+
+
+def test_a_termination_of_its_own(make):
+    result = minimize(BNH, make(termination=get_termination("n_gen", 2)), seed=1)
+    assert len(result.algorithm._blocks) == 2
 
 
 def test_a_termination_for_one_objective(make):
@@ -304,8 +309,9 @@ def test_a_termination_for_one_objective(make):
 # misc/checkpoint
 
 
-@pytest.mark.parametrize("before", [1, 2, 9])
-@pytest.mark.parametrize("after", [("n_gen", 20), ("n_eval", 10**6)])
+@pytest.mark.parametrize(
+    ("before", "after"), [(1, ("n_gen", 20)), (2, ("n_eval", 10**6)), (9, ("n_gen", 20))]
+)
 def test_checkpoints_of_functional_runs(make, before, after, tmp_path):
     algorithm = make()
     minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
@@ -444,11 +450,9 @@ def runners(pool):
 def test_runners_change_no_result(make, runners, name, wrap):
     problem = Plane(elementwise_runner=runners[name])
     table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table
-    assert table.equals(minimize(Plane(), make(), seed=1).algorithm.table)
+    assert table.equals(table_of(make, PLANE))
 
 
 def test_a_vectorised_problem_with_a_pool_of_its_own(make, pool):
     pooled = minimize(Pooled(pool), make(), seed=1, copy_algorithm=False).algorithm.table
-    np.testing.assert_allclose(
-        pooled.F, minimize(Plane(), make(), seed=1).algorithm.table.F, rtol=1e-14
-    )
+    np.testing.assert_allclose(pooled.F, table_of(make, PLANE).F, rtol=1e-14)
