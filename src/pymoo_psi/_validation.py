@@ -148,14 +148,19 @@ def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
 
 def objective_matrix(name: str, value: Any) -> Array:
     """Return an ``(n, m)`` float64 array of finite objective values with n, m >= 1."""
-    array = real_array(name, value, "of a pymoo result, res.F, unless that is None")
+    if value is None:
+        raise ArgumentTypeError(
+            f"{name} must be an array of real numbers, got None; where it is res.F of pymoo, the "
+            f"run found no feasible design"
+        )
+    array = real_array(name, value, "of a pymoo result, res.F")
     shape = Received(f"an array of shape {array.shape}")
     if array.ndim != 2:
         raise invalid(
             name,
             "two-dimensional (n designs, m objectives)",
             shape,
-            "use F[None, :] for one design",
+            f"use {name}[None, :] for one design, {name}[:, None] for one objective",
         )
     if array.shape[0] == 0 or array.shape[1] == 0:
         raise invalid(name, "of at least one design and one objective", shape)

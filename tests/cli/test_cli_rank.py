@@ -270,7 +270,7 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
         ("id,mu1\n1,2\n", [], "no column holds numbers that can be objectives"),
         ("a,b\nx,1\n", ["--objectives", "a"], "its column 'a' holds no number at all"),
         ("a,b,a\n1,2,3\n", [], "its header names the column 'a' 2 times"),
-        (",a,\n1,2,3\n", [], "its header names not all columns"),
+        (",a,\n1,2,3\n", [], "its header leaves columns without a name"),
         ("a,b\n1,2\n1,2,3\n", [], "row 2 (line 3) has 3 cells, the header 2"),
         ("a,b\n1\n", [], "row 1 (line 2) has 1 cell, the header 2"),
         (b"a,b\n\xff\xfe,1\n", [], "it is no UTF-8 text"),

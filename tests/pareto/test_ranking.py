@@ -171,7 +171,7 @@ def test_frame():
         (
             None,
             TypeError,
-            "F must be an array of real numbers, got dtype object; of a pymoo result, res.F",
+            "got None; where it is res.F of pymoo, the run found no feasible design",
         ),
     ],
 )

@@ -313,6 +313,20 @@ def test_mistakes(arguments, message):
         decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
 
 
+def test_a_design_that_cannot_be_chosen_is_told_with_the_reason():
+    table = TestTable.of(
+        [1, 2, 3, 4],
+        [[1], [2], [3], [2]],
+        [[1.0, 3.0], [2.0, 2.0], [np.nan, np.nan], [2.0, 2.0]],
+        reasons={3: "no mesh"},
+    )
+    for design, why in ((2, "it violates f1"), (3, "it failed: no mesh")):
+        with pytest.raises(PsiError, match=why):
+            decision_report(table, {"f1": 1.5}, design=design)
+    with pytest.raises(PsiError, match="it tested design 2 once more"):
+        decision_report(table, design=4)
+
+
 def test_only_a_table_with_tests_and_criteria():
     with pytest.raises(PsiError, match="table must be"):
         decision_report(np.zeros((3, 2)))

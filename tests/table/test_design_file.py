@@ -242,6 +242,22 @@ def test_names_of_designs_go_before_numbers_of_rows(written):
     assert read_designs(written("row,Masse,Kosten\n2,2,1\n1,1,4\n")).label == "row"
 
 
+@pytest.mark.parametrize("name", ["Nr.", "nr", "No."])
+def test_numbers_of_rows_are_no_objective(written, name):
+    roles = read_designs(written(f"{name},Masse,NO\n7,1,4\n8,2,1\n")).roles()
+    assert roles.objectives == ("Masse", "NO")
+    assert roles.label == name
+
+
+def test_a_first_column_that_counts_is_asked_about(written):
+    counts = "counts the rows: if it only numbers designs, say --objectives"
+    for cells, asked in (("7,8,9", True), ("7,8,8", False), ("7,9,8", False)):
+        rows = "\n".join(f"{cell},{cell},4" for cell in cells.split(","))
+        file = read_designs(written(f"Versuch,Masse,Preis\n{rows}\n"))
+        assert (f"Versuch {counts}" in file.told(file.roles())) == asked
+        assert "Masse counts" not in file.told(file.roles())
+
+
 def test_all_titles_above_the_names_are_told_at_once(written):
     path = written("Series 5;;\nby M.;;\n\nmodel;cost;mass\nA;1;4\nB;2;1\n")
     with pytest.raises(PsiError, match=r"leave lines (.*) out by --skip-rows \1 if they") as told:

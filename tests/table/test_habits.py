@@ -54,6 +54,11 @@ FILES = {
         {},
         COST,
     ),
+    "dashes for no cents": (
+        "cost;mass\n1.200,-;12.--\n950,—;3.5\n",
+        {},
+        {"cost": [1200, 950], "mass": [12, 3.5]},
+    ),
     "sep line": ("sep=;\ncost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
     "quoted sep line": ('"sep=\t"\ncost\tmass\n1.5\t30\n2.25\t2.5\n', {}, COST),
     "sep line with a bar": ("sep=|\r\ncost|mass\r\n1.5|30\r\n2.25|2.5\r\n", {}, COST),
@@ -248,7 +253,7 @@ FILES = {
         {"skip_rows": [1]},
         COST,
     ),
-    "a title with empty cells": ("May,,\na,b,c\n1,2,3\n", {}, "header names not all .* --skip-rows 1"),
+    "a title with empty cells": ("May,,\na,b,c\n1,2,3\n", {}, "header leaves .* --skip-rows 1"),
     "a line of units": (
         "cost;mass\n€;kg\n1,5;30\n2,25;2,5\n",
         {},
@@ -332,7 +337,7 @@ FILES = {
     "a title in a workbook": (
         workbook([["Results", None, None], ["a", "b", "c"], [1.5, 30, 1]]),
         {},
-        "names not all columns; leave line 1 out by --skip-rows 1",
+        "leaves columns without a name; leave line 1 out by --skip-rows 1",
     ),
     "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
@@ -559,7 +564,7 @@ def test_the_options_of_rank(tmp_path, capsys):
     for mark in (["--decimal", ","], ["--thousands", "."]):
         assert main(["rank", str(path), *options, *mark, "--out", str(out)]) == 0
         printed = capsys.readouterr().out
-        assert "1 incomplete design is left out." in printed
+        assert "1 incomplete design left out: row 3." in printed
         assert "2 designs, 2 Pareto optimal" in printed
         frame = pd.read_csv(out).sort_values("row")
         assert frame["Größe"].tolist() == [2.5, 3.5]

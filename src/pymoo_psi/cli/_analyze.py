@@ -8,7 +8,7 @@ import pandas as pd
 
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import formulation_of, judged, tests_in
-from pymoo_psi.cli._output import print_frame, require_results, say, write_csv
+from pymoo_psi.cli._output import print_frame, require_results, say, say_sentences, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._style import new_page, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
@@ -69,7 +69,7 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
         )
     else:
         print_frame(steps.to_frame().reset_index(), "What the first tests would have decided")
-        say(steps.verdict())
+        say_sentences([steps.verdict()])
     if out is not None:
         say(f"Tables and pictures written to {out}")
     return 0

@@ -22,7 +22,7 @@ import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.cli._options import names_in, parts_of
-from pymoo_psi.cli._output import print_frame, say
+from pymoo_psi.cli._output import print_frame, say, say_sentences
 from pymoo_psi.pareto import EfficiencyRanking, cautions
 from pymoo_psi.pareto._explanation import explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
@@ -56,9 +56,8 @@ def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
     """Print how it was measured, why the optimum, and what speaks against relying on it."""
     option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
     say(f"{measured_in(ranking)}{option}.")
-    say(wrapped(reasons(ranking, units)))
-    for caution in cautions(ranking):
-        say(wrapped([f"Caution: {caution}"]))
+    say_sentences(reasons(ranking, units))
+    say_sentences([f"Caution: {caution}" for caution in cautions(ranking)])
 
 
 def preferences_in(
@@ -133,7 +132,7 @@ def say_preferences(
     """Print what each preference chooses, and what it gains and loses against the optimum."""
     optimum = int(ranking.salukvadze[0])
     for entry, chosen in choices_of(preferences, ranking).items():
-        say(wrapped([f"{entry}: {instead(ranking, chosen, optimum, units)}"]))
+        say_sentences([f"{entry}: {instead(ranking, chosen, optimum, units)}"])
 
 
 def say_representatives(ranking: EfficiencyRanking, k: int) -> None:

@@ -36,6 +36,7 @@ from rich.text import Text
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._options import judged
+from pymoo_psi.pareto._sentences import wrapped
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
 
@@ -70,6 +71,11 @@ def say(text: str) -> None:
                 break_long_words=False, break_on_hyphens=False, drop_whitespace=True,
             ).replace("\0", " ")  # fmt: skip
         _print(line)
+
+
+def say_sentences(sentences: Sequence[str]) -> None:
+    """Print sentences in lines to read, also in a pipe, of at most 80 columns."""
+    say(wrapped(sentences, int(min(80, width()))))
 
 
 def _print(line: str) -> None:

@@ -52,7 +52,8 @@ def percent(share: float) -> str:
     return f"{hundreds:.0f} %" if hundreds >= 9.95 else f"{hundreds:.2g} %"
 
 
-def wrapped(sentences: Sequence[str]) -> str:
-    """Return sentences in lines of at most 80 columns, no percent sign apart from its number."""
-    lines = (textwrap.fill(s.replace(" %", "\0%"), 80, break_on_hyphens=False) for s in sentences)
+def wrapped(sentences: Sequence[str], columns: int = 80) -> str:
+    """Return sentences in lines that are no longer, no percent sign apart from its number."""
+    whole = (sentence.replace(" %", "\0%") for sentence in sentences)
+    lines = (textwrap.fill(sentence, columns, break_on_hyphens=False) for sentence in whole)
     return "\n".join(lines).replace("\0", " ")

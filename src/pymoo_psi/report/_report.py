@@ -12,6 +12,7 @@ import numpy as np
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, counted, instance, integer, invalid
 from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.report._contents import Case, sections_of
 from pymoo_psi.report._document import Section, html_of
 from pymoo_psi.table import TestTable
@@ -137,7 +138,25 @@ def decision_report(
         number = integer("design", design, minimum=1)
         at = np.flatnonzero(table.numbers[case.rows] == number)
         if len(at) == 0:
-            raise invalid("design", "the number, or row, of a feasible test", number)
+            remedy = _why_not(case, number)
+            raise invalid("design", "the number, or row, of a feasible test", number, remedy)
         case = case.choosing(int(at[0]))
     chosen = labels[case.rows[case.chosen]] if len(case.rows) else ""
     return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)
+
+
+def _why_not(case: Case, number: int) -> str:
+    """Return why a test cannot be chosen; empty if there is none of that number."""
+    at = np.flatnonzero(case.table.numbers == number)
+    if len(at) == 0:
+        return ""
+    one = case.table.rows(at)
+    violated, names = one.violations(case.limits)
+    if violated.any():
+        kept = [name for name, over in zip(names, violated[0], strict=True) if over]
+        return f"it violates {listed(kept)}"
+    if one.status[0] == "failed":
+        return f"it failed: {one.reasons.get(number) or 'no reason is known'}"
+    if first := case.table.repeats[at[0]]:
+        return f"it tested design {first} once more"
+    return "its criteria are not finite"

@@ -49,7 +49,7 @@ _SIZE = rf"(?:%|‰|ppm|{_CURRENCY}|{_UNIT}(?:[/·*]{_UNIT})*)"
 _NUMBER = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<before>{_CURRENCY})?\s*(?P<inner>[+-]?)"
     rf"(?P<body>[1-9]\d{{0,2}}(?:(?P<gap>[{_GAPS}])\d{{3}})(?:(?P=gap)\d{{3}})*(?:[.,]\d*)?"
-    r"|[\d.,]+)"
+    r"|[\d.,]+)(?:(?<=[.,])(?:--?|—))?"  # of prices: 12,- and 12.--
     rf"(?P<exponent>[eE][+-]?\d+)?(?P<space>\s*)(?P<after>{_SIZE})?"
 )
 _LETTER = re.compile(r"[^\W\d_](?:[²³]|\^?-?[23])?")

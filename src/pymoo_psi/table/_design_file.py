@@ -34,11 +34,14 @@ if TYPE_CHECKING:
 
 # Begins the comment above a CSV that says what its columns are, see `roles_head`.
 _ROLES_MARK = "pymoo_psi_designs"
-# The last two number the rows of a file, which names of its designs say better.
-_LABELS = ("test_point", "number", "label", "name", "id", "design", "row", "index")
+# Names of columns that name designs, and of those that number the rows of a file, which names of
+# its designs say better. Not "no", which is also an exhaust gas.
+_NAMING = ("test_point", "number", "label", "name", "id", "design")
+_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#")
 # 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
+_TOLD = 6  # rows that a line names
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -215,7 +218,7 @@ class DesignFile:
         "Model".
         """
         labels = _labels(self.names)
-        if labels and labels[0].strip().lower() in _LABELS[:-2]:
+        if labels and labels[0].strip().lower() in _NAMING:
             return labels[0]
         for name in [name for name in self.names if name not in labels][:1]:
             column = self.columns[name]
@@ -298,7 +301,14 @@ class DesignFile:
         taken = [f"{name} (in {unit})" if unit else name for name, unit in units.items()]
         rest = [name or "(no name)" for name in self.names if name not in roles.objectives]
         left_out = f"; not as objectives: {', '.join(rest)}" if rest else ""
-        return f"Objectives: {', '.join(taken)}{left_out}"
+        line, first = f"Objectives: {', '.join(taken)}{left_out}", self.names[0]
+        numbers = self.columns[first].numbers
+        # Ranked by the number of the design, any other would be the best.
+        if first not in units or numbers is None or len(numbers) < 3:
+            return line
+        counts = np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
+        remedy = f"{first} counts the rows: if it only numbers designs, say --objectives"
+        return f"{line}. {remedy}" if counts else line
 
     def under(self, asked: Formulation) -> DesignFile:
         """Return the designs within the limits of a formulation, with what it computes.
@@ -376,11 +386,12 @@ class DesignFile:
             return self
         if len(kept) == 0:
             raise unfit(self.path, f"none of its {len(F)} designs is complete")
-        n = len(F) - len(kept)
-        rows = "1 incomplete design is" if n == 1 else f"{n} incomplete designs are"
+        left = np.delete(self.rows, kept).tolist()
+        told = ", ".join(map(str, left[:_TOLD])) + (", …" if len(left) > _TOLD else "")
+        remark = f"{counted(len(left), 'incomplete design')} left out: row {told}."
         lacking = (~np.isfinite(np.delete(F, kept, axis=0))).argmax(axis=1).tolist()
         failed = Counter(self.failed) + Counter(f"no finite {names[j]}" for j in lacking)
-        found = self.some(kept, self.columns, (*self.remarks, f"{rows} left out."))
+        found = self.some(kept, self.columns, (*self.remarks, remark))
         return replace(found, failed=dict(failed))
 
     def some(

@@ -273,7 +273,7 @@ def _sheet(rows: list[list[Any]], ends: list[int], divider: str) -> Sheet:
             skip = ",".join(map(str, ends[:n]))
             lines, them = ("line", "it is a title") if n == 1 else ("lines", "they are titles")
             remedy = f"leave {lines} {skip} out by --skip-rows {skip} if {them}"
-            raise UnfitError(f"its header names not all columns; {remedy}")
+            raise UnfitError(f"its header leaves columns without a name; {remedy}")
     return Sheet(dict(named), ends[1:], divider)
 
 
