@@ -187,7 +187,7 @@ class _Model:
             failed = np.full(size, np.inf if name == "F" else 0.0)
             column = [row.get(name, failed) for row in rows]
             out[name] = np.array(column).reshape(len(rows), size)
-        out["failure"] = _objects([row["failure"] for row in rows])
+        out["failure"] = np.fromiter((row["failure"] for row in rows), object)
         for name in dict.fromkeys(name for row in rows for name in row):
             if name not in out:
                 out[name] = value_column([row.get(name) for row in rows])
@@ -248,7 +248,7 @@ def _checked_rows(
         feasible = meets_constraints(out["G"], out["H"])
         doubtful = np.isnan(np.hstack([out["F"], out["G"], out["H"]])).any(axis=1)
         doubtful |= feasible & ~competes(out["F"], feasible)
-    out["failure"] = _objects([""] * n)
+    out["failure"] = np.full(n, "", dtype=object)
     for i in np.flatnonzero(doubtful):
         try:
             row = model.checked({name: array[i] for name, array in given.items()})
@@ -339,15 +339,8 @@ def value_column(values: list[Any]) -> NDArray[Any]:
     try:
         arrays = [np.asarray(value) for value in present]
     except ValueError:  # lists in it differ in length
-        return _objects(values)
+        return np.fromiter(values, object)
     if any(a.shape != arrays[0].shape or a.dtype.kind not in "fiub" for a in arrays):
-        return _objects(values)
+        return np.fromiter(values, object)
     nothing = np.full(arrays[0].shape, np.nan)
     return np.array([nothing if value is None else value for value in values])
-
-
-def _objects(values: list[Any]) -> NDArray[Any]:
-    column = np.empty(len(values), dtype=object)
-    for i, value in enumerate(values):
-        column[i] = value
-    return column

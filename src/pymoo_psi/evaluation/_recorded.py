@@ -33,7 +33,6 @@ from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.storage import Study
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._designs import design_matrix
-from pymoo_psi.table._exchange import objects
 
 _ALL = 2**62  # test points: more than any study has
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
@@ -332,7 +331,7 @@ class _Answers:
         out: dict[str, Any] = dict(zip("FGH", np.split(rows, ends[:-1], axis=1), strict=True))
         for name in dict.fromkeys(name for test in tests for name in test.outputs):
             out[name] = np.array([test.output(name, ends[-1]) for test in tests])
-        out["failure"] = objects([test.reason for test in tests])
+        out["failure"] = np.fromiter((test.reason for test in tests), object)
         return out | {"test_point": np.array([test.number for test in tests])}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:

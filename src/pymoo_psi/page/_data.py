@@ -122,9 +122,8 @@ class PageData:
 
 def text_column(cells: Sequence[object]) -> NDArray[np.object_]:
     """Return cells as texts, missing ones empty."""
-    texts = np.empty(len(cells), dtype=object)
-    texts[:] = ["" if cell is None or cell != cell else str(cell) for cell in cells]
-    return texts
+    texts = ("" if cell is None or cell != cell else str(cell) for cell in cells)
+    return np.fromiter(texts, object)
 
 
 @dataclass(frozen=True)

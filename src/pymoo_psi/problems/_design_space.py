@@ -48,9 +48,8 @@ class Variable:
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
         steps = np.minimum(steps, self.upper)
         if self.kind is Kind.CHOICE:
-            chosen = np.empty(len(points), dtype=object)  # options may be sequences themselves
-            chosen[:] = [self.options[int(step)] for step in steps]
-            return chosen
+            # fromiter: options may be sequences themselves
+            return np.fromiter((self.options[int(step)] for step in steps), object)
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
 
     def points(self, values: NDArray[Any]) -> Array:
@@ -163,9 +162,8 @@ class DesignSpace:
         if not self.named:
             return matrix
         names = self.free.names
-        designs = np.empty(len(matrix), dtype=object)
-        designs[:] = [dict(zip(names, row, strict=True)) for row in matrix.tolist()]
-        return designs
+        rows = matrix.tolist()
+        return np.fromiter((dict(zip(names, row, strict=True)) for row in rows), object)
 
     def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""

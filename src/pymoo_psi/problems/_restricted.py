@@ -143,9 +143,7 @@ class Restricted(WrappedProblem):
             return {v.name: v.options[0] if v.fixed else X[v.name] for v in variables}
         if not self.space.named:
             return self.space.to_matrix(X)
-        designs = np.empty(len(X), dtype=object)
-        designs[:] = [self.completed(x) for x in X]
-        return designs
+        return np.fromiter((self.completed(x) for x in X), object)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs of the free variables, as pymoo's ``evaluate``."""

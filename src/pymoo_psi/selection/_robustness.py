@@ -140,8 +140,7 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
 def _designs(X: Any) -> NDArray[Any]:
     """Return designs as pymoo evaluates them: a matrix, or an array of mappings."""
     if not isinstance(X, np.ndarray) and len(X) and isinstance(X[0], Mapping):
-        designs = np.empty(len(X), dtype=object)
-        designs[:] = X
+        designs = np.fromiter(X, object)
     else:
         designs = np.array(X)
     if designs.ndim != 2 and not (designs.ndim == 1 and designs.dtype == object):

@@ -31,7 +31,7 @@ import json
 import os
 import sqlite3
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from hashlib import blake2b
 from itertools import compress
@@ -623,12 +623,13 @@ def _columns_of(rows: Sequence[tuple[Any, ...]], head: Head) -> Columns:
     number, status, reason, _, _, *values, zeros, _ = cells
     result: Columns = {"test_point": number}
     for (name, kind), cell in zip(_kinds(head).items(), values, strict=True):
-        result[name] = objects(cell) if kind is Kind.CHOICE else cell.astype(_DTYPES[kind])
+        texts = kind is Kind.CHOICE
+        result[name] = np.fromiter(cell, object) if texts else cell.astype(_DTYPES[kind])
     for i, names in enumerate(zeros):
         for name in () if names is None else json.loads(names):
             result[name][i] = -0.0
-    texts = objects([text or "" for text in reason])
-    return result | {"status": objects(status), "reason": texts}
+    result["status"] = np.fromiter(status, object)
+    return result | {"reason": np.fromiter((text or "" for text in reason), object)}
 
 
 def _cells(rows: Sequence[tuple[Any, ...]], head: Head) -> list[Any]:
@@ -657,11 +658,3 @@ def _damaged(rows: list[tuple[Any, ...]], head: Head) -> list[Any]:
             return [rows[0][0]]
         return _damaged(rows[:half], head) + _damaged(rows[half:], head)
     return []
-
-
-def objects(values: Iterable[Any]) -> NDArray[np.object_]:
-    """Return values of any type as an array of them."""
-    cells = list(values)
-    column = np.empty(len(cells), dtype=object)
-    column[:] = cells
-    return column

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi.storage._database import Columns, corrupt, objects
+from pymoo_psi.storage._database import Columns, corrupt
 
 _KINDS = {float: "real", int: "integer", bool: "binary"}
 _INT64 = range(-(2**63), 2**63)
@@ -79,9 +79,11 @@ def read_format_1(
     known = dict(zip(head["variables"], kinds, strict=False))
     for name, cells in zip(names, values, strict=True):
         known.setdefault(name, _kind(cells))
-        columns[name] = objects(map(_text, cells)) if known[name] == "choice" else np.array(cells)
+        texts = known[name] == "choice"
+        columns[name] = np.fromiter(map(_text, cells), object) if texts else np.array(cells)
     head["kinds"] = [known[name] for name in head["variables"]]
-    return head, columns | {"status": objects(status), "reason": objects(reason)}
+    columns["status"], columns["reason"] = (np.fromiter(t, object) for t in (status, reason))
+    return head, columns
 
 
 def _kind(cells: Sequence[Any]) -> str:

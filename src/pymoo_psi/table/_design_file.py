@@ -20,7 +20,7 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
 from pymoo_psi.table._designs import INT64
-from pymoo_psi.table._exchange import objects, table_of
+from pymoo_psi.table._exchange import table_of
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
 from pymoo_psi.table._formulation import Formulation, computed_columns, distinct
@@ -202,9 +202,10 @@ class DesignFile:
         """
         import pandas as pd
 
+        texts = {name: any(isinstance(v, str) for v in c.cells) for name, c in self.columns.items()}
         return pd.DataFrame(
             {
-                name: objects(c.cells) if any(isinstance(v, str) for v in c.cells) else _plain(c)
+                name: np.fromiter(c.cells, object) if texts[name] else _plain(c)
                 for name, c in self.columns.items()
             }
         )
@@ -804,4 +805,4 @@ def _plain(column: Column) -> NDArray[Any]:
         return np.array([int(cell) for cell in texts]) if whole else column.numbers
     if all(isinstance(cell, (str, bool)) and str(cell) in ("True", "False") for cell in texts):
         return np.array([str(cell) == "True" for cell in texts])
-    return objects(column.cells)
+    return np.fromiter(column.cells, object)

@@ -185,17 +185,16 @@ def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
     ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
     """
     # The types matter: a choice of 12 is another option than one of "12", and must come back so.
-    return objects(
-        [
-            c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
-            for c in cells
-        ]
+    texts = (
+        c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
+        for c in cells
     )
+    return np.fromiter(texts, object)
 
 
 def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
     """Return the options of the texts of :func:`choice_texts`."""
-    return objects([json.loads(text) if _is_json(text) else text for text in texts])
+    return np.fromiter((json.loads(text) if _is_json(text) else text for text in texts), object)
 
 
 def _is_json(text: str) -> bool:
@@ -208,13 +207,6 @@ def _is_json(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def objects(cells: Sequence[Any]) -> NDArray[np.object_]:
-    """Return values of any type as an array of them, none unpacked or converted by numpy."""
-    array = np.empty(len(cells), dtype=object)
-    array[:] = cells
-    return array
 
 
 def _reals(columns: Mapping[str, Any], names: Sequence[str], n: int) -> NDArray[np.float64]:

@@ -1032,8 +1032,8 @@ class TestTable(Shown):
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
         mask, names = self.violations()
-        violated = np.empty(len(self), dtype=object)
-        violated[:] = [", ".join(compress(names, row)) for row in mask.tolist()]
+        texts = (", ".join(compress(names, row)) for row in mask.tolist())
+        violated = np.fromiter(texts, object)
         columns = columns_of(self)
         reason = columns.pop("reason")
         if self.layout.experiments:
