@@ -5,7 +5,15 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, PsiError, SphereChute, VectorizedSphereChute, lp_tau, rank_of_efficiency
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    SphereChute,
+    VectorizedSphereChute,
+    investigate,
+    lp_tau,
+    rank_of_efficiency,
+)
 from pymoo_psi.algorithms import refine
 
 
@@ -93,6 +101,32 @@ def test_a_ranking_with_a_maximised_objective():
     refined = refine(problem, X[best], ranking)
     assert refined.start_distance == ranking.criteria[best, 0]
     assert refined.distance <= refined.start_distance
+
+
+@pytest.mark.parametrize("attribute", [True, False])
+def test_a_criterion_that_the_problem_has_turned(attribute):
+    """f2 = 7 - (1 - x1)² - x2 is maximised, and given to pymoo with its sign turned."""
+
+    class Turned(Parabolas):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            out["F"] -= [0.0, 7.0]
+
+    plain, problem = Turned(), Turned()
+    problem.maximize = ["f2"] if attribute else []
+    table = investigate(problem, 64, maximize=["f2"])
+    best = table.X[table.pareto()][table.ranking().salukvadze[0]]
+    refined = refine(problem, best, table.ranking())
+    expected = refine(plain, best, rank_of_efficiency(table.F))
+    assert refined.x.tolist() == expected.x.tolist()
+    assert refined.start_distance == table.ranking().criteria[:, 0].min()
+
+
+def test_an_optimum_at_an_upper_bound_is_in_the_box():
+    """-0.1 + (0.2 - -0.1) is above 0.2 in float64."""
+    problem = Parabolas(xl=-0.1, xu=0.2)
+    refined = refine(problem, [0.15, 0.0], rank_of_efficiency([[-1.0, 1.0], [1.0, -1.0]]))
+    assert refined.x[0] == 0.2
 
 
 def test_a_model_that_changes_its_design_or_fails():

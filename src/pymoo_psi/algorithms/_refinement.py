@@ -71,7 +71,8 @@ def refine(
     Args:
         problem: A pymoo problem with a box of continuous variables.
         x0: ``(n_var,)`` a feasible design to start from, such as the best test point.
-        ranking: The ranking it is the best of.
+        ranking: The ranking it is the best of: ``table.ranking()``, or ``rank_of_efficiency`` of
+            the problem's F.
         tolerance: Of the design, in units of the box, and of the distance.
 
     Returns:
@@ -105,16 +106,28 @@ def refine(
         raise invalid("x0", "inside the box of the problem", Received(str(start.tolist())))
     span = upper - lower
 
-    def distance(z: Array) -> float:
-        """Return μ1 of a design; infinite if infeasible or an objective is not finite."""
-        out = evaluate_designs(problem, (lower + span * z)[None])
+    def design(z: Array) -> Array:
+        return np.minimum(lower + span * z, upper)  # of 1 rounding may lie above
+
+    def evaluated(x: Array) -> dict[str, Array]:
+        return evaluate_designs(problem, x[None])
+
+    def distance(out: dict[str, Array]) -> float:
+        """Return μ1 of what a design has; infinite if infeasible or an objective is not finite."""
         if not competes(out["F"], meets_constraints(out["G"], out["H"])).all():
             return float("inf")
-        F = out["F"] * ranking.objectives.sign
-        return float(ranking.frame.distances(F)[0, 0])
+        return float(ranking.frame.distances(out["F"] * sign)[0, 0])
 
+    begun, ranked = evaluated(start), ranking.objectives
+    # As a rule the problem has turned what is maximised, and a table's ranking is in its sense.
+    # Whoever has ranked the problem's own F with maximize= has turned it.
+    as_given, turned = (
+        bool(np.isclose(begun["F"], rows, rtol=1e-9, atol=0).all(axis=1).any())
+        for rows in (ranked.values, ranked.minimized)
+    )
+    sign = ranked.sign if as_given and not turned else np.ones_like(ranked.sign)
     z = (start - lower) / unit_lengths(lower, upper)
-    start_distance = best = distance(z)
+    start_distance = best = distance(begun)
     if not np.isfinite(best):
         raise invalid("x0", "a feasible design with finite objectives", Received(str(start)))
     evaluations = 2  # of the start, and of the refined design once more for its objectives
@@ -122,7 +135,7 @@ def refine(
         # around the best point so far, its edges turned inwards at an upper bound
         steps = np.where(z + size <= 1, size, -size)
         found = scipy_minimize(
-            distance,
+            lambda z: distance(evaluated(design(z))),
             z,
             method="Nelder-Mead",
             bounds=[(0.0, 1.0)] * len(z),
@@ -136,6 +149,6 @@ def refine(
         evaluations += found.nfev
         if found.fun < best:
             z, best = found.x, float(found.fun)
-    x = lower + span * z if best < start_distance else start
-    f = evaluate_designs(problem, x[None])["F"][0]
+    x = design(z) if best < start_distance else start
+    f = evaluated(x)["F"][0]
     return Refinement(x, f, best, start, start_distance, evaluations)
