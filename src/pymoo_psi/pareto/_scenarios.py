@@ -72,9 +72,10 @@ class Robustness(Shown):
         efficient_share: ``(n,)`` share in which its rank of efficiency is 5 or 6.
         pareto_share: ``(n,)`` share in which it is Pareto optimal among the designs.
         infeasible_share: ``(n,)`` share in which it is infeasible.
-        mean: ``(n, m)`` mean of every criterion.
+        mean: ``(n, m)`` mean of every criterion, in its own sense.
         spread: ``(n, m)`` standard deviation of every criterion, of the scenarios as they are.
-        worst: ``(n, m)`` largest value of every criterion.
+        worst: ``(n, m)`` worst value of every criterion: the largest, or of one that the problem
+            says is maximised the least.
         mean_regret: ``(n,)`` mean regret.
         worst_regret: ``(n,)`` largest regret.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, boolean, integer, invalid, job_count
+from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, known_name
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import Robustness
@@ -50,7 +51,8 @@ def robustness(
             :func:`pymoo_psi.rank_of_efficiency`.
         keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
             infeasible there. The chute's bound on the slope, for one, is 3.5 μ.
-        names: Names of the objectives; f1, f2, … unless given.
+        names: Names of the objectives; those of the problem's attribute ``names`` unless given, or
+            else f1, f2, …. An objective in its attribute ``maximize`` is told in its own sense.
         n_jobs: Processes to work in, -1 for one per core. The result does not depend on it.
 
     Returns:
@@ -89,8 +91,12 @@ def robustness(
     parameters = tuple(uncertainty)
 
     # The first scenario tells how many objectives all must have, and mistakes before any work.
-    m = _problem(make_problem, dict(zip(parameters, points[0].tolist(), strict=True))).n_obj
-    objectives = [f"f{j + 1}" for j in range(m)] if names is None else list(names)
+    first = _problem(make_problem, dict(zip(parameters, points[0].tolist(), strict=True)))
+    m, told = first.n_obj, getattr(first, "names", None) or {}
+    own = [told.get(f"f{j + 1}", f"f{j + 1}") for j in range(m)]
+    more = [known_name("maximize", name, own) for name in getattr(first, "maximize", None) or ()]
+    sign = [-1.0 if name in more else 1.0 for name in own]
+    objectives = own if names is None else list(names)
     if len(objectives) != m:
         raise invalid("names", f"{m} names", objectives)
 
@@ -103,13 +109,14 @@ def robustness(
         return rank_scenario(F, feasible, normalize=normalize)
 
     # In order, as the last digits of the sums depend on it, and must not on the processes.
-    return tally(
+    found = tally(
         in_order(in_parallel(ranked, points.tolist(), n_jobs)),
         X=designs if designs.ndim == 2 else tuple(designs),
         parameters=parameters,
         scenarios=points,
         objectives=objectives,
     )
+    return replace(found, mean=found.mean * sign, worst=found.worst * sign)
 
 
 def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
