@@ -58,16 +58,14 @@ def test_leaving_a_test_out_is_predicting_it_from_the_others(data):
     lengths = Lengths(np.log([0.5, 0.7, 2.0]), np.log(1e-4))
     process = GaussianProcess(Z, t, lengths)
     K = _matern(Z / np.exp(lengths.log), Z / np.exp(lengths.log))[0] + 1e-4 * np.eye(len(Z))
-    density = 0.0
+    means, variances = process.left_out(t)
     for i in range(len(Z)):
         rest = np.arange(len(Z)) != i
         weights = np.linalg.solve(K[np.ix_(rest, rest)], K[rest, i])
         mean = process.mean + weights @ (t[rest] - process.mean)
         variance = process.variance * (K[i, i] - weights @ K[rest, i])
-        np.testing.assert_allclose(process.left_out[i], mean, rtol=1e-6, atol=1e-8)
-        np.testing.assert_allclose(process.left_out_variance[i], variance, rtol=1e-6)
-        density -= 0.5 * (np.log(2 * np.pi * variance) + (t[i] - mean) ** 2 / variance)
-    assert process.log_density(t) == pytest.approx(density)
+        np.testing.assert_allclose(means[i], mean, rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(variances[i], variance, rtol=1e-6)
 
 
 def test_a_variable_without_effect_gets_the_longest_length(data):
