@@ -12,6 +12,9 @@ on one core and on two, in turn, and what is kept of them is
   sifting the blocks' sets together, by threads of this process, takes as long as the tests.
 
 Memory is the largest of this process, measured in one of its own for each case.
+
+Two cores of a shared or hyper-threaded machine are not twice one. What they can be is told first,
+by two runs of the first case on one core each, side by side.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ import json
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from benchmarks.investigation import peak_megabytes
@@ -60,6 +64,15 @@ def main(exponent: int) -> None:
     for _, options in CASES.values():
         one, two = (investigate(problem, 2**18, n_jobs=jobs, **options) for jobs in (1, 2))
         assert one.equals(two), "two cores do not give the table of one"
+    name = next(iter(CASES))
+    alone = apart(name, exponent, 1)[0]
+    with ThreadPoolExecutor(2) as pool:
+        beside = max(done[0] for done in pool.map(apart, [name] * 2, [exponent] * 2, [1] * 2))
+    print(
+        f"two runs side by side {beside:.1f} s, one alone {alone:.1f} s: two cores are at most "
+        f"{2 * alone / beside:.2f} times one",
+        flush=True,
+    )
     for name, (part, _) in CASES.items():
         n = 2**exponent // part
         one, two = (apart(name, exponent, jobs) for jobs in (1, 2))
