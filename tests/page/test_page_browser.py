@@ -148,7 +148,7 @@ def opened(browser, page_file):
 def reader(opened):
     """The page in the state it opened with."""
     opened.page.set_viewport_size(WINDOW)
-    opened.page.emulate_media(media="screen")
+    opened.page.emulate_media(media="null")
     opened.page.click("#clear") if opened.page.is_enabled("#clear") else None
     opened.page.click("#reset")
     opened.page.evaluate("scrollTo(0, 0)")
