@@ -15,8 +15,43 @@ def comparison() -> Any:
     return compare(get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"])
 
 
+@pytest.fixture(scope="session")
+def bnh() -> Any:
+    """The problem of the examples of ``Comparison`` and ``Reference``."""
+    from pymoo.problems import get_problem
+
+    return get_problem("bnh")
+
+
+@pytest.fixture(scope="session")
+def result(bnh: Any) -> Any:
+    """The comparison of the examples of ``Comparison`` and ``Reference``."""
+    from pymoo_psi.comparison import compare
+
+    return compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+
+
+@pytest.fixture(scope="session")
+def case() -> Any:
+    """The case of the example of ``Case``."""
+    from pymoo_psi.paper import solve_case
+
+    return solve_case(0.4, "rolling", 4096)
+
+
+# What the examples of a file go on with; to compute it for each would take most of their time.
+SHARED = {
+    "plots/_comparison.py": ["comparison"],
+    "comparison/_comparison.py": ["bnh", "result"],
+    "comparison/_reference.py": ["bnh", "result"],
+    "paper/_reproduction.py": ["case"],
+}
+
+
 @pytest.fixture(autouse=True)
 def names(request: pytest.FixtureRequest, doctest_namespace: dict[str, Any]) -> None:
-    """Give the examples of the pages of a comparison this one."""
-    if request.node.path.match("plots/_comparison.py"):
-        doctest_namespace["comparison"] = request.getfixturevalue("comparison")
+    """Give an example what another one of its file has made."""
+    for file, shared in SHARED.items():
+        if request.node.path.match(file):
+            for name in shared:
+                doctest_namespace[name] = request.getfixturevalue(name)

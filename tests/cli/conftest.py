@@ -1,5 +1,17 @@
 """What is printed in tests is read as through a pipe, which has no width."""
 
 import os
+from functools import partial
+
+import pytest
+
+from pymoo_psi.algorithms import refine
+from pymoo_psi.paper import _reproduction
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """Polish the paper's optima less: nine digits of them take most of the time of a run."""
+    monkeypatch.setattr(_reproduction, "refine", partial(refine, tolerance=0.01))

@@ -30,7 +30,7 @@ def run(capsys, *arguments):
     return code, captured.out, captured.err
 
 
-def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
+def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path, coarse):
     out, drawn = tmp_path / "new" / "folder", []
     # Their drawing is tested with the plots, and would take most of this test's time.
     monkeypatch.setattr(
@@ -74,7 +74,7 @@ def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path):
     ],
 )
 def test_another_chute_is_reproduced_and_compared_with_nothing(
-    capsys, monkeypatch, tmp_path, words, told, printed_rows
+    capsys, monkeypatch, tmp_path, coarse, words, told, printed_rows
 ):
     monkeypatch.setattr(_reproduce, "save_figures", lambda *args, **options: ())
     monkeypatch.setattr(_reproduce, "save_pages", lambda *args, **options: ())

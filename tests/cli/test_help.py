@@ -25,7 +25,7 @@ def shown(capsys, *words):
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch):
+def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, coarse):
     monkeypatch.chdir(tmp_path)
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points and
     # the continuous optimum of ten variables.

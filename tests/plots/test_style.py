@@ -79,8 +79,8 @@ def test_no_window_system_and_no_pyplot_is_needed():
     assert done.stdout.startswith(b"\x89PNG")
 
 
-def test_a_notebook_shows_pages_and_axes_of_their_own_in_their_size(chute):
-    page, ax = plots.criteria_page(chute), plots.draw_histogram(chute, 0)
+def test_a_notebook_shows_pages_and_axes_of_their_own_in_their_size(mixed):
+    page, ax = plots.criteria_page(mixed), plots.draw_histogram(mixed, 0)
     for shown, figure in ((page, page), (ax, ax.figure)):
         picture, size = shown._repr_png_()
         pixels = [int.from_bytes(picture[k : k + 4], "big") for k in (16, 20)]  # of the PNG's head
@@ -88,7 +88,7 @@ def test_a_notebook_shows_pages_and_axes_of_their_own_in_their_size(chute):
         assert size == {"width": round(wide), "height": round(high)}
         np.testing.assert_allclose(pixels, [2 * wide, 2 * high], atol=1)
     # axes of a figure of the user's are pyplot's to show
-    assert not hasattr(plots.draw_histogram(chute, 0, ax=Figure().add_subplot()), "_repr_png_")
+    assert not hasattr(plots.draw_histogram(mixed, 0, ax=Figure().add_subplot()), "_repr_png_")
 
 
 def test_pages_are_saved_all_or_none(tmp_path):

@@ -90,10 +90,8 @@ class Comparison(Shown):
         """Names of the algorithms.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> result.algorithms
             ('psi', 'nsga3')
         """
@@ -104,10 +102,8 @@ class Comparison(Shown):
         """The budgets, rising.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> result.evaluations
             (32, 64)
         """
@@ -124,10 +120,8 @@ class Comparison(Shown):
             ``evaluation_seconds``.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> runs = result.to_frame()
             >>> bool((runs["evaluated"] == runs["evaluations"]).all())
             True
@@ -143,10 +137,8 @@ class Comparison(Shown):
             ``hypervolume_q1`` and ``hypervolume_q3``.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> print(result.summary()[["algorithm", "evaluations", "runs"]])
               algorithm  evaluations  runs
             0       psi           32     1
@@ -174,10 +166,8 @@ class Comparison(Shown):
             ArgumentValueError: The indicator is unknown.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> tests = result.tests("igd_plus")
             >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
             True
@@ -190,10 +180,8 @@ class Comparison(Shown):
         It is a ``tabular`` with the rules of the package booktabs.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Comparison`:
+
             >>> print(result.to_latex().splitlines()[2])
             evaluations & algorithm & runs & hypervolume & IGD+ & epsilon & optimum distance & ...
         """

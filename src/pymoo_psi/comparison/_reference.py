@@ -94,10 +94,8 @@ class Reference:
             polish: Whether to search the continuous optimum from the best point on.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Reference`:
+
             >>> again = Reference.of(bnh, result.runs, None, polish=False)
             >>> again.n_union == result.reference.n_union
             True
@@ -127,11 +125,10 @@ class Reference:
         """Write the reference, so that later runs can be measured against it.
 
         Example:
+            Of the result in the example of :class:`Reference`:
+
             >>> import os, tempfile
-            >>> from pymoo.problems import get_problem
             >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
             >>> with tempfile.TemporaryDirectory() as folder:
             ...     path = os.path.join(folder, "bnh.npz")
             ...     result.reference.save(path)
@@ -190,10 +187,8 @@ class Reference:
         by their own U and N as a user would find it, to the continuous one.
 
         Example:
-            >>> from pymoo.problems import get_problem
-            >>> from pymoo_psi import compare
-            >>> bnh = get_problem("bnh")
-            >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+            Of the result in the example of :class:`Reference`:
+
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """

@@ -85,7 +85,8 @@ class Case:
         """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
 
         Example:
-            >>> case = solve_case(0.4, "rolling", 4096)
+            Of the case in the example of :class:`Case`:
+
             >>> case.test_point[case.cheaper(5)]  # the row of Table 6.2 for mu = 0.4
             array([2571])
         """
@@ -99,7 +100,8 @@ class Case:
         """Return designs as rows of the paper's tables, ordered by test point.
 
         Example:
-            >>> case = solve_case(0.4, "rolling", 4096)
+            Of the case in the example of :class:`Case`:
+
             >>> print(case.rows(case.ranking.salukvadze).round(4))
                  model   mu  test_point      f1      f2      f3      f4
             0  rolling  0.4        3085  2.0458  0.0476  0.2635  0.1072
@@ -140,7 +142,9 @@ class Reproduction(Shown):
             Columns ``model, mu, test_point, f1 … f4, paper_f1 … paper_f4``.
 
         Example:
-            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            Of the case in the example of :class:`Case`:
+
+            >>> one = Reproduction(4096, (case,))
             >>> print(one.table_6_1()[["test_point", "f1", "paper_f1", "f2", "paper_f2"]].round(4))
                test_point      f1  paper_f1      f2  paper_f2
             0        3085  2.0458    2.0454  0.0476    0.0476
@@ -157,7 +161,9 @@ class Reproduction(Shown):
         ``paper_f1`` … ``paper_f4`` are empty.
 
         Example:
-            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            Of the case in the example of :class:`Case`:
+
+            >>> one = Reproduction(4096, (case,))
             >>> print(one.table_6_2()[["test_point", "f2", "paper_f2", "f4", "paper_f4"]].round(4))
                test_point      f2  paper_f2      f4  paper_f4
             0        2571  0.0683    0.0683  0.1043    0.1043
@@ -193,7 +199,9 @@ class Reproduction(Shown):
             ArgumentValueError: There is no such table.
 
         Example:
-            >>> one = Reproduction(4096, (solve_case(0.4, "rolling", 4096),))
+            Of the case in the example of :class:`Case`:
+
+            >>> one = Reproduction(4096, (case,))
             >>> print(one.to_latex("6.1"))
             \begin{tabular}{lrrrrrr}
             \toprule
@@ -362,11 +370,11 @@ def reproduce(
         ArgumentTypeError: A count is not an integer.
 
     Example:
-        >>> reproduce(64).table_6_1()[["model", "mu", "test_point"]].head(3)
+        >>> few = reproduce(64, mu=[0.2, 0.4], models=["rolling"])
+        >>> few.table_6_1()[["model", "mu", "test_point"]]
              model   mu  test_point
         0  rolling  0.2          18
         1  rolling  0.4          35
-        2  rolling  0.6          35
     """
     n_points = integer("n_points", n_points, minimum=1)
     n_jobs = job_count("n_jobs", n_jobs)
