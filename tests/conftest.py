@@ -13,10 +13,10 @@ from hypothesis import settings
 # threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-settings.register_profile("untimed", deadline=None, max_examples=50)
-# A run that decides on a change draws the same examples as the one before it; whoever works on the
-# code draws others each time, and so finds what nobody has thought of.
-settings.register_profile("same", settings.get_profile("untimed"), derandomize=True)
+settings.register_profile("untimed", deadline=None, max_examples=25)
+# A run that decides on a change draws the same examples as the one before it, and more of them;
+# whoever works on the code draws others each time, and so finds what nobody has thought of.
+settings.register_profile("same", deadline=None, max_examples=50, derandomize=True)
 settings.load_profile("same" if os.environ.get("CI") else "untimed")
 
 # What `pytest -m quick` runs: the mathematics of every room, without processes, files in bulk,

@@ -48,11 +48,15 @@ def nodes(tree, *, inside_functions):
 
 
 @cache
+def tree(path):
+    return ast.parse(path.read_text("utf-8"))
+
+
+@cache
 def import_statements(path, *, inside_functions):
-    tree = ast.parse(path.read_text("utf-8"))
     return [
         node
-        for node in nodes(tree, inside_functions=inside_functions)
+        for node in nodes(tree(path), inside_functions=inside_functions)
         if isinstance(node, (ast.Import, ast.ImportFrom))
     ]
 

@@ -57,7 +57,7 @@ def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
     problem = VectorizedSphereChute(mu, model="rolling")
     x0, ranking = best_of(problem, 1024, normalize=normalize)
     refined = refine(problem, x0, ranking)
-    u1, v_p = np.meshgrid(np.linspace(0, 3.5 * mu, 400), np.linspace(0.1, 6, 400))
+    u1, v_p = np.meshgrid(np.linspace(0, 3.5 * mu, 200), np.linspace(0.1, 6, 200))
     F = problem.evaluate(np.column_stack([u1.ravel(), v_p.ravel()]), return_values_of=["F"])
     assert refined.distance <= ranking.frame.distances(F)[:, 0].min()
     assert refined.distance < refined.start_distance == ranking.criteria[ranking.salukvadze[0], 0]

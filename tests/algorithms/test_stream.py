@@ -43,7 +43,7 @@ def shuffled(x):
 )
 def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, options):
     plain = minimize(Sum(), PSI(100)).algorithm.table
-    problem = Sum(shuffled, elementwise_runner=JoblibRunner(3, **options))
+    problem = Sum(shuffled, elementwise_runner=JoblibRunner(2, **options))
     path = tmp_path / "s.db" if study else None
     assert investigate(problem, 60, study=path, block_size=7).equals(plain.rows(np.arange(60)))
     result = minimize(problem, PSI(100, study=path, block_size=9))

@@ -69,12 +69,12 @@ class TestReference:
                 )
 
     def test_the_reference_can_be_made_again(self, monkeypatch):
-        """A few of its cases, computed anew with mpmath."""
+        """A few of its cases, one of each of five sets, computed anew with mpmath."""
         monkeypatch.syspath_prepend(str(REFERENCE))
         import motion_30_digits
 
         cases = json.loads((REFERENCE / "motion_30_digits.json").read_text())["cases"]
-        for case in cases[::60]:
+        for case in cases[::33]:
             again = motion_30_digits.reference(*(float.fromhex(q) for q in case["inputs"]))
             for name in FIELDS:
                 assert motion_30_digits.as_text(again[name]) == case[name], name
@@ -173,7 +173,7 @@ class TestMechanics:
 
 
 class TestAnyDesign:
-    @settings(max_examples=200)
+    @settings(max_examples=100)
     @given(design())
     @example((0.4, 0.5, 0.4, 0.25, 0.125, 4.0, -20.0, 0.0))
     def test_sound(self, row):
@@ -226,7 +226,6 @@ class TestAnyDesign:
         assert m.time == np.inf
         assert m.reached == pytest.approx(0.25**2 / 2)  # decelerated by μ = 1 all the way
 
-    @settings(max_examples=40)
     @given(st.lists(design(), min_size=2, max_size=6))
     @example([(3.5, 0.0, 1.0, 0.25, 0.42699006778342813, 0.0, 0.5854937125301037, 0.0)] * 5)
     def test_alone_as_in_company(self, rows):
@@ -335,7 +334,6 @@ def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
 
 @pytest.mark.parametrize("model", ["rolling", "full"])
 @given(u1=slopes, v_p=speeds, p=parameters)
-@settings(max_examples=60)
 def test_energy_balance(model, u1, v_p, p):
     """ΔE = u1 + W − D, so that f2 = |ΔE − u1| of Eq. (3.2) is |W − D|; friction only takes."""
     m = motion(u1, v_p, p, model=model)

@@ -263,7 +263,9 @@ def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
 
 def test_processes_and_the_order_of_work_change_no_number(tmp_path):
     problem = get_problem("bnh")
-    arguments = {"n_evaluations": [64, 32], "seeds": [4, 2], "polish": False}
+    arguments = {
+        "n_evaluations": [64, 32], "seeds": [4, 2], "algorithms": ["psi", "nsga3"], "polish": False
+    }  # fmt: skip
     one = compare(problem, **arguments).to_frame().drop(columns=["seconds", "evaluation_seconds"])
     two = compare(problem, **arguments, n_jobs=2, folder=tmp_path)
     assert two.to_frame().drop(columns=["seconds", "evaluation_seconds"]).equals(one)

@@ -368,7 +368,7 @@ def test_the_runner_is_the_problems_also_where_it_is_changed_later():
     assert {failure.reason for failure in problem.failures} == {"no worker"}
 
 
-@pytest.mark.parametrize("options", [{}, {"in_process": False}, {"timeout": 100.0}], ids=str)
+@pytest.mark.parametrize("options", [{}, {"in_process": False}], ids=str)
 def test_reasons_come_back_from_the_workers(options):
     class Local(ElementwiseProblem):  # travels by value
         def __init__(self, **kwargs):

@@ -178,11 +178,17 @@ def test_workers_are_kept_between_generations():
     assert os.getpid() not in generations[0]
 
 
-def test_who_reads_a_stream_may_evaluate_meanwhile():
+@pytest.fixture(scope="module")
+def workers():
+    """A runner for the tests after which its workers are as before."""
+    return JoblibRunner(2, in_process=False)
+
+
+def test_who_reads_a_stream_may_evaluate_meanwhile(workers):
     """With another function, on workers of the same runner."""
-    runner, given = JoblibRunner(2, in_process=False), {}
-    for index, values, _ in runner.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
-        given[index] = runner(lambda x: {"F": -x}, [values["F"]])
+    given = {}
+    for index, values, _ in workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
+        given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
 
 
@@ -207,16 +213,16 @@ def test_the_number_of_jobs_and_the_backend_of_parallel_config():
         assert len(seen - {threading.get_ident()}) == threads
 
 
-def test_no_design_is_evaluated_in_this_process_if_so_asked():
-    for n_jobs in (1, 2):
-        problem = model(elementwise_runner=JoblibRunner(n_jobs, in_process=False))
+def test_no_design_is_evaluated_in_this_process_if_so_asked(workers):
+    for runner in (JoblibRunner(1, in_process=False), workers):
+        problem = model(elementwise_runner=runner)
         assert os.getpid() not in pids(problem, designs(n=3))
     with joblib.parallel_config("threading", n_jobs=2):
         assert os.getpid() not in pids(problem, designs(n=3))
 
 
 @posix
-def test_a_fork_that_comes_back_is_no_result():
+def test_a_fork_that_comes_back_is_no_result(workers):
     """Neither of the design whose model forked, nor of the next one."""
 
     def forking(x):
@@ -227,7 +233,7 @@ def test_a_fork_that_comes_back_is_no_result():
         time.sleep(0.1 * (x in (3, 8)))  # the fork comes first
         return {"F": x}
 
-    values = JoblibRunner(2, in_process=False)(forking, range(12))
+    values = workers(forking, range(12))
     assert values == [{"F": x} for x in range(12)]
 
 
@@ -251,8 +257,8 @@ class Panic(BaseException):
     pass
 
 
-@pytest.mark.parametrize("runner", [{"n_jobs": 1}, {"n_jobs": 1, "in_process": False}], ids=str)
-def test_any_exception_is_recorded(runner):
+@pytest.mark.parametrize("in_process", [True, False])
+def test_any_exception_is_recorded(in_process, workers):
     class Raising(ElementwiseProblem):
         def __init__(self, **kwargs):
             super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
@@ -260,7 +266,8 @@ def test_any_exception_is_recorded(runner):
         def _evaluate(self, x, out, *args, **kwargs):
             raise [Silent(), Locked("no key"), Particular(7, text="x"), Panic("now")][int(x[0])]
 
-    problem = FailureTolerant(Raising(elementwise_runner=JoblibRunner(**runner)))
+    runner = JoblibRunner(1) if in_process else workers
+    problem = FailureTolerant(Raising(elementwise_runner=runner))
     problem.evaluate(np.arange(4.0)[:, None])
     assert [failure.reason for failure in problem.failures] == [
         "Silent: its message cannot be read: RuntimeError",
@@ -279,7 +286,7 @@ def test_an_exception_that_does_not_travel_is_told():
             JoblibRunner(1, in_process=False)(raising, [x])
 
 
-def test_values_that_do_not_travel_are_a_failure():
+def test_values_that_do_not_travel_are_a_failure(workers):
     class Hostile:
         def __reduce__(self):
             return int, ("no number",)
@@ -292,8 +299,7 @@ def test_values_that_do_not_travel_are_a_failure():
             out["F"] = x
             out["more"] = [1, threading.Lock(), Hostile()][int(x[0])]
 
-    runner = JoblibRunner(1, in_process=False)
-    problem = FailureTolerant(Unsent(elementwise_runner=runner))
+    problem = FailureTolerant(Unsent(elementwise_runner=workers))
     problem.evaluate(np.arange(3.0)[:, None])
     first, second = (failure.reason for failure in problem.failures)
     assert first.startswith("its values cannot be sent between processes: TypeError: cannot pickle")
@@ -377,10 +383,10 @@ def test_workers_end_with_the_runner():
     assert all(gone(pid) for pid in workers)
 
 
-def test_what_cannot_be_sent_is_said():
+def test_what_cannot_be_sent_is_said(workers):
     lock = threading.Lock()
     with pytest.raises(WorkerError, match="cannot be sent to worker processes: .*'_thread.lock'"):
-        JoblibRunner(2, in_process=False)(lambda x: {"F": lock.locked()}, [1, 2])
+        workers(lambda x: {"F": lock.locked()}, [1, 2])
 
 
 def test_a_problem_that_a_worker_cannot_load_is_said():

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -265,7 +265,6 @@ def moved_without(F, i):
     return float((np.abs(after[:, None] - before) / lengths).max(axis=2).min())
 
 
-@settings(max_examples=60)
 @given(
     F=arrays(
         float,

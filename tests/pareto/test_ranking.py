@@ -4,7 +4,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -28,14 +28,12 @@ def dominates(a, b):
     )
 
 
-@settings(max_examples=40)
 @given(F=generic, normalize=st.booleans())
 def test_criteria_are_the_sides_of_a_right_triangle(F, normalize):
     mu1, mu2, mu3 = rank_of_efficiency(F, normalize=normalize).criteria.T
     np.testing.assert_allclose(mu1**2, mu2**2 + mu3**2, rtol=1e-12)
 
 
-@settings(max_examples=40)
 @given(F=st.one_of(matrices, generic), seed=st.integers(0, 2**32 - 1))
 def test_row_order_does_not_matter(F, seed):
     order = np.random.default_rng(seed).permutation(len(F))
@@ -44,7 +42,6 @@ def test_row_order_does_not_matter(F, seed):
     assert sorted(order[shuffled.salukvadze]) == straight.salukvadze.tolist()
 
 
-@settings(max_examples=40)
 @given(F=st.one_of(matrices, generic), data=st.data())
 def test_dominated_rows_change_nothing(F, data):
     worse = F[data.draw(st.lists(st.integers(0, len(F) - 1), max_size=5))] + 0.5
@@ -53,7 +50,6 @@ def test_dominated_rows_change_nothing(F, data):
     np.testing.assert_array_equal(more.nadir, alone.nadir)
 
 
-@settings(max_examples=40)
 @given(F=st.one_of(matrices, generic), data=st.data())
 def test_units_do_not_matter_when_normalised(F, data):
     m = F.shape[1]
@@ -104,7 +100,6 @@ def test_given_ideal_and_nadir():
     assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
 
 
-@settings(max_examples=40)
 @given(F=matrices)
 def test_nondominated_agrees_with_all_pairs(F):
     rows = F.tolist()
@@ -112,7 +107,6 @@ def test_nondominated_agrees_with_all_pairs(F):
     assert nondominated(F).tolist() == expected
 
 
-@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     m=st.integers(4, 6),

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -25,7 +25,6 @@ def distances(F, normalize):
     return front, np.linalg.norm(points[:, None] - points, axis=2), ranking
 
 
-@settings(max_examples=60)
 @given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
 def test_no_choice_covers_the_set_with_less_than_half_the_radius(F, k, normalize):
     front, apart, ranking = distances(F, normalize)

@@ -4,7 +4,7 @@ import statistics
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Real
@@ -190,7 +190,6 @@ arrays_of_scenarios = st.tuples(
 )
 
 
-@settings(max_examples=40)
 @given(shape=arrays_of_scenarios)
 def test_shares_and_statistics_are_consistent(shape):
     """On any arrays, with infeasible designs and infinite objectives, and duplicates."""

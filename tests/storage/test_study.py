@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoo_psi.errors import (
@@ -100,7 +100,6 @@ def problems(draw):
     return head, columns
 
 
-@settings(max_examples=60)
 @given(problems(), st.data())
 def test_tests_come_back_bit_for_bit_however_they_are_cut_into_blocks(tmp_path_factory, made, data):
     head, columns = made

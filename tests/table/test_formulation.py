@@ -134,7 +134,7 @@ def formulations(draw):
     return asked, {n: COMPUTED[n][1] for n in computed}
 
 
-@settings(max_examples=80)
+@settings(max_examples=50)
 @given(formulations=formulations())
 def test_tests_judged_anew_are_the_fresh_run_of_the_problem_so_formulated(formulations):
     asked, computed = formulations

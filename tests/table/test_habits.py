@@ -462,7 +462,7 @@ def check(path, columns, **options):
     return True
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(habit=habits())
 def test_what_is_read_is_what_was_written(path, habit):
     text, columns, encoding, _ = habit
@@ -470,7 +470,7 @@ def test_what_is_read_is_what_was_written(path, habit):
     check(path, columns)
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(habit=habits())
 def test_with_mark_and_encoding_told_every_such_file_is_read(path, habit):
     text, columns, encoding, decimal = habit
@@ -479,7 +479,7 @@ def test_with_mark_and_encoding_told_every_such_file_is_read(path, habit):
     assert check(path, columns, decimal=decimal, encoding=encoding)
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(
     text=st.one_of(
         st.binary(max_size=200),
@@ -500,7 +500,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
         assert np.isfinite(F).all()
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(
     cells=st.lists(
         st.lists(st.text("0123456789.,-+eE $%'", min_size=1, max_size=8), min_size=2, max_size=2),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
@@ -47,7 +47,6 @@ def own(table, limits):
     return {n: (-limit, None) if n in more else limit for n, limit in limits.items()}
 
 
-@settings(max_examples=60, deadline=None)
 @given(mirrored(), mirrored_limits())
 def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
     plain, turned = tables
@@ -91,7 +90,6 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(ranking.ideal, its.ideal * turned.layout.sign)
 
 
-@settings(max_examples=25, deadline=None)
 @given(tables=mirrored())
 def test_senses_units_and_outputs_come_back_from_csv_and_study_columns(tables, tmp_path_factory):
     table = tables[1]

@@ -234,7 +234,7 @@ weird = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(X=weird, F=weird, numbers=st.one_of(st.just([1]), weird))
 def test_whatever_is_given_the_answer_is_a_table_or_a_message(X, F, numbers):
     try:

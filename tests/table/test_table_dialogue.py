@@ -182,13 +182,15 @@ def test_comparison_with_a_prototype(f):
     frame = compare_with_prototype(RING.with_prototype([2.0, 2.0], f), {"f3": 1.2})
     pareto = RING.pareto({"f3": 1.2})
     assert sorted(frame.index) == RING.numbers[pareto].tolist()
-    for number, row in frame.iterrows():
+    columns = {name: column.tolist() for name, column in frame.items()}
+    for i, number in enumerate(frame.index):
         criteria = RING.F[number - 1]
-        assert row[["f1", "f2", "f3"]].tolist() == criteria.tolist()
-        assert row[["gain_f1", "gain_f2", "gain_f3"]].tolist() == (f - criteria).tolist()
-        assert row["better_in"] == sum(criteria < f)
-        assert row["dominates"] == ((criteria <= f).all() and (criteria < f).any())
-        assert row["better_in_all"] == (criteria < f).all()
+        assert [columns[name][i] for name in ("f1", "f2", "f3")] == criteria.tolist()
+        gains = [columns[name][i] for name in ("gain_f1", "gain_f2", "gain_f3")]
+        assert gains == (f - criteria).tolist()
+        assert columns["better_in"][i] == sum(criteria < f)
+        assert columns["dominates"][i] == ((criteria <= f).all() and (criteria < f).any())
+        assert columns["better_in_all"][i] == (criteria < f).all()
     order = list(zip(~frame["dominates"], -frame["better_in"], frame.index, strict=True))
     assert order == sorted(order)
 
