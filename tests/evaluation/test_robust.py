@@ -170,6 +170,13 @@ def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others()
     assert set(table.status) == {"ok", "infeasible"}
 
 
+def test_designs_of_whole_numbers_are_those_of_real_ones():
+    robust = Robust(Brittle(), tolerances={"x1": 0.4}, criteria="quantile:0.9", n_scenarios=7)
+    whole, real = (robust.evaluate(np.array([[0], [1]], dtype)) for dtype in (int, float))
+    for one, other in zip(whole, real, strict=True):
+        assert one.tolist() == other.tolist()
+
+
 def test_a_share_of_violated_scenarios_may_be_exactly_the_probability():
     """1 - 0.7 is more than 0.3 in float64; 3 of 10 are not."""
     for n in (3, 10, 49):

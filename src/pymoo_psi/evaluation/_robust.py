@@ -234,11 +234,13 @@ class Robust(WrappedProblem):
 
     def _offset(self, designs: NDArray[Any], k: int) -> NDArray[Any]:
         """Return the designs as they are in a scenario."""
-        moved = designs.copy()
-        if self._columns:
-            values = designs[:, self._columns].astype(np.float64)
-            scale = np.where(self._relative, values, 1.0)
-            moved[:, self._columns] = values + self.offsets[k] * scale
+        if not self._columns:
+            return designs.copy()
+        values = designs[:, self._columns].astype(np.float64)
+        scale = np.where(self._relative, values, 1.0)
+        # Designs may be given as whole numbers, an array of which would cut off what is added.
+        moved = designs.astype(np.result_type(designs, values))
+        moved[:, self._columns] = values + self.offsets[k] * scale
         return moved
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> None:
