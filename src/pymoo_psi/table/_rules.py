@@ -60,7 +60,13 @@ class Rule:
 
     def __str__(self) -> str:
         """Return the rule as a line."""
-        return f"{self.text}: {100 * self.share:.0f} % of {self.n_tests} tests feasible"
+        percent = f"{100 * self.share:.0f}"
+        # Rounded, a few exceptions of many would be none.
+        if percent == "100" and self.n_feasible < self.n_tests:
+            percent = "over 99"
+        elif percent == "0" and self.n_feasible:
+            percent = "under 1"
+        return f"{self.text}: {percent} % of {self.n_tests} tests feasible"
 
 
 @dataclass(frozen=True)
