@@ -299,6 +299,16 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
     assert freed > 1000
 
 
+def test_a_design_may_be_rejected_by_any_number_of_limits():
+    """The last design is beyond none of 256 limits, the first beyond all."""
+    names = [f"o{j}" for j in range(256)]
+    frame = pd.DataFrame({"f1": [1, 2], "f2": [2, 1], **{name: [0, 1] for name in names}})
+    page = decision_page(frame, ["f1", "f2"], outputs=names)
+    limits = {name: [0.5, None] for name in names}
+    [[found]] = in_node([{"payload": payload(page), "states": [{"limits": limits}]}])
+    assert found["front"] == [1]
+
+
 def test_designs_are_sorted_by_any_column(drags):
     for drag, answers in drags:
         heat = drag.frame["heat"].to_numpy()

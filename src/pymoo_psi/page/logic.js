@@ -565,7 +565,7 @@ function left(data, state) {
     for (let i = 0; i < n; i++) rejected[i] = out[values[i]]
     add(name, rejected)
   }
-  const times = new Uint8Array(n) // by how many conditions a design is rejected
+  const times = new Uint32Array(n) // by how many conditions a design is rejected
   for (const {rejected} of conditions) for (let i = 0; i < n; i++) times[i] += rejected[i]
   if (state.kept !== null) {
     const kept = keptMask(data, state.kept)
