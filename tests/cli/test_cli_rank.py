@@ -324,3 +324,12 @@ def test_a_figure_in_the_format_of_its_suffix(rank, tmp_path):
     code, _, err = rank(DESIGNS, "--figure", tmp_path / "front.jpg")
     assert code == 2
     assert "--figure must be a file with the suffix .png or .pdf or .svg" in err
+
+
+def test_a_maximised_criterion_that_is_negative_throughout_is_asked_about(rank):
+    """Who writes pymoo's F has turned its sign already, and would get the worst design."""
+    for cells, asked in (("-3,-2,-1", True), ("-3,-2,1", False)):
+        rows = "".join(f"{i},{cell}\n" for i, cell in enumerate(cells.split(",")))
+        _, printed, _ = rank(f"f1,f2\n{rows}", "--maximize", "f2")
+        assert ("f2 is maximised, and negative throughout" in printed) == asked
+        assert "negative" not in rank(f"f1,f2\n{rows}")[1]

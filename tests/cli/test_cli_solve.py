@@ -1,6 +1,7 @@
 """``pymoo-psi solve`` and ``export``: limits, studies, failures, nothing feasible, interruption."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute
 from pymoo_psi.cli import main
+from pymoo_psi.cli._solve import _failures
 from tests.table.exact_csv import EXACT
 
 MODELS = '''
@@ -137,6 +139,18 @@ def test_reasons_of_failures_are_counted(run):
     assert code == 0
     assert "Failed: " in printed
     assert " × OSError: no licence" in printed
+
+
+def test_reasons_that_quote_the_design_are_counted_together():
+    """The cause stands behind a long command; who exits with 4 fails otherwise than with 3."""
+    command = f"Error: {'long ' * 30}--x %s --y %s returned %d"
+    given = [command % (x, 1e-7 * x, code) for x, code in ((0.25, 3), (0.5, 3), (0.75, 4))]
+    (line,) = _failures(given)
+    assert re.fullmatch(
+        r"Failed: 2 × Error: long .*--x … --y … returned 3; 1 × .* returned 4", line
+    )
+    assert len(line) < 300
+    assert _failures(["at 0.25"]) == ("Failed: 1 × at 0.25",)
 
 
 def test_failed_designs_are_tried_again(run):

@@ -26,6 +26,8 @@ def workbook(*sheets):
     return stream.getvalue()
 
 
+TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
+
 # What a file holds, the options given, and what must come of it: the numbers of each objective in
 # their order, or the message.
 FILES = {
@@ -341,6 +343,9 @@ FILES = {
     ),
     "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
+    "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
+    "no such sheet": (workbook([["a"], [1]], TYPED), {"sheet": "s1"}, "'S0', 'S1'.* did you mean 'S1'"),
+    "a sheet of a text": ("a,b\n1,2\n", {"sheet": "S1"}, "sheet must be left out, as .* is no workbook"),
     "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
     "a workbook of old": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", {}, "workbook of old; save it as .xlsx"),
     # Rankings as JSON

@@ -136,6 +136,9 @@ class FileOptions:
         str | None,
         typer.Option(metavar="1,3,…", help="Lines of the file to leave out: titles, units."),
     ] = None
+    sheet: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Sheet of a workbook [the only one].")
+    ] = None
     drop_incomplete: Annotated[
         bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
     ] = False

@@ -30,7 +30,9 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
             table = table.merge(tests)
         except PsiError as error:
             told = str(error).replace("other must", "it must", 1)  # an argument of merge
-            raise ArgumentValueError(f"{path} does not fit those before it: {told}") from error
+            remedy = "'combine' joins tests of other boxes and samplings of a problem"
+            what = f"{path} does not fit those before it: {told}; {remedy}"
+            raise ArgumentValueError(what) from error
     table.to_study(out)
     for remark in remarks:
         say(remark)

@@ -111,7 +111,7 @@ def opened(written: FileOptions, path: Path) -> tuple[DesignFile | TestTable, st
     rule = "numbers of lines to leave out, such as 1,3"
     skip_rows = numbers_in("--skip-rows", written.skip_rows, rule) if written.skip_rows else ()
     return read_designs_or_tests(
-        path, written.decimal, written.thousands, written.encoding, skip_rows
+        path, written.decimal, written.thousands, written.encoding, skip_rows, written.sheet
     )
 
 
@@ -227,6 +227,12 @@ def _with_roles(
         raise invalid("--maximize", rule, other[0])
     # A choice that the user has made need not be told; one that was made for them must be.
     remarks = [file.told(roles)] if not objectives else []
+    for name in typed:
+        if (file.numbers(name) < 0).all():  # as in F of pymoo, which minimises
+            remarks.append(
+                f"{name} is maximised, and negative throughout: if its sign is turned, as in F of "
+                f"pymoo, leave --maximize out, or turn it back."
+            )
     if written.drop_incomplete:
         file = file.complete(roles.objectives)
     remarks += file.remarks

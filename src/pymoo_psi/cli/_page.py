@@ -75,7 +75,7 @@ def run_page(
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
         existing = _named_designs(
-            read(replace(written, skip_rows=None), prototype), roles.objectives
+            read(replace(written, skip_rows=None, sheet=None), prototype), roles.objectives
         )
     names = [*roles.objectives, *roles.variables, *roles.outputs]
     unseen = [name for name in file.names if name not in (*names, roles.label)]

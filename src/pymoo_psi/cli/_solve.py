@@ -45,6 +45,7 @@ from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, Layout, TestTable
 from pymoo_psi.table._design_file import Roles
+from pymoo_psi.table._designs import alike
 from pymoo_psi.table._table import read_tests
 
 _NEAR_END = 0.05  # of a variable's range
@@ -445,17 +446,20 @@ def _most_violated(table: TestTable, of: str) -> tuple[str, ...]:
 
 def _failures(reasons: Iterable[str]) -> tuple[str, ...]:
     """Say in a line why designs failed, the most frequent reason first; nothing if none did."""
-    counts = Counter(" ".join(reason.split()) for reason in reasons)
+    counts = Counter(alike(reasons))
     if not counts:
         return ()
     top = counts.most_common(_REASONS)
-    told = [
-        f"{n} × {reason if len(reason) <= _LONGEST else f'{reason[: _LONGEST - 1]}…'}"
-        for reason, n in top
-    ]
+    told = [f"{n} × {_shortened(reason)}" for reason, n in top]
     rest = sum(counts.values()) - sum(n for _, n in top)
     told += [f"{rest} × {counted(len(counts) - len(top), 'other reason')}"] if rest else []
     return (f"Failed: {'; '.join(told)}",)
+
+
+def _shortened(reason: str) -> str:
+    """Return a reason without its middle: the error is in front, and often the cause at its end."""
+    half = _LONGEST // 2
+    return reason if len(reason) <= _LONGEST else f"{reason[:half].rstrip()}…{reason[-half:]}"
 
 
 def run_export(study: Path, out: Path, *, force: bool) -> int:

@@ -255,6 +255,9 @@ def rank_of_efficiency(
         nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
             rows.
         maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
+            ``F`` holds their own values. pymoo's ``res.F`` holds them negative, and is ranked as
+            it is; for names and signs of your own rank
+            ``pd.DataFrame(res.F * [1, -1], columns=["cost", "yield"])``.
 
     Returns:
         The ranking, its arrays in the order of the rows of ``F``.

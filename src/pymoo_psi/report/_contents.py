@@ -39,7 +39,7 @@ from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
 from pymoo_psi.selection._agreement import choices_of
 from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
-from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._designs import alike, values_in_order
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import bounds_of
 from pymoo_psi.table.analysis import constraint_costs
@@ -275,10 +275,11 @@ def _failures(case: Case) -> Iterator[Part]:
     reasons = case.table.reasons
     if not reasons:
         return
-    counts = Counter(" ".join(reason.split()) for reason in reasons.values())
+    lines = alike(reasons.values())
+    counts = Counter(lines)
     example: dict[str, int] = {}
-    for point, reason in reasons.items():
-        example.setdefault(" ".join(reason.split()), point)
+    for point, reason in zip(reasons, lines, strict=True):
+        example.setdefault(reason, point)
     n = len(case.table)
     failed = counted(len(reasons), "design")
     yield f"{failed} of {n} could not be computed, and count as infeasible."

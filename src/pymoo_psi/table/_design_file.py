@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, integer, known_name
+from pymoo_psi._validation import counted, integer, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, is_blank, read_columns
-from pymoo_psi.table._designs import INT64
+from pymoo_psi.table._designs import INT64, alike
 from pymoo_psi.table._exchange import table_of
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
@@ -42,6 +42,7 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#")
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _TOLD = 6  # rows that a line names
+_ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -516,6 +517,7 @@ def read_designs(
     thousands: str | None = None,
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
+    sheet: str | None = None,
 ) -> DesignFile:
     r"""Read the designs of a file, which is read once, so that it may be a pipe.
 
@@ -533,6 +535,7 @@ def read_designs(
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
         encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
         skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
+        sheet: Name of the sheet of a workbook; the only one with cells unless given.
 
     Raises:
         OSError: The file cannot be opened.
@@ -550,7 +553,7 @@ def read_designs(
         >>> file.values(["cost", "mass"]).tolist()
         [[1.5, 1250.0], [2.0, 980.0]]
     """
-    found, missing = read_designs_or_tests(path, decimal, thousands, encoding, skip_rows)
+    found, missing = read_designs_or_tests(path, decimal, thousands, encoding, skip_rows, sheet)
     return found if isinstance(found, DesignFile) else designs_of_tests(path, found, missing)
 
 
@@ -560,6 +563,7 @@ def read_designs_or_tests(
     thousands: str | None = None,
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
+    sheet: str | None = None,
 ) -> tuple[DesignFile | TestTable, str]:
     """Return the designs of a file, or all tests if it holds these, and which tests are missing.
 
@@ -575,17 +579,19 @@ def read_designs_or_tests(
         return read_tests(path)
     with path.open("rb") as file:  # once: what a pipe has given it does not give again
         content = file.read(16)  # as much as SQLite's mark
+        if sheet is not None and not content.startswith(_ZIP):
+            raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
         # SQLite opens files by name only, so a study, unlike the other files, cannot be a pipe.
         if content.startswith(b"SQLite format 3\0"):
             return read_tests(path)
         content += file.read()
     # By content, not by suffix, which a pipe has not and people change. The marks are those of the
-    # Parquet format, of a local file in ZIP (an .xlsx is one), and of OLE compound files (.xls).
+    # Parquet format, of ZIP, and of OLE compound files (.xls).
     try:
         if content.startswith(b"PAR1"):
             return table_of(*read_parquet(path, content), path, TestTable), ""
-        if content.startswith(b"PK\x03\x04"):
-            return _of_sheet(path, sheet_of_workbook(content, skipped), marks), ""
+        if content.startswith(_ZIP):
+            return _of_sheet(path, sheet_of_workbook(content, skipped, sheet), marks), ""
         if content.startswith(b"\xd0\xcf\x11\xe0"):
             raise UnfitError("it is a workbook of old; save it as .xlsx or CSV")
         text = decoded(content, encoding)
@@ -596,8 +602,8 @@ def read_designs_or_tests(
         first, end, rest = text.partition("\n")
         if _ROLES_MARK in first:
             # The line stays, as lines are counted, but as an empty comment.
-            sheet = sheet_of_text(f"#{end}{rest}", skipped)
-            return _with_roles(_of_sheet(path, sheet, marks), first), ""
+            cells = sheet_of_text(f"#{end}{rest}", skipped)
+            return _with_roles(_of_sheet(path, cells, marks), first), ""
         return _of_sheet(path, sheet_of_text(text, skipped), marks), ""
     except UnfitError as error:
         raise unfit(path, str(error)) from None
@@ -626,7 +632,7 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         rows = pd.DataFrame([cells], index=[prototype.name])
     n, others = len(feasible), len(table) - len(feasible)
     lost = table.numbers[table.status == "failed"].tolist()
-    reasons = Counter(table.reasons.get(number) or "no reason is known" for number in lost)
+    reasons = Counter(alike(table.reasons.get(number) or "no reason is known" for number in lost))
     # Of tests with the same design the first stands for all, as in the table's own Pareto set.
     feasible = feasible[table.rows(feasible).repeats == 0]
     frame = table.rows(feasible).to_frame().reset_index()
@@ -664,9 +670,11 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         feasible = np.array([cell == "ok" for cell in status])
         reasons = columns.get("reason", [""] * len(status))
         failed.update(
-            str(why or "no reason is known")
-            for how, why in zip(status, reasons, strict=True)
-            if how == "failed"
+            alike(
+                str(why or "no reason is known")
+                for how, why in zip(status, reasons, strict=True)
+                if how == "failed"
+            )
         )
     else:
         feasible = ~feasible

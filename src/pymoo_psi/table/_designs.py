@@ -6,6 +6,7 @@ a frame or a file with the type it had.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._layout import is_writable
 
+_DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
 INT64 = range(-(2**63), 2**63)
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
 _KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
@@ -270,3 +272,18 @@ def first_rows(X: NDArray[Any], F: NDArray[np.float64]) -> NDArray[np.intp]:
     seen: dict[Any, int] = {}
     keys = zip(design_keys(X), map(bytes, F), strict=True)
     return np.array([seen.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
+
+
+def alike(reasons: Iterable[str]) -> list[str]:
+    """Return reasons of failures as lines; those that differ in decimals only have dots for these.
+
+    Programs quote the design that they fail at, so that no two reasons are the same. Whole numbers
+    stay: a program that exits with 3 fails otherwise than one that exits with 4.
+    """
+    lines = [" ".join(reason.split()) for reason in reasons]
+    dotted = [_DECIMALS.sub("…", line) for line in lines]
+    texts: dict[str, set[str]] = {}
+    for line, same in zip(lines, dotted, strict=True):
+        texts.setdefault(same, set()).add(line)
+    pairs = zip(lines, dotted, strict=True)
+    return [line if len(texts[same]) == 1 else same for line, same in pairs]

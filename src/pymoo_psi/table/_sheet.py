@@ -12,7 +12,7 @@ from importlib import import_module
 from io import BytesIO, StringIO
 from typing import Any
 
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import invalid, known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import is_blank, is_number
 
@@ -118,11 +118,12 @@ def sheet_of_text(text: str, skip_rows: Collection[int]) -> Sheet:
     return _sheet(rows, ends, divider)
 
 
-def sheet_of_workbook(content: bytes, skip_rows: Collection[int]) -> Sheet:
-    """Return the cells of an .xlsx, by pandas and openpyxl.
+def sheet_of_workbook(content: bytes, skip_rows: Collection[int], name: str | None) -> Sheet:
+    """Return the cells of a sheet of an .xlsx, by pandas and openpyxl.
 
     Raises:
         UnfitError: It is no table of named columns with one row or more.
+        ArgumentValueError: There is no sheet of that name.
         PsiError: openpyxl is not installed.
     """
     try:
@@ -142,11 +143,13 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int]) -> Sheet:
         )
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    filled = {name: frame for name, frame in sheets.items() if not frame.empty}
+    filled = {str(title): frame for title, frame in sheets.items() if not frame.empty}
+    if name is not None:
+        filled = {name: filled[known_name("sheet", name, filled)]}
     # Taking the first sheet would rank the wrong one in silence where a cover or notes come first.
     if len(filled) != 1:
-        what = f"{len(filled)} sheets with cells: {', '.join(map(str, filled)) or 'none'}"
-        raise UnfitError(f"it has {what}; save the one with the designs as a file of its own")
+        what = f"{len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
+        raise UnfitError(f"it has {what}; name the one with the designs by --sheet")
     (frame,) = filled.values()
     _require_lines(skip_rows, len(frame))
     rows, ends = [], []
