@@ -418,6 +418,32 @@ def test_designs_are_pinned_and_compared(reader):
     assert (reader.state["pins"], reader.state["base"]) == ([second], None)
 
 
+def test_what_is_out_of_sight_is_right_when_it_is_looked_at_and_when_the_hand_rests(reader):
+    rows = "[...document.querySelectorAll('#table .label')].map((cell) => cell.textContent)"
+    told = f"{rows}.every((label, k) => label === D.data.ids[D.order[k]])"
+    thumb = reader.field("mass [kg], upper limit")
+    thumb.scroll_into_view_if_needed()
+    reader.settle()
+    box = thumb.bounding_box()
+    x, y = box["x"] + box["width"] - 6, box["y"] + box["height"] / 2
+    before = reader.ask(rows)
+    reader.page.mouse.move(x, y)
+    reader.page.mouse.down()
+    reader.page.mouse.move(x - 40, y, steps=4)
+    reader.settle()
+    assert reader.state["limits"]
+    assert before != reader.shown[: len(before)]
+    reader.ask("document.getElementById('designs').scrollIntoView()")
+    reader.until(told)
+    reader.ask("scrollTo(0, 0)")
+    reader.settle()
+    reader.page.mouse.move(x, y)  # back where it was: no change that the browser would tell
+    reader.page.mouse.up()
+    reader.settle()
+    assert reader.state["limits"] == {}
+    assert reader.ask(rows) == before
+
+
 def test_a_sixth_pin_is_refused_in_words(reader):
     reader.set(pins=reader.shown[2:7])
     reader.page.locator("#table").focus()

@@ -145,6 +145,8 @@ const Charts = (() => {
       for (const canvas of canvases) {
         canvas.width = Math.round(width * devicePixelRatio)
         canvas.height = Math.round(height * devicePixelRatio)
+        // Once: a font makes the browser style the whole page, as it may be told by styles.
+        Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
       }
       redraw()
     }
@@ -152,8 +154,6 @@ const Charts = (() => {
       const g = canvases[k].getContext("2d")
       g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
       g.clearRect(0, 0, size.width, size.height)
-      g.font = FONT
-      g.lineJoin = "round"
       g.globalAlpha = 1
       return g
     }
@@ -211,7 +211,7 @@ const Charts = (() => {
     parent.append(heads, plot)
     let [axes, model] = [[], null]
     let density = null // what is drawn of what is left, see cloud
-    const {size, clean, top} = layers(plot, 4, () => model && draw(true))
+    const {size, clean, top} = layers(plot, 3, () => model && draw(true))
 
     const x_of = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
@@ -347,11 +347,12 @@ const Charts = (() => {
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
       }
+      draw_marks(g)
     }
 
     // Above all lines, so that the numbers can be read.
     function draw_axes() {
-      const g = clean(3)
+      const g = clean(2)
       axes.forEach((column, j) => {
         const [x, at, scale] = [x_of(j), placed(column), model.scale(column)]
         g.strokeStyle = "#7D8590"
@@ -368,8 +369,7 @@ const Charts = (() => {
       })
     }
 
-    function draw_marks() {
-      const g = clean(2)
+    function draw_marks(g) {
       for (const {row, look} of model.marks) {
         const {colour} = LOOKS[look]
         const width = look === "6" ? 3 : 2
@@ -402,7 +402,6 @@ const Charts = (() => {
         draw_axes()
       }
       draw_left()
-      draw_marks()
     }
 
     // The row whose line passes nearest to a point, within a few pixels.

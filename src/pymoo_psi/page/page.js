@@ -39,6 +39,39 @@ const page = (() => {
     return element
   }
 
+  // Give an element other children. Those that stay the same are kept, and of the others what differs
+  // is written: what is made anew the browser styles, lays out and paints at every step. A control
+  // stays only as long as it has its name, so that no click or focus goes over to another one.
+  function renew(element, ...children) {
+    const fresh = document.createDocumentFragment()
+    fresh.append(...children)
+    mend(element, fresh)
+  }
+  function mend(old, fresh) {
+    let at = old.firstChild
+    for (const child of [...fresh.childNodes]) {
+      const next = at?.nextSibling
+      if (!at) old.append(child)
+      else if (at.nodeName !== child.nodeName || at.ariaLabel !== child.ariaLabel) at.replaceWith(child)
+      else if (at.nodeType === Node.TEXT_NODE) at.data === child.data || (at.data = child.data)
+      else {
+        for (const {name} of [...at.attributes]) if (!child.hasAttribute(name)) at.removeAttribute(name)
+        for (const {name, value} of child.attributes) {
+          if (at.getAttribute(name) === value) continue
+          name === "style" ? at.style.cssText = value : at.setAttribute(name, value) // as the policy allows
+        }
+        at.onclick = child.onclick
+        mend(at, child)
+      }
+      at = next
+    }
+    while (at) {
+      const next = at.nextSibling
+      at.remove()
+      at = next
+    }
+  }
+
   // The state, its history and its address.
 
   let state = Logic.initial(data)
@@ -93,6 +126,15 @@ const page = (() => {
     requestAnimationFrame(() => waiting && update())
   }
 
+  // While a hand drags, parts that are out of sight wait until it rests.
+  const seen = new Set()
+  const sight = new IntersectionObserver((parts) => {
+    for (const {target, isIntersecting} of parts) isIntersecting ? seen.add(target.id) : seen.delete(target.id)
+    if (dragging) soon()
+  })
+  for (const part of $("page").children) sight.observe(part)
+  const waits = (part) => dragging && !seen.has(part)
+
   // Everything on the page from the state.
   function update(everything = false) {
     const start = performance.now()
@@ -114,12 +156,12 @@ const page = (() => {
     }
     show_limits()
     show_counts()
-    show_verdict()
-    show_compare()
+    if (!waits("verdict")) show_verdict()
+    if (!waits("compare")) show_compare()
     show_preference()
     show_charts(everything)
-    table.show()
-    show_steps()
+    if (!waits("designs")) table.show()
+    if (!waits("steps")) show_steps()
     keep_focus()
     Object.assign(step, {count: step.count + 1, last: performance.now() - start})
     step.total += step.last
@@ -209,19 +251,19 @@ const page = (() => {
     const words = $("verdict-words")
     $("verdict-table").hidden = !verdict
     if (!verdict) {
-      words.replaceChildren(make("p", {className: "warning", textContent: `No design is left: ${remedy()}`}))
-      $("verdict-more").replaceChildren()
-      $("verdict-table").replaceChildren()
+      renew(words, make("p", {className: "warning", textContent: `No design is left: ${remedy()}`}))
+      renew($("verdict-more"))
+      renew($("verdict-table"))
     } else {
       const {row} = verdict
       const rank = ranking.rank[row]
-      words.replaceChildren(
+      renew(words,
         make("p", {className: "best"}, Charts.icon("6"), make("strong", {textContent: called(row)}),
           make("span", {className: "hint", textContent: rank === 6 ? "rank 6, the highest" : rank > 0 ? `rank ${rank}` : ""}), ...toggles(row)),
         // Of many criteria the table below tells the same and is read faster.
         ...verdict.sentences.slice(0, data.criteria.length > 6 ? 1 : 2).map((text) => make("p", {textContent: readable(text)})),
         ...(verdict.bad ? [make("p", {className: "warning", textContent: verdict.warning})] : []))
-      $("verdict-table").replaceChildren(
+      renew($("verdict-table"),
         make("thead", {}, make("tr", {}, ...["Criterion", "Value", "Best left", "From its best", "Share of range"].map(
           (text, k) => make("th", {textContent: text, scope: "col", className: ["", "number", "number", "number", "share"][k]})))),
         make("tbody", {}, verdict.criteria.map((criterion) => {
@@ -235,18 +277,18 @@ const page = (() => {
             make("td", {className: "share"}, bar(criterion.share), make("span", {textContent: percent(criterion.share)})))
         })))
       const {whole, ties} = verdict
-      $("verdict-more").replaceChildren(
+      renew($("verdict-more"),
         ...(whole ? [make("p", {className: "whole"}, readable(whole.sentence), " ", ...toggles(whole.row).slice(1))] : []),
         ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ", …" : ""}.`})] : []))
     }
     const row = chosen_row()
     const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
-    $("chosen").replaceChildren(...(row < 0
+    renew($("chosen"), ...(row < 0
       ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
       : ["Chosen: ", make("strong", {textContent: called(row)}), make("span", {className: left.mask[row] ? "" : "warning", textContent: ` (${where}) `}),
         make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
-    $("reason-printed").textContent = state.reason || "–"
+    renew($("reason-printed"), state.reason || "–")
   }
 
   function bar(share) {
@@ -263,23 +305,23 @@ const page = (() => {
 
   function show_counts() {
     const dominated = left.count - ranking.front.length
-    $("count").textContent = left.count === 0 ? "No design is left"
-      : `${count_text(left.count)} of ${count_text(data.n)} designs within the limits, ${count_text(ranking.front.length)} Pareto-optimal`
+    renew($("count"), left.count === 0 ? "No design is left"
+      : `${count_text(left.count)} of ${count_text(data.n)} designs within the limits, ${count_text(ranking.front.length)} Pareto-optimal`)
     $("count").classList.toggle("warning", left.count === 0)
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", !past.canUndo)
     $("redo").setAttribute("aria-disabled", !past.canRedo)
     const shown = selected.size || order.length
-    $("export").textContent = `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`
+    renew($("export"), `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
     $("export").disabled = shown === 0
-    $("selection").textContent = [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", ")
+    renew($("selection"), [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", "))
     $("keep").disabled = $("clear").disabled = selected.size === 0
     const counts = new Uint32Array(7)
     for (const row of ranking.front) counts[ranking.rank[row]]++
     for (const box of $("ranks").querySelectorAll("input")) {
       const rank = box.value
       box.checked = rank === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(rank))
-      box.parentElement.querySelector("b").textContent = count_text(rank === "dominated" ? dominated : counts[rank])
+      renew(box.parentElement.querySelector("b"), count_text(rank === "dominated" ? dominated : counts[rank]))
     }
   }
 
@@ -290,11 +332,11 @@ const page = (() => {
     const rows = parts.map(({row}) => row)
     const hint = $("compare-hint")
     $("compare-table").hidden = rows.length < 2
-    hint.replaceChildren(...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
+    renew(hint, ...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span", {className: "shares", textContent: ", in per cent of its value / of the range"}), "."]))
     // By what the reader has asked for, so that nothing changes places under a limit that is dragged.
     $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 3)
-    if (rows.length < 2) return $("compare-table").replaceChildren()
+    if (rows.length < 2) return renew($("compare-table"))
     const table = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
       const id = data.ids[row]
@@ -307,6 +349,7 @@ const page = (() => {
           k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, title: "Compare the others against it", onclick: () => change({base: id})}) : null,
           out ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => take_out(id)}) : null))
     })
+    // Made anew: Chromium draws sticky cells that stay, and have moved, off by a pixel.
     $("compare-table").replaceChildren(
       make("thead", {}, make("tr", {}, make("th", {textContent: "Criterion", scope: "col"}), heads)),
       make("tbody", {}, table.criteria.map((criterion) => {
@@ -344,10 +387,10 @@ const page = (() => {
     const row = chosen >= 0 && left.mask[chosen] && ranking.pareto[chosen] ? chosen : verdict?.row ?? -1
     $("steps").hidden = row < 0
     if (row < 0) return
-    $("steps-title").textContent = `Cheapest step to improve each criterion of ${called(row)}`
+    renew($("steps-title"), `Cheapest step to improve each criterion of ${called(row)}`)
     const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
     $("steps").hidden = steps.length === 0
-    $("steps-table").replaceChildren(make("tbody", {}, steps.map((next) => make("tr", {},
+    renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
       make("th", {scope: "row"}, Charts.broken(next.names.join(", "))), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${step_text(next)}`),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
   }
@@ -412,6 +455,7 @@ const page = (() => {
       }
       input.addEventListener("input", () => moved(false))
       input.addEventListener("change", () => moved(true))
+      input.addEventListener("pointerup", () => dragging && moved(true)) // back where it was, without a change
       return input
     }
     const note = make("p", {className: "hint note", id: `note-${column.field}`})
@@ -482,13 +526,13 @@ const page = (() => {
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
         if (!group || group.open) show_histogram(control)
       }
-      note.textContent = [...told, notes(column)].filter(Boolean).join(" ")
+      renew(note, [...told, notes(column)].filter(Boolean).join(" "))
       note.classList.toggle("warning", told.some(Boolean))
       note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
     }
     for (const group of $("limit-groups").querySelectorAll("details")) {
       const set = group.querySelectorAll(".limit.set").length
-      group.querySelector("summary b").textContent = set ? `${set} set` : ""
+      renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => {
       const [low, high] = limit_of(column) ?? [null, null]
@@ -499,7 +543,7 @@ const page = (() => {
       return [low === null ? `${column.name} at most ${high}${unit}` : high === null ? `${column.name} at least ${low}${unit}`
         : `${column.name} from ${low} to ${high}${unit}`]
     })
-    $("record-limits").replaceChildren(...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {textContent: text})))
+    renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {textContent: text})))
   }
 
   function show_histogram(control) {
@@ -578,9 +622,9 @@ const page = (() => {
     const on = state.order.by === "preference"
     $("by-preference").setAttribute("aria-pressed", String(on))
     const used = Object.keys(state.preference.weights).length + Object.keys(state.preference.aspiration).length > 0
-    if (!($("preferences").open || on || used) || !verdict) return $("preference-words").replaceChildren()
+    if (!($("preferences").open || on || used) || !verdict) return renew($("preference-words"))
     const [first] = Logic.preference(data, ranking, state.preference).best
-    $("preference-words").replaceChildren("First by your preferences: ", make("strong", {textContent: called(first)}),
+    renew($("preference-words"), "First by your preferences: ", make("strong", {textContent: called(first)}),
       first === verdict.row ? ", also the best compromise. " : ". ", ...toggles(first))
   }
 
@@ -677,14 +721,14 @@ const page = (() => {
     }
     drawn.sort((a, b) => level(a) - level(b))
     const total = whole_count(dominated)
-    $("drawn").textContent = [
+    renew($("drawn"), [
       total > context.length ? `grey: ${count_text(context.length)} of ${count_text(total)} designs, a fixed sample` : "",
       number > drawn.length ? `coloured: ${count_text(drawn.length)} of ${count_text(number)} left, every ranked one among them` : "",
-    ].filter(Boolean).join("; ")
+    ].filter(Boolean).join("; "))
     const model = model_of_charts()
     const all = fresh || rescaled
-    parallel.draw(model, all)
-    for (const plot of plots) plot.draw(model, all || plot.live())
+    if (!waits("parallel")) parallel.draw(model, all)
+    for (const plot of plots) if (!waits(plot.part)) plot.draw(model, all || plot.live())
   }
 
   // The axes of the parallel coordinates: the user's, or the criteria and the first others.
@@ -788,6 +832,7 @@ const page = (() => {
     plot.set_axes(x, y)
     // Distances are measured from the U and N of what is left: their context moves with the limits.
     plot.live = () => columns.x.role === "geometric" || columns.y.role === "geometric"
+    plot.part = section.id
     plots.push(plot)
   }
 
@@ -1059,7 +1104,7 @@ const page = (() => {
   return {
     Logic, data, step, ready: performance.now(), update, select: select_rows,
     state: () => state,
-    set: (next) => { change(Logic.checked(data, next).state); update() },
+    set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
     get resting() { return !waiting && thinking === 0 }, plots, scale: scale_of,
