@@ -117,6 +117,7 @@ def test_representatives(rank):
     ("options", "message"),
     [
         (["--prefer", "cheap"], "--prefer must be one of 'aspire', 'chebyshev', 'knee'"),
+        (["--prefer", 'aspire:"cost, k€=1",range=400,5'], "--prefer must be with name=number, decimals by a point"),
         (["--prefer", "knee:range"], "--prefer must be just knee, got knee:range"),
         (["--prefer", "weights:range=1"], "with a number for every objective, such as weights:cost, k€=1,range=1, got weights:range=1; cost, k€ has none"),
         (["--prefer", 'aspire:"cost, k€=1",range=x'], "--prefer must be with finite numbers"),

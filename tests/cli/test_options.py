@@ -116,8 +116,9 @@ class Backwards(BNH):
 def test_designs_that_lack_a_limited_number_are_not_beyond_the_limit(capsys, tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("a,b\n1,5\n2,\n3,2\n4,1\n5,9\n", encoding="utf-8")
-    assert main(["rank", str(path), "--limits", "b<=5"]) == 0
+    assert main(["rank", str(path), "--limits", "b<=5,0.500<=a"]) == 0
     printed = capsys.readouterr().out
+    assert "Limits: b <= 5, a >= 0.5\n" in printed  # as they were read
     assert "1 design beyond the limits: left out.\n" in printed
     assert "1 design without a number in a limited column: left out.\n" in printed
 

@@ -104,7 +104,9 @@ def _values(entry: str, text: str, names: Sequence[str]) -> list[float]:
     """Return the number of each objective; all must be given, so that none is guessed."""
     given: dict[str, float] = {}
     for part in parts_of([text], lambda part: part.rpartition("=")[0].strip() in names):
-        name, _, number = (piece.strip() for piece in part.rpartition("="))
+        name, equals, number = (piece.strip() for piece in part.rpartition("="))
+        if not equals:  # as what follows the comma in A=2,5
+            raise invalid("--prefer", "with name=number, decimals by a point", Received(entry))
         known_name("--prefer", name, names)
         if name in given:
             raise invalid("--prefer", "with each objective once", Received(entry))

@@ -24,7 +24,7 @@ from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
-from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._layout import Limit, Limits
 from pymoo_psi.table._table import read_tests
 
 # Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
@@ -146,7 +146,19 @@ def designs_of(
         file = replace(file, columns={n: c for n, c in file.columns.items() if n not in limits})
     else:
         file = found.under(asked)
-    return _with_roles(file, _settled(columns, file), written, variables)
+    file, roles, remarks = _with_roles(file, _settled(columns, file), written, variables)
+    # As they were read: 11.000 may be meant as eleven thousand, and would limit nothing.
+    told = [_told(name, limit) for name, limit in asked.limits.items()]
+    return file, roles, [*([f"Limits: {', '.join(told)}"] if told else []), *remarks]
+
+
+def _told(name: str, limit: Limit) -> str:
+    """Return a limit as ``--limits`` takes it, with all digits."""
+    lower, upper = limit if isinstance(limit, Sequence) else (None, limit)
+    least, most = ("" if end is None else f"{end:.15g}" for end in (lower, upper))
+    if not most:
+        return f"{name} >= {least}"
+    return f"{least} <= {name} <= {most}" if least else f"{name} <= {most}"
 
 
 def _settled(columns: ColumnOptions, file: DesignFile) -> ColumnOptions:
@@ -291,6 +303,7 @@ def limits_in(
         if not name or any(math.isnan(end) for _, end in ends):
             rule = "of the form criterion=number, column<=number or number<=column<=number"
             remedy = "write <= for <, >= for >" if re.search("[<>](?!=)", part) else ""
+            remedy = "write 2.5 for 2,5" if re.search(r"\d,\d", part) else remedy
             raise invalid(
                 "--limits", f"{rule}, joined by commas", Received(part or "nothing"), remedy
             )
