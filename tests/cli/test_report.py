@@ -57,7 +57,7 @@ def named(tmp_path):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("studies") / "tests.db"
-    assert main(["solve", "bnh", "--points", "128", "--study", str(path)]) == 0
+    assert main(["solve", "bnh", "--points", "40", "--study", str(path)]) == 0
     return path
 
 
