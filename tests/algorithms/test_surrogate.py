@@ -318,3 +318,11 @@ def test_nothing_can_be_judged_before_there_are_tests():
     assert algorithm.predictions().empty
     with pytest.raises(PsiError, match="tests with values must be 4 or more, got 3"):
         algorithm.errors()
+
+
+@pytest.mark.parametrize("name", ["round", "f1_predicted"])
+def test_a_criterion_is_not_overwritten_by_what_is_told_of_others(name):
+    algorithm = SurrogatePSI(3, n_points=3, names={"f2": name})
+    minimize(get_problem("bnh"), algorithm, copy_algorithm=False)
+    with pytest.raises(PsiError, match=f"named unlike the columns of predictions, got '{name}'"):
+        algorithm.predictions()

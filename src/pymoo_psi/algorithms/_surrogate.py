@@ -304,6 +304,9 @@ class SurrogatePSI(PSI):
         ``_deviation`` behind it what was expected, and how surely: NaN where it is not known, as
         for radial functions. The surrogate is empty where too few tests were known to make one.
 
+        Raises:
+            ArgumentValueError: A criterion or constraint has the name of one of these columns.
+
         Example:
             >>> from pymoo.optimize import minimize
             >>> from pymoo_psi import SphereChute
@@ -315,6 +318,10 @@ class SurrogatePSI(PSI):
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
         n, names, sign = len(table), _outputs(table), _signs(table)
         parts = [(made, k + 1) for k, made in enumerate(self._rounds)]
+        told = {f"{name}_{what}" for name in names for what in ("predicted", "deviation")}
+        if taken := [name for name in names if name in {"round", "surrogate", *told}]:
+            rule = "named unlike the columns of predictions"
+            raise invalid("the criteria and constraints", rule, taken[0])
         columns: dict[str, Any] = {"test_point": table.numbers}
         columns["round"] = np.repeat([k for _, k in parts], [len(m.points) for m, _ in parts])[:n]
         kinds = np.repeat([m.kind for m, _ in parts], [len(m.points) for m, _ in parts])[:n]
