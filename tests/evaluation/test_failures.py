@@ -245,7 +245,7 @@ ONE = {
 def test_no_algorithm_warns_or_returns_a_failed_design(algorithm, n_obj, hole):
     """With some designs failing, nearly all, and all."""
     problem = FailureTolerant(Holed(hole, n_obj))
-    result = minimize(problem, algorithm(), ("n_gen", 8), seed=1)
+    result = minimize(problem, algorithm(), ("n_gen", 5), seed=1)
     if hole == 0.3:
         assert result.F is not None
     if hole == 2.0:

@@ -67,8 +67,9 @@ def test_a_deviation_is_found(rolling):
 
 
 def test_processes_change_nothing(small):
-    shared = reproduce(128, n_jobs=2)
-    pd.testing.assert_frame_equal(small.table_6_1(), shared.table_6_1())
+    shared = reproduce(128, models=["rolling"], n_jobs=2).table_6_1()
+    alone = small.table_6_1().query("model == 'rolling'")
+    pd.testing.assert_frame_equal(alone.reset_index(drop=True), shared)
 
 
 @pytest.mark.parametrize(
