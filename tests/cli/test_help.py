@@ -64,6 +64,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
         (["solve", "--no-normalise", "bnh"], "did you mean --no-normalize?"),
         (["solve", "bhn"], "did you mean 'bnh'?"),
         (["solve", "zdt99"], "did you mean 'zdt"),
+        (["solve", "models.py"], "of a class Beam in it say models:Beam"),
         (["solve", "dtlz2", "--n-ob", "4"], "did you mean --n-obj?"),
         (["solve", "pymoo_psi:SphereCute"], "did you mean 'SphereChute'?"),
         (["solve", "bnh", "--limits", "F1=2.5"], "did you mean 'f1'?"),

@@ -88,6 +88,8 @@ def _from_pymoo(name: str, options: ProblemOptions) -> Problem:
         near = [word for word in difflib.get_close_matches(name.lower(), ["chute", *classes], n=5)
                 if word == "chute" or "not found" not in _refusal(word)]  # fmt: skip
         remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
+        if name.endswith(".py"):
+            remedy = f"of a class Beam in it say {name[:-3]}:Beam"
         raise invalid("PROBLEM", _FORMS, name, remedy) from error
     return _made(name, partial(get_problem, name), kind, options)
 
