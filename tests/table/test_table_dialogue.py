@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import PsiError, TestTable, lp_tau, rank_of_efficiency
+from pymoo_psi import PsiError, TestTable, explain, lp_tau, rank_of_efficiency
 from pymoo_psi.table import (
     Layout,
     compare_with_prototype,
@@ -269,3 +269,25 @@ def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
     assert (frame.index.name, frame.index[0]) == ("test_point", 5)
     assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
     assert "the best in row 1, labelled 5)" in repr(ranking)
+
+
+def test_a_design_is_explained_in_the_senses_and_units_of_its_table():
+    """As explain says it of the feasible designs when told everything, which it must be told."""
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"], units={"mass": "kg", "x1": "m"})
+    F = [[1, -1], [2, -5], [3, -4], [4, -6], [9, -9], [np.inf, np.inf]]
+    table = TestTable.of(
+        [11, 12, 13, 14, 15, 16],
+        np.linspace(0, 1, 6)[:, None],
+        F,
+        reasons={16: "no"},
+        layout=layout,
+    )
+    limits = {"mass": 5}
+    frame = table.to_frame()[["mass", "gain"]].iloc[:4]
+    frame.index = [f"test point {n}" for n in frame.index]
+    for number, row in ((None, 1), (12, 1), (14, 3), (13, 2)):  # the last is dominated
+        theirs = explain(frame, row, maximize=["gain"], units={"mass": "kg"})
+        assert str(table.explain(number, limits)) == str(theirs)
+    for number in (15, 16, 1):
+        with pytest.raises(PsiError, match=f"number of a feasible design, got {number}"):
+            table.explain(number, limits)

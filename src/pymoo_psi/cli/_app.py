@@ -158,10 +158,12 @@ def reproduce(
     points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
     mu: Annotated[
         list[float] | None,
-        typer.Option(help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
+        typer.Option(metavar="MU", help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
     ] = None,
-    c: Annotated[float, typer.Option(help="Initial speed.")] = 0.3193,
-    r: Annotated[float, typer.Option(help="Radius.")] = 0.1,
+    c: Annotated[
+        float, typer.Option(metavar="C", help="Initial speed over √(gL), of 1 m/s for L = 1 m.")
+    ] = 0.3193,
+    r: Annotated[float, typer.Option(metavar="R", help="Radius over L, the horizontal way.")] = 0.1,
     model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
     jobs: Jobs = 1,
     figures: Annotated[
@@ -178,7 +180,10 @@ def reproduce(
     )
 
 
-_CHUTE = "Arguments of the chute: --mu 0.2, --c 0.3193, --r 0.1, --model full or rolling."
+_CHUTE = (
+    "Arguments of the chute: --mu 0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), "
+    "--model full or rolling."
+)
 
 
 @_command(

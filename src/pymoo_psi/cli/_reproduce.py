@@ -23,6 +23,7 @@ from pymoo_psi.cli._output import (
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.plots import points_page, save_figures
+from pymoo_psi.plots._paper import shown_case
 from pymoo_psi.plots._style import save_pages
 
 _PAPER = ChuteParameters(mu=PAPER_MU[0])
@@ -103,11 +104,14 @@ def run_reproduce(
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
         write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
-        save_pages([("convergence.png", points_page(result))], out, dpi=200)
+        save_pages([(f"convergence.{figures}", points_page(result))], out, dpi=200)
         for line in _enough(result):
             say(line)
     written = [f"of the {model} model to {folder}" for model, folder in folders.items()]
     say(f"Tables written to {out}, figures {' and '.join(written)}.")
+    if len(coefficients) > 1:
+        shown = shown_case(result, wanted[0]).mu
+        say(f"Figures 3 to 8 are of mu = {shown:g}; for those of another give it as the only --mu.")
     # Other numbers of points have optima of their own, which say nothing about the paper's.
     return 0 if not _compared(result) or all(result.agreement().values()) else 1
 

@@ -17,12 +17,20 @@ from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
 from pymoo_psi._tables import Shown, latex_table
-from pymoo_psi._validation import Received, integer, invalid, job_count, known_name, positive_number
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    integer,
+    invalid,
+    job_count,
+    known_name,
+    positive_number,
+)
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS, ChuteParameters
 from pymoo_psi.paper._published import published_table
 from pymoo_psi.parallel._tasks import in_order, in_parallel
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.table import Convergence, TestTable, convergence
 
@@ -38,7 +46,7 @@ _PRINTED = [f"paper_f{j}" for j in range(1, 5)]
 _COLUMNS = ["model", "mu", "test_point", *_CRITERIA, *_PRINTED]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Case:
     """One friction coefficient under one model.
 
@@ -48,7 +56,7 @@ class Case:
         test_point: ``(n,)`` numbers of the Pareto-optimal test points.
         X: ``(n, 2)`` their designs.
         F: ``(n, 4)`` their criteria.
-        ranking: Their ranks of efficiency.
+        ranking: Their ranks of efficiency, labelled by their test points.
         refined: The continuous Salukvadze optimum, against the same U and N.
         table: All tests, by number.
         parameters: The chute: μ, and the c and r that the paper has unless others were asked for.
@@ -68,6 +76,15 @@ class Case:
     refined: Refinement
     table: TestTable
     parameters: ChuteParameters
+
+    def __repr__(self) -> str:
+        """Return which case it is and what was found."""
+        best = ", ".join(map(str, self.test_point[self.ranking.salukvadze]))
+        tests = counted(len(self.table), "test point")
+        return (
+            f"Case({self.model} model, mu = {self.mu:g}: {len(self.F)} Pareto optimal of {tests}, "
+            f"the best no. {best})"
+        )
 
     @property
     def printed(self) -> bool:
@@ -328,7 +345,7 @@ def solve_case(mu: float, model: str, n_points: int, *, c: float = 0.3193, r: fl
     problem = VectorizedSphereChute(mu, c=c, r=r, model=model)
     result = minimize(problem, PSI(n_points))
     # The paper measures distances in the criteria's own units, which are dimensionless.
-    ranking = rank_of_efficiency(result.F, normalize=False)
+    ranking = result.algorithm.table.ranking(normalize=False)
     refined = refine(problem, result.X[ranking.salukvadze[0]], ranking)
     return Case(
         model,

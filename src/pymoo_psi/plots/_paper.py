@@ -127,7 +127,7 @@ def paper_figures(
         'Pareto-optimal points in the design box (all quantities dimensionless)'
     """
     found = _cases(instance("reproduction", reproduction, Reproduction), model)
-    case = next((each for each in found if np.isclose(each.mu, _MU)), found[0])
+    case = shown_case(reproduction, model)
     parameters = case.parameters
     values = [each.mu for each in found]
     ends = _SURFACES_MU if case.printed else sorted({min(values), max(values)})
@@ -245,6 +245,12 @@ def save_figures(
     figures = paper_figures(reproduction, model=model, numbers=numbers)
     pages = ((f"figure_{number}{suffix}", figure) for number, figure in figures)
     return save_pages(pages, directory, dpi)
+
+
+def shown_case(reproduction: Reproduction, model: str) -> Case:
+    """Return the case of Figures 3 to 8: the paper's, or else the first."""
+    found = _cases(reproduction, model)
+    return next((each for each in found if np.isclose(each.mu, _MU)), found[0])
 
 
 def _cases(reproduction: Reproduction, model: str) -> list[Case]:

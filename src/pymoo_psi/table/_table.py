@@ -33,7 +33,8 @@ from pymoo_psi._validation import (
     real_array,
 )
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto import EfficiencyRanking, Explanation, nondominated
+from pymoo_psi.pareto._explanation import explained
 from pymoo_psi.pareto._feasibility import competes, violated_constraints
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import ranking_of
@@ -400,6 +401,49 @@ class TestTable(Shown):
         labels = pd.Index(self.numbers[optimal], name="test_point")
         objectives = Objectives(Objectives.of(front).values * sign, sign, names, labels)
         return ranking_of(objectives, known, normalize=normalize)
+
+    def explain(
+        self,
+        test_point: int | None = None,
+        limits: Limits | None = None,
+        *,
+        normalize: bool = True,
+    ) -> Explanation:
+        """Say why a design: :func:`pymoo_psi.explain` among the feasible designs of the table.
+
+        Names, senses and units are the table's.
+
+        Args:
+            test_point: Its number; the Salukvadze optimum unless given.
+            limits: Limits that a feasible design must keep.
+            normalize: As for :meth:`ranking`.
+
+        Raises:
+            ArgumentValueError: There is no such feasible design, or a limit does not fit.
+
+        Example:
+            >>> table = TestTable.of([4, 5, 6], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
+            >>> print(table.explain().sentences[0])
+            Test point 5 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
+            ideal point.
+        """
+        best = self.ranking(limits, normalize=normalize).salukvadze[0]  # refuses a table of none
+        optimal = self.pareto(limits)
+        rows = np.flatnonzero(self.feasible(limits) & np.isfinite(self.F).all(axis=1))
+        numbers = self.numbers[rows].tolist()
+        chosen = int(self.numbers[optimal][best]) if test_point is None else test_point
+        if chosen not in numbers:
+            raise invalid("test_point", "the number of a feasible design", chosen)
+        layout = self.layout
+        objectives = Objectives(
+            self.F[rows] * layout.sign + 0.0,  # no -0.0
+            layout.sign,
+            layout.objectives,
+            [f"test point {number}" for number in numbers],
+        )
+        ranking = ranking_of(objectives, optimal[rows], normalize=normalize)
+        units = {name: layout.units[name] for name in layout.objectives if name in layout.units}
+        return explained(ranking, numbers.index(chosen), units)
 
     def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
         """Return the ordered test table of a criterion: the feasible designs, the best first.
