@@ -46,6 +46,7 @@ def test_reproduce_writes_and_prints_the_tables(capsys, monkeypatch, tmp_path, c
     assert "the published tables follow from it" in printed
     assert printed.startswith("Not compared: the paper tests 4096 points, this run 64; ")
     assert "64 LPτ test points for each of 6 cases." in printed
+    assert "Figures 3 to 8 are of mu = 0.4;" in printed
     assert "rolling model: 64 points are not enough. Twice as many would bring" in printed
     rows = pd.read_csv(out / "convergence.csv")
     assert len(rows) == 6 * 4  # three coefficients by two models; 8, 16, 32 and 64 points

@@ -65,6 +65,8 @@ class Case:
         >>> case = solve_case(0.4, "rolling", 4096)
         >>> case.test_point[case.ranking.salukvadze]  # the paper's design for mu = 0.4
         array([3085])
+        >>> case
+        Case(rolling model, mu = 0.4: 2160 Pareto optimal of 4096 test points, the best no. 3085)
     """
 
     model: str
