@@ -5,7 +5,8 @@
 Designs of four criteria and four variables, all Pareto optimal or a half of them dominated: a limit
 on a variable frees dominated designs. At the largest size also two and eight criteria, which are
 best where x1 is least: every step of a lower limit on it rejects the front and frees another one.
-After each drag the page's ranks are compared with Python's.
+The limit is dragged: what is out of sight waits until the hand rests. After each drag the page's
+ranks are compared with Python's.
 
 Two times are told: by the clock, and of the processor for the page's main thread, which other work
 on the machine does not lengthen.
@@ -82,7 +83,7 @@ def measured(
             before = busy(page, session)
             clock.append(page.evaluate(
                 """([name, limit]) => { const {state, set, step} = decisionPage
-                set({...state(), limits: {[name]: limit}}); return step.last }""",
+                set({...state(), limits: {[name]: limit}}, false); return step.last }""",
                 [name, limit],
             ))  # fmt: skip
             processor.append(busy(page, session) - before)

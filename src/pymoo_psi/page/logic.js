@@ -257,11 +257,13 @@ class Dominators {
   // One of the rows in `among` that dominates a row; -1 if there is none.
   of(i, {bits, filled}) {
     const {ranks, sums, order, place, parts, below, words} = this
+    const last = filled[place[i] >>> 5]
+    if (last < 0) return -1 // at once: of what was optimal, as long as no design comes back
     // The column in which fewest rows are below comes first: little is left for the others.
     const columns = parts.map((_, j) => j).sort((a, b) => parts[a][i] - parts[b][i])
     const sets = columns.map((j) => below[j])
     const starts = columns.map((j) => parts[j][i] * words)
-    for (let w = filled[place[i] >>> 5]; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
+    for (let w = last; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
       let left = bits[w]
       for (let j = 0; j < sets.length && left !== 0; j++) left &= sets[j][starts[j] + w]
       while (left !== 0) {
