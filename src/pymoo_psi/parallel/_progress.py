@@ -38,7 +38,8 @@ def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
             nonlocal since, known
             now = time.monotonic()
             bar.set(share)
-            if now - start < _KNOWN:
+            # Nor does the first share tell how long a test takes: workers start before it.
+            if now - start < _KNOWN or known == 0:
                 since, known = now, share
             elif known < share < 1:
                 left = (now - since) * (1 - share) / (share - known)

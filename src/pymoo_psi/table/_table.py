@@ -433,7 +433,10 @@ class TestTable(Shown):
         numbers = self.numbers[rows].tolist()
         chosen = int(self.numbers[optimal][best]) if test_point is None else test_point
         if chosen not in numbers:
-            raise invalid("test_point", "the number of a feasible design", chosen)
+            status = self.status[self.numbers == chosen].tolist()
+            why = "which failed" if "failed" in status else "which violates constraints or limits"
+            found = Received(f"{chosen!r}, {why if status else 'which is not in the table'}")
+            raise invalid("test_point", "the number of a feasible design", found)
         layout = self.layout
         objectives = Objectives(
             self.F[rows] * layout.sign + 0.0,  # no -0.0
