@@ -23,7 +23,7 @@ def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
     printed = capsys.readouterr().out
     for rule in feasibility_rules(table, {"f2": 25}).rules:
         assert f"  {rule}\n" in printed
-    assert convergence(table, {"f2": 25}).verdict() in printed
+    assert convergence(table, {"f2": 25}).verdict() in " ".join(printed.split())
     found = sensitivities(table)
     row = next(line for line in printed.splitlines() if line.startswith("x1  "))
     index = found.loc[("f1", "x1"), "first_order"]
@@ -59,7 +59,7 @@ def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
         criteria=["f1", "f2", "ratio"], computed={"ratio": "f1/f2"}, limits={"x1": 2}
     )
     under = table.under(asked)
-    assert convergence(under).verdict() in printed
+    assert convergence(under).verdict() in " ".join(printed.split())
     for rule in feasibility_rules(under).rules:
         assert f"  {rule}\n" in printed
     heads = printed.splitlines()[1].split()
