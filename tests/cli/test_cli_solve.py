@@ -337,8 +337,16 @@ def test_mistakes_of_export(run, words, message):
     assert err.count("\n") == 1
 
 
+@pytest.fixture
+def interruptible():
+    """A job in the background ignores SIGINT."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("more", [["--study", "s.db"], ["--algorithm", "nsga3"]])
-def test_an_interruption_is_told_in_a_line(run, more):
+def test_an_interruption_is_told_in_a_line(run, more, interruptible):
     code, printed, err = run("solve", "models:Stopped", "--points", 100, "--out", "o.csv", *more)
     assert (code, err) == (130, "pymoo-psi: interrupted\n")
     assert ("of 100 designs are in s.db; the same command continues" in printed) == ("s.db" in more)
