@@ -1,6 +1,5 @@
 """What the tests share: examples without a time limit, what they run on, and which are quick."""
 
-import gc
 import os
 from importlib.metadata import version
 from pathlib import Path
@@ -54,20 +53,6 @@ def pytest_ignore_collect(collection_path, config):
     """Not even import the other files, which takes longer than to run the quick ones."""
     only_quick = config.option.markexpr == "quick" and collection_path.suffix == ".py"
     return True if only_quick and not is_quick(collection_path) else None
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection():
-    """Spare the collector of garbage the modules and tests, which all live to the end.
-
-    To look at them again and again is a tenth of what collecting takes, and slows every test.
-    """
-    gc.disable()
-    try:
-        return (yield)
-    finally:
-        gc.freeze()
-        gc.enable()
 
 
 def pytest_collection_modifyitems(items):
