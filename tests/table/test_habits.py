@@ -3,9 +3,12 @@
 import io
 import json
 import os
+import re
 import threading
+import zipfile
 
 import numpy as np
+import openpyxl
 import pandas as pd
 import pytest
 from hypothesis import given, settings
@@ -18,12 +21,26 @@ from pymoo_psi.table import read_designs
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 
 
-def workbook(*sheets):
-    stream = io.BytesIO()
-    with pd.ExcelWriter(stream, engine="openpyxl") as writer:
-        for k, rows in enumerate(sheets):
-            pd.DataFrame(rows).to_excel(writer, sheet_name=f"S{k}", header=False, index=False)
+def workbook(*sheets, edit=None):
+    """A workbook with the sheets S0, S1, …; the last of them is edited."""
+    book, stream = openpyxl.Workbook(), io.BytesIO()
+    book.remove(book.active)
+    for k, rows in enumerate(sheets):
+        sheet = book.create_sheet(f"S{k}")
+        for row in rows:
+            sheet.append(row)
+    if edit:
+        edit(sheet)
+    book.save(stream)
     return stream.getvalue()
+
+
+def in_per_cent(*cells):
+    def edit(sheet):
+        for cell in cells:
+            sheet[cell].number_format = "0.0%"
+
+    return edit
 
 
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
@@ -244,6 +261,26 @@ FILES = {
         {},
         r"row 2 \(line 3\) holds 'oak' in the column 'a', text among numbers; .* --skip-rows 3",
     ),
+    # Rows that summarise others
+    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
+    "a sum left out": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {"skip_rows": [5]}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a sum beside a ratio": ("m,a,b\nA,1,4\nB,2,3\nTotal,3,2.33\n", {}, "'Total' and summarises"),
+    "a sum of one column": ("m,a,b\nA,1,4\nB,2,3\nTotal,3,\n", {}, "'Total' and summarises"),
+    "a sum called so by another column": ("a,b,remark\n1,4,\n2,3,\n3,7,Σ\n", {}, "'Σ' and summarises"),
+    "a sum that is rounded": ("m,a,b\nA,1.24,4\nB,2.23,3\nTotal,3.5,7\n", {}, "'Total' and summarises"),
+    "a rounded mean": ("m,a,b\nA,1,30\nB,2,2.5\nC,6,1\nMean,3,11.2\n", {}, "'Mean' and summarises"),
+    "least and greatest": ("m,a,b\nA,1,4\nB,2,3\nmin,1,3\nmax,2,4\n", {}, r"row 3 \(line 4\) is called 'min' .* such rows out by --skip-rows 4,5,"),
+    "statistics on top": ("m,a,b\nStd,0.7,9\nMax.,2,4\nA,1,4\nB,2,3\n", {}, r"row 2 \(line 3\) is called 'Max.' .* such rows out by --skip-rows 2,3,"),
+    "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
+    "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a design called Max": ("m,a,b\nMin,1,4\nMid,2,4\nMax,3,4\n", {}, {"a": [1, 2, 3], "b": [4, 4, 4]}),
+    "a design that shares the greatest": ("m,a,b\nEco,1,4\nMid,2,6\nMax,3,6\n", {}, {"a": [1, 2, 3], "b": [4, 6, 6]}),
+    "levels called min and max": (
+        "a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n",
+        {},
+        {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]},
+    ),
+    "a design without cost": ("m,a,b\nA,0,4\nB,0,3\nMax,0,2\n", {}, {"a": [0, 0, 0], "b": [4, 3, 2]}),
     # Titles, units, comments, headers
     "a title": (
         "Results of May\ncost;mass\n1,5;30\n2,25;2,5\n",
@@ -269,6 +306,10 @@ FILES = {
     "comments": ("# from a tool\n# 2,5\ncost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),
     "names in a comment, commas": ("#cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with #: a comment or a design; leave it out by --skip-rows 3"),
+    "a comment at the end": ("a,b\n1,2\n# end\n", {}, "line 3 begins with #"),
+    "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
+    "a note at the end": ("a,b\n1,2\n3,4\nby M.\n", {}, r"row 3 \(line 4\) has 1 cell.* --skip-rows 4"),
     "no names": ("1.5,30\n2.25,2.5\n", {}, "its first line must name the columns, and holds num"),
     "no names, but one text": ("A,1.5,30\nB,2.25,2.5\n", {}, "must name the columns, and holds numbers, '1.5'"),
     "no names, and a comment": ("# made in May\nA,1.5,30\nB,2,2\n", {}, "must name the columns"),
@@ -286,6 +327,9 @@ FILES = {
     "words for a gap": ("a,b\n1,n/a\n3,4\n", {}, r"row 1 \(line 2\) holds no number .*--drop-incom"),
     "a dash for a gap": ("a,b\n1,—\n3,4\n", {}, r"row 1 \(line 2\) holds no number in .*--drop-incom"),
     "a spreadsheet's error": ("a,b\n1,#DIV/0!\n3,4\n", {}, "holds no number in .*--drop-incomplete"),
+    "its error in German": ("a,b\n1,#WERT!\n3,4\n", {}, "holds no number in.*--drop-incomplete"),
+    "a column too narrow": ("a,b\n1,####\n3,4\n", {}, "holds no number in .*--drop-incomplete"),
+    "a formula": ("a,b,c\n1,2,=A2/B2\n3,4,=A3/B3\n", {}, "'=A2/B2' in the column 'c', a formula without its value; save"),
     "infinity": ("a,b\n1,inf\n3,4\n", {}, "holds inf in the column 'b'; .*--drop-incomplete"),
     "too large": ("a,b\n1,1e400\n3,4\n", {}, "holds 1e400 in the column 'b'; .*--drop-incomplete"),
     "incomplete rows left out": (
@@ -342,6 +386,28 @@ FILES = {
         "leaves columns without a name; leave line 1 out by --skip-rows 1",
     ),
     "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
+    "a formula without value": (
+        workbook([["m", "a", "b"], ["A", 1, 2], ["B", 3, "=B3+1"]]),
+        {"drop_incomplete": True},
+        "'=B3\\+1' in the column 'b', a formula without its value; save",
+    ),
+    "an error in a workbook": (workbook([["a", "b"], [1, "#DIV/0!"], [2, 3]]), {}, "holds no number .* --drop-incom"),
+    "shares in per cent": (
+        workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")),
+        {},
+        {"a": [0.85, 0.9], "b": [2, 1]},
+    ),
+    "shares beside per cents": (
+        workbook([["a", "b"], [0.85, 2], [90, 1]], edit=in_per_cent("A2")),
+        {},
+        "holds 90 in the column 'a', in no unit, while .* is in per cent by its format",
+    ),
+    "shares beside per cents in text": (
+        workbook([["a", "b"], [0.85, 2], ["90 %", 1]], edit=in_per_cent("A2")),
+        {},
+        "holds '90 %' in the column 'a', in %, while .* is in per cent by its format",
+    ),
+    "a sum in a workbook": (workbook([*TYPED, ["Total", 1], [3.75, 32.5]]), {}, "text among numbers"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     "no such sheet": (workbook([["a"], [1]], TYPED), {"sheet": "s1"}, "'S0', 'S1'.* did you mean 'S1'"),
@@ -380,6 +446,67 @@ FILES = {
         "holds inf in the column 'a'",
     ),
 }  # fmt: skip
+
+
+def test_sums_without_a_name_are_told(path):
+    """A sum of many designs by chance is rare in one column, of few it is not."""
+    for rows, told in (
+        ("1,4\n2,3\n4,2\n7,9\n", True),
+        ("1,4\n2,3\n4,2\n7,8\n", False),
+        ("1,4\n2,3\n3,7\n", False),
+        ("0,4\n0,3\n0,2\n0,9\n", False),
+        ("7,9\n1,4\n2,3\n4,2\n", False),
+    ):
+        path.write_text(f"a,b\n{rows}")
+        file = read_designs(path)
+        remark = "Row 4 (line 5) holds the sums of the rows above; if it is no design, leave it out"
+        assert any(line.startswith(remark) for line in file.remarks) == told
+        assert file.values(["a"])[-1] == float(rows.splitlines()[-1].partition(",")[0])
+
+
+def test_what_a_sheet_hides_is_told(path, capsys):
+    """By a filter, by hand or in a folded group: all of it is read unless it is left out."""
+
+    def hide(sheet):
+        sheet.auto_filter.ref = "A2:D6"
+        sheet.row_dimensions[4].hidden = sheet.row_dimensions[6].hidden = True
+        sheet.column_dimensions.group("C", "D", hidden=True)
+
+    rows = [["Results"], ["m", "a", "b", "c"], *([f"V{i}", i, 9 - i, 7] for i in range(1, 5))]
+    path.write_bytes(workbook(rows, edit=hide))
+    whole = read_designs(path, skip_rows=[1])
+    assert whole.values(["a"]).ravel().tolist() == [1, 2, 3, 4]
+    assert whole.remarks == (
+        "2 hidden rows of the sheet read like the others: line 4, 6; --skip-rows hidden leaves such "
+        "rows out.",
+        "2 hidden columns of the sheet read like the others: b, c; --objectives says by which "
+        "columns to rank.",
+    )
+    part = read_designs(path, skip_rows=["hidden", 1])
+    assert part.values(["a"]).ravel().tolist() == [1, 3]
+    assert part.lines == [3, 5]
+    assert part.remarks == whole.remarks[1:]
+    assert main(["rank", str(path), "--skip-rows", "1, hidden"]) == 0
+    assert "2 designs" in capsys.readouterr().out
+    path.write_text("a,b\n1,2\n")
+    for wrong in ("hidden", "visible"):
+        with pytest.raises(PsiError, match="skip_rows must be"):
+            read_designs(path, skip_rows=[wrong])
+
+
+def test_the_saved_value_of_a_formula_is_read(path):
+    """A formula without a value is told from one whose value is an empty text."""
+    sheet = workbook([["a", "b"], [1, "=A2+1"], [2, "=A3+1"], [3, '=""']])
+    with zipfile.ZipFile(io.BytesIO(sheet)) as book, zipfile.ZipFile(path, "w") as saved:
+        for part in book.namelist():
+            text = book.read(part)
+            if part.endswith("sheet1.xml"):
+                for value in (b"<v>2.5</v>", b"<v>3.5</v>"):
+                    text = re.sub(b"<v ?/>|<v></v>", value, text, count=1)
+                text = text.replace(b'<c r="B4"', b'<c r="B4" t="str"')
+            saved.writestr(part, text)
+    file = read_designs(path)
+    np.testing.assert_array_equal(file.numbers("b"), [2.5, 3.5, np.nan])
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -134,7 +134,7 @@ class FileOptions:
     ] = None
     skip_rows: Annotated[
         str | None,
-        typer.Option(metavar="1,3,…", help="Lines of the file to leave out: titles, units."),
+        typer.Option(metavar="1,3,…", help="Lines to leave out: titles, units; or 'hidden' ones."),
     ] = None
     sheet: Annotated[
         str | None, typer.Option(metavar="NAME", help="Sheet of a workbook [the only one].")

@@ -108,8 +108,11 @@ def formulation_of(
 
 def opened(written: FileOptions, path: Path) -> tuple[DesignFile | TestTable, str]:
     """Return the designs of a file, or all tests if it holds these, and which are missing."""
-    rule = "numbers of lines to leave out, such as 1,3"
-    skip_rows = numbers_in("--skip-rows", written.skip_rows, rule) if written.skip_rows else ()
+    rule = "numbers of lines to leave out, such as 1,3, or hidden"
+    skip_rows: list[int | str] = []
+    for part in written.skip_rows.split(",") if written.skip_rows else ():
+        hidden = part.strip() == "hidden"
+        skip_rows += ["hidden"] if hidden else numbers_in("--skip-rows", part, rule)
     return read_designs_or_tests(
         path, written.decimal, written.thousands, written.encoding, skip_rows, written.sheet
     )

@@ -80,7 +80,8 @@ Files: ``to_csv`` and ``read_csv`` change nothing. pandas reads the file by
 last digit. :func:`read_designs` reads any CSV whose first line names the columns, a workbook (extra
 ``xlsx``), a study, and what the command and the page write. Numbers may have decimal commas,
 thousands, a unit, a currency or %; one that can be read in two ways is refused, with its row, its
-column and the option that settles it. An apostrophe leads an exported text that a spreadsheet would
+column and the option that settles it. Rows that summarise others (Total, Mean, Max) are refused,
+hidden rows of a workbook are told. An apostrophe leads an exported text that a spreadsheet would
 run as a formula.
 """
 

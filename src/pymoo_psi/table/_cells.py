@@ -27,9 +27,11 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import invalid
 
 BLANKS = {
-    *("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "–", "—", "?"),
-    *("#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!"),  # of spreadsheets
+    *("", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"),
 }
+# Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
+_ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
+_FORMULA = re.compile(r"=[\w(+$'{-]")
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))
 _GAPS = " '’\u00a0\u2009\u202f"  # that divide thousands and nothing else
 # Words that may stand beside a number without a doubt that it is one: currencies and the units of
@@ -101,7 +103,8 @@ def boolean(text: str) -> bool:
 def is_blank(cell: Any) -> bool:
     """Say whether a cell holds nothing, or a word for it."""
     if isinstance(cell, str):
-        return cell.strip().lower() in BLANKS
+        text = cell.strip()
+        return text.lower() in BLANKS or (text[:1] == "#" and bool(_ERROR.fullmatch(text)))
     return cell is None or cell != cell
 
 
@@ -119,6 +122,12 @@ def is_numberlike(cell: Any) -> bool:
     return bool(_INFINITE.fullmatch(text)) or bool(
         _NUMBERLIKE.match(text) and not _DATE.fullmatch(text)
     )
+
+
+class PerCent(float):
+    """The share in a cell that shows it in per cent, such as 0.85 for 85 %."""
+
+    unit = "per cent by its format"  # beside others it was probably meant as they are
 
 
 @dataclass(frozen=True)
@@ -250,7 +259,7 @@ def _number(cell: Any) -> _Number | float | None:
         if isinstance(cell, bool) or not isinstance(cell, (int, float)):
             return None
         try:
-            return float(cell)
+            return cell if isinstance(cell, PerCent) else float(cell)
         except OverflowError:
             # Beyond float64: as infinity it is refused where the numbers must be finite.
             return math.inf if cell > 0 else -math.inf
@@ -321,6 +330,10 @@ def _read(scan: _Scan, marks: Marks, of_file: set[str], points: bool) -> Column:
 def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
     """Return the numbers of a column by row, none if it is text; refuse what is neither."""
     numbers = {i: number for i, number in enumerate(scan.found) if number is not None}
+    for i in scan.texts:
+        if isinstance(scan.cells[i], str) and _FORMULA.match(scan.cells[i]):
+            remedy = "save the file with values, as a spreadsheet program does"
+            raise _UnreadableError(i, "a formula without its value", remedy)
     # One number is enough: taken for text, the column would silently be no objective.
     if scan.texts and numbers:
         remedy = (
@@ -337,7 +350,7 @@ def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
                 i, "like a number, but none that can be read for certain", remedy
             )
     # Nothing is converted: numbers stay those that the file shows, so that mm beside m is refused.
-    units = {i: n.unit if isinstance(n, _Number) else "" for i, n in numbers.items()}
+    units = {i: getattr(number, "unit", "") for i, number in numbers.items()}
     first = next(iter(units.values()), "")
     for i, unit in units.items():
         if unit != first:

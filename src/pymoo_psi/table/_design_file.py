@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,13 @@ from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
 from pymoo_psi.table._formulation import Formulation, computed_columns, distinct
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout, is_writable
 from pymoo_psi.table._limits import bounds_of, within
-from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
+from pymoo_psi.table._sheet import (
+    Sheet,
+    UnfitError,
+    decoded,
+    sheet_of_text,
+    sheet_of_workbook,
+)
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
 if TYPE_CHECKING:
@@ -43,6 +50,14 @@ _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _TOLD = 6  # rows that a line names
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
+# What rows are called that summarise others, by spreadsheets and people.
+_SUMMARY = re.compile(
+    r"(?P<sum>\b(?:(?:sub|grand)?totals?|sums?|(?:gesamt|zwischen|teil)?(?:summe|ergebnis)"
+    r"|(?:ins)?gesamt|somme|suma|totale)\b|[Σ∑])|[Ø⌀]|\b(?:mean|average|avg|median|min(?:imum)?"
+    r"|max(?:imum)?|count|std|stdev|standard deviation|mittel(?:wert)?|durchschnitt"
+    r"|standardabweichung|anzahl|moyenne|media|promedio)\b",
+    re.IGNORECASE,
+)
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -516,7 +531,7 @@ def read_designs(
     decimal: str | None = None,
     thousands: str | None = None,
     encoding: str | None = None,
-    skip_rows: Collection[int] = (),
+    skip_rows: Collection[int | str] = (),
     sheet: str | None = None,
 ) -> DesignFile:
     r"""Read the designs of a file, which is read once, so that it may be a pipe.
@@ -534,7 +549,8 @@ def read_designs(
         decimal: The decimal mark of its numbers, ``"."`` or ``","``; as they tell unless given.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
         encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
-        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
+        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units;
+            ``"hidden"`` among them for all hidden rows of a workbook.
         sheet: Name of the sheet of a workbook; the only one with cells unless given.
 
     Raises:
@@ -562,7 +578,7 @@ def read_designs_or_tests(
     decimal: str | None = None,
     thousands: str | None = None,
     encoding: str | None = None,
-    skip_rows: Collection[int] = (),
+    skip_rows: Collection[int | str] = (),
     sheet: str | None = None,
 ) -> tuple[DesignFile | TestTable, str]:
     """Return the designs of a file, or all tests if it holds these, and which tests are missing.
@@ -572,7 +588,10 @@ def read_designs_or_tests(
     path, marks = Path(path), Marks(decimal, thousands)
     if isinstance(skip_rows, str) or not isinstance(skip_rows, Collection):
         raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
-    skipped = frozenset(integer("a number in skip_rows", line, minimum=1) for line in skip_rows)
+    skipped = frozenset(
+        "hidden" if line == "hidden" else integer("a number in skip_rows", line, minimum=1)
+        for line in skip_rows
+    )
     if not isinstance(encoding, (str, type(None))):
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
     if path.is_dir():
@@ -698,10 +717,12 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         {name: _rows_of(column, kept) for name, column in whole.items()},
         taken[kept] + 1,
         [sheet.lines[i] for i in taken[kept]],
-        remarks=(f"{left} left out.",) if n else (),
+        remarks=(*sheet.remarks, f"{left} left out.") if n else sheet.remarks,
         failed=failed,
         infeasible=n - failed.total(),
     )
+    if remark := _require_designs(found):
+        found = replace(found, remarks=(*found.remarks, remark))
     if len(old) == 0:
         return found
     former = {name: _rows_of(column, old) for name, column in whole.items()}
@@ -709,6 +730,78 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     names = rows[found.label].astype(str) if found.label else ["prototype"] * len(rows)
     rows.index = pd.Index(names)
     return replace(found, prototype=rows)
+
+
+def _require_designs(file: DesignFile) -> str:
+    """Refuse rows that summarise others, such as "Total"; return what to tell of one that may.
+
+    A name alone says nothing, as a design may be called Max, nor do a few equal numbers.
+
+    Raises:
+        UnfitError: There is such a row.
+    """
+    apart, n = {*_labels(file.names), *RANKING_COLUMNS}, len(file)
+    columns = [c for name, c in file.columns.items() if c.numbers is not None and name not in apart]
+    called: dict[int, re.Match[str]] = {}
+    for column in file.columns.values():
+        texts = {c for c in column.cells if isinstance(c, str)} if column.numbers is None else ()
+        if found := {text: match for text in texts if (match := _SUMMARY.search(text))}:
+            called |= {i: found[cell] for i, cell in enumerate(column.cells) if cell in found}
+    if not columns:
+        return ""
+    F = np.column_stack([column.numbers for column in columns if column.numbers is not None])
+    F[~np.isfinite(F)] = np.nan
+    last, others = -1, np.flatnonzero([i not in called for i in range(n)])
+    for i in sorted(called):
+        # All designs, or those of a group: the rows since the last such row.
+        for group in (others, others[(last < others) & (others < i)]):
+            sums, same = _summarised(F[i], [column.cells[i] for column in columns], F[group])
+            # The other columns may hold ratios of sums.
+            if same or (called[i]["sum"] and len(sums) and 2 * sums.sum() >= len(sums)):
+                lines = [str(file.lines[j]) for j in sorted(called)]
+                them = "such rows" if lines[1:] else "it"
+                remedy = f"leave {them} out by --skip-rows {','.join(lines)}, or rename a design"
+                what = f"{file._where(i)} is called {called[i].string.strip()!r:.40}"
+                raise UnfitError(f"{what} and summarises other rows; {remedy}")
+        last = i
+    # Without a word for it, as programs add sums; of two or three numbers they may be a chance.
+    if not called and n > 3:
+        sums, _ = _summarised(F[-1], [column.cells[-1] for column in columns], F[:-1])
+        if len(sums) > 1 and sums.all():
+            remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
+            return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
+    return ""
+
+
+def _summarised(
+    row: NDArray[np.float64], cells: Sequence[Any], others: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], bool]:
+    """Return in which columns a row holds the sum of others, and whether it summarises throughout.
+
+    Args:
+        row: ``(m,)`` numbers, NaN where there are none.
+        cells: The m cells that hold them.
+        others: ``(n, m)`` numbers of other rows.
+
+    Returns:
+        For each column in which the row has a number, and others two or more; and whether it is
+        their mean, median, least or greatest value in all of these in which they differ.
+    """
+    filled = ~np.isnan(row) & ((~np.isnan(others)).sum(axis=0) > 1)
+    if not filled.any():
+        return np.zeros(0, dtype=bool), False
+    row, others = row[filled], others[:, filled]
+    # Means are often rounded: half a unit of the last digit that is written.
+    texts = [str(cell).strip() for cell, known in zip(cells, filled, strict=True) if known]
+    digits = [int(Decimal(text).as_tuple().exponent) for text in texts]
+    within = 1e-9 * np.abs(row) + [float(f"5e{digit - 1}") for digit in digits]
+    least, most = np.nanmin(others, axis=0), np.nanmax(others, axis=0)
+    with np.errstate(over="ignore"):
+        total, mean = np.nansum(others, axis=0), np.nanmean(others, axis=0)
+        statistics = (mean, np.nanmedian(others, axis=0), least, most)
+    sums = (np.abs(total - row) <= within) & ((np.nan_to_num(others) != 0).sum(axis=0) > 1)
+    apart = np.where(least < most, np.abs(np.array(statistics) - row) - within, 0)
+    return sums, bool((least < most).any() and (apart <= 0).all(axis=1).any())
 
 
 def _with_roles(file: DesignFile, line: str) -> DesignFile:

@@ -7,14 +7,15 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from io import BytesIO, StringIO
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
-from pymoo_psi._validation import invalid, known_name
+from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import is_blank, is_number
+from pymoo_psi.table._cells import PerCent, is_blank, is_number
 
 _DIVIDERS = ",;\t|"
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
@@ -42,11 +43,13 @@ class Sheet:
             may have no name, as data frames write their row labels.
         lines: The line of the file on which each row ends.
         divider: The mark between cells; empty if cells have places of their own.
+        remarks: What a reader must know about the rows, in sentences.
     """
 
     columns: dict[str, list[Any]]
     lines: list[int]
     divider: str
+    remarks: tuple[str, ...] = ()
 
 
 def decoded(content: bytes, encoding: str | None) -> str:
@@ -83,7 +86,7 @@ def decoded(content: bytes, encoding: str | None) -> str:
     return text.removeprefix("\ufeff")
 
 
-def sheet_of_text(text: str, skip_rows: Collection[int]) -> Sheet:
+def sheet_of_text(text: str, skip_rows: Collection[int | str]) -> Sheet:
     """Return the cells of a text.
 
     Lines that begin with ``#`` may stand above the line that names the columns. If that line holds
@@ -115,11 +118,21 @@ def sheet_of_text(text: str, skip_rows: Collection[int]) -> Sheet:
         names = _cells_of(comments[-1].lstrip("# "), divider)
         if len(names) == len(rows[0]) and not any(map(is_number, names)):
             rows, ends = [names, *rows], [ends[0], *ends]
+    marked = [
+        end
+        for (first, *_), end in zip(rows, ends, strict=True)
+        if first.startswith("#") and not is_blank(first)
+    ]
+    # Labels may be #1, #2, …; one among others is rather a design that was commented out.
+    if 0 < len(marked) < len(rows) - 1:
+        out = ",".join(map(str, marked))
+        remedy = f"leave it out by --skip-rows {out}, or begin its first cell otherwise"
+        raise UnfitError(f"line {marked[0]} begins with #: a comment or a design; {remedy}")
     return _sheet(rows, ends, divider)
 
 
-def sheet_of_workbook(content: bytes, skip_rows: Collection[int], name: str | None) -> Sheet:
-    """Return the cells of a sheet of an .xlsx, by pandas and openpyxl.
+def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: str | None) -> Sheet:
+    """Return the cells of a sheet of an .xlsx, by openpyxl.
 
     Raises:
         UnfitError: It is no table of named columns with one row or more.
@@ -127,52 +140,98 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int], name: str | No
         PsiError: openpyxl is not installed.
     """
     try:
-        import_module("openpyxl")
+        openpyxl = import_module("openpyxl")
     except ImportError:
         raise PsiError(
             "a workbook needs openpyxl, which is not installed; pip install openpyxl, or save the "
             "sheet as CSV"
         ) from None
-    import pandas as pd
 
-    try:
-        # dtype=object: pandas would make floats of integers that stand beside empty cells.
-        # header=None: the names are found by the rules that hold for texts.
-        sheets = pd.read_excel(
-            BytesIO(content), sheet_name=None, header=None, dtype=object, engine="openpyxl"
-        )
-    except Exception as error:  # of zip, XML, openpyxl
-        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    filled = {str(title): frame for title, frame in sheets.items() if not frame.empty}
+    def loaded(*, data_only: bool) -> dict[str, Any]:
+        try:
+            with catch_warnings():
+                simplefilter("ignore")  # of drawings and the like, which are not read
+                book = openpyxl.load_workbook(
+                    BytesIO(content), data_only=data_only, keep_links=False
+                )
+        except Exception as error:  # of zip, XML, openpyxl
+            raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+        return {sheet.title: sheet for sheet in book.worksheets}
+
+    tables = {title: list(sheet.iter_rows()) for title, sheet in loaded(data_only=False).items()}
+    filled = {
+        title: table
+        for title, table in tables.items()
+        if any(cell.value is not None for row in table for cell in row)
+    }
     if name is not None:
         filled = {name: filled[known_name("sheet", name, filled)]}
     # Taking the first sheet would rank the wrong one in silence where a cover or notes come first.
     if len(filled) != 1:
         what = f"{len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
         raise UnfitError(f"it has {what}; name the one with the designs by --sheet")
-    (frame,) = filled.values()
-    _require_lines(skip_rows, len(frame))
+    ((title, table),) = filled.items()
+    sheet = table[0][0].parent
+    # A formula and its value are never loaded both at once.
+    formulas = any(cell.data_type == "f" for row in table for cell in row)
+    values = list(loaded(data_only=True)[title].iter_rows()) if formulas else table
+    hidden = {number for number, row in sheet.row_dimensions.items() if row.hidden}
+    skipped = {*skip_rows, *(hidden if "hidden" in skip_rows else ())} - {"hidden"}
+    _require_lines(skipped, len(table))
     rows, ends = [], []
-    for number, cells in enumerate(frame.to_numpy(dtype=object).tolist(), start=1):
-        row = [_typed(cell) for cell in cells]
-        if number not in skip_rows and any(cell != "" for cell in row):
+    for number, cells in enumerate(zip(table, values, strict=True), start=1):
+        row = list(map(_typed, *cells))
+        if number not in skipped and any(cell != "" for cell in row):
             rows.append(row)
             ends.append(number)
     if not rows:
         raise UnfitError(_EMPTY)
-    return _sheet(rows, ends, "")
+    remarks = []
+    if lines := [str(number) for number in ends[1:] if number in hidden]:
+        told = ", ".join(lines[:6]) + (", …" if len(lines) > 6 else "")
+        remarks.append(
+            f"{counted(len(lines), 'hidden row')} of the sheet read like the others: line {told}; "
+            f"--skip-rows hidden leaves such rows out."
+        )
+    groups = [group for group in sheet.column_dimensions.values() if group.hidden]
+    if names := [
+        str(cell)
+        for j, cell in enumerate(rows[0], start=1)
+        if cell != "" and any(group.min <= j <= group.max for group in groups)
+    ]:
+        remarks.append(
+            f"{counted(len(names), 'hidden column')} of the sheet read like the others: "
+            f"{', '.join(names)}; --objectives says by which columns to rank."
+        )
+    return replace(_sheet(rows, ends, ""), remarks=tuple(remarks))
 
 
-def _require_lines(skip_rows: Collection[int], n: int) -> None:
-    if other := [number for number in skip_rows if not 1 <= number <= n]:
+def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
+    if other := [line for line in skip_rows if isinstance(line, str) or not 1 <= line <= n]:
         raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0])
 
 
-def _typed(cell: Any) -> Any:
-    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
-    if cell is None or cell != cell:
+def _typed(cell: Any, saved: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing.
+
+    Args:
+        cell: The cell, with its formula if it has one.
+        saved: The same with the value of the formula, as it was when the workbook was saved.
+    """
+    value = saved.value
+    if cell.data_type == "f" and value is None and saved.data_type == "n":
+        # Libraries write formulas without values; as nothing they would pass for a gap.
+        return cell.value if isinstance(cell.value, str) else "={}"
+    if value is None or saved.data_type == "e":
         return ""
-    return cell if isinstance(cell, (bool, int, float, str)) else str(cell)
+    if isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (int, float)):
+        # Within quotation marks the sign is text.
+        if "%" in re.sub(r'"[^"]*"|\\.', "", saved.number_format):
+            return PerCent(value)
+        return int(value) if float(value).is_integer() else value
+    return str(value).removesuffix(" 00:00:00")  # of a date
 
 
 def _divider(lines: Sequence[tuple[int, str]]) -> str:
@@ -290,9 +349,10 @@ def _require_rectangle(rows: list[list[Any]], ends: list[int]) -> None:
     if titles and set(lengths[titles:]) == {body} and titles < len(rows) - 1:
         out = ",".join(map(str, ends[:titles]))
         raise UnfitError(
-            f"line {ends[0]} has {lengths[0]} {'cell' if lengths[0] == 1 else 'cells'}, the lines "
-            f"below {body}; if it is a title, leave it out by --skip-rows {out}"
+            f"line {ends[0]} has {counted(lengths[0], 'cell')}, the lines below {body}; if it is a "
+            f"title, leave it out by --skip-rows {out}"
         )
     i = next(i for i, n in enumerate(lengths) if n != lengths[0])
-    cells = f"{lengths[i]} {'cell' if lengths[i] == 1 else 'cells'}"
-    raise UnfitError(f"row {i} (line {ends[i]}) has {cells}, the header {lengths[0]}")
+    cells = counted(lengths[i], "cell")
+    remedy = f"complete it, or leave it out by --skip-rows {ends[i]}"
+    raise UnfitError(f"row {i} (line {ends[i]}) has {cells}, the header {lengths[0]}; {remedy}")
