@@ -157,10 +157,14 @@ def arriving(
             else:
                 kept = block.table
             if stop:
-                for number, reason in block.table.reasons.items():
-                    design = block.table.X[block.table.numbers == number][0]
-                    raise EvaluationError(design, reason)
+                raise_failure(block.table)
             yield kept, len(block.kept), len(block.kept)
+
+
+def raise_failure(tests: TestTable) -> None:
+    """Raise the error of the first test that failed, if there is one."""
+    for number, reason in tests.reasons.items():
+        raise EvaluationError(tests.X[tests.numbers == number][0], reason)
 
 
 def _evaluated(

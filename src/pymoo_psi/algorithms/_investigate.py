@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import integer, invalid, job_count, known_name
-from pymoo_psi.algorithms._blocks import LEAST, Keep, arriving
+from pymoo_psi.algorithms._blocks import LEAST, Keep, arriving, raise_failure
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._repeats import Repeats
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.errors import EvaluationError
 from pymoo_psi.evaluation._evaluator import (
     columns_of_values,
     evaluate_designs,
@@ -294,7 +293,6 @@ class Investigation:
         self._waiting: Waiting = deque()  # those of them that nobody evaluates yet
         self._rows = np.zeros(0, dtype=np.intp)  # likewise, of a model evaluated in pieces
         self._group: list[Result] = []  # results that have arrived and are not stored
-        self._group_began = time.monotonic()
         if self._repeats is not None:
             self._repeats.forget()
 
@@ -344,10 +342,8 @@ class Investigation:
                 self.close()
                 raise
         numbers, first, last = self._hand.numbers, self.numbers[start], self.numbers[end - 1]
-        table = self._hand.rows((numbers >= first) & (numbers <= last))
+        table = by_number([self._hand.rows((numbers >= first) & (numbers <= last))])
         self._hand = self._hand.rows(numbers > last)
-        if (np.diff(table.numbers) < 0).any():
-            table = table.rows(np.argsort(table.numbers))
         return table, int(self._called[start:end].sum())
 
     def close(self) -> None:
@@ -398,7 +394,7 @@ class Investigation:
                 self._flush()
 
     def _one_by_one(self) -> Iterator[bool]:
-        self._group_began, computed = time.monotonic(), 0.0
+        began, computed = time.monotonic(), 0.0
         while self._waiting:
             results = stream_designs(self.problem, self._waiting, one_by_one=self.stop)
             with closing(results):
@@ -409,10 +405,10 @@ class Investigation:
                     if (
                         (self.stop and values["failure"])
                         or computed >= COMPUTED
-                        or time.monotonic() - self._group_began >= SECONDS
+                        or time.monotonic() - began >= SECONDS
                     ):
                         self._flush()
-                        computed = 0.0
+                        began, computed = time.monotonic(), 0.0
                     yield True
 
     def _in_pieces(self) -> Iterator[bool]:
@@ -457,7 +453,6 @@ class Investigation:
     def _flush(self) -> None:
         """Store the results that have arrived."""
         group, self._group = self._group, []
-        self._group_began = time.monotonic()
         if group:
             indices, values, seconds = zip(*group, strict=True)
             rows = np.array(indices)
@@ -479,8 +474,7 @@ class Investigation:
         self.memory.keep(tests, seconds)
         self._give(tests)
         if self.stop:
-            for number, reason in tests.reasons.items():
-                raise EvaluationError(tests.X[tests.numbers == number][0], reason)
+            raise_failure(tests)
 
     def _give(self, tests: TestTable) -> None:
         self._hand = self._hand.extended(tests)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,32 +19,22 @@ class Cut:
     """Some of the points of a run, small enough to be sent to where they are tested.
 
     Attributes:
-        share: Whose points they are.
-        rounds: In which rounds it gets them.
+        numbers: ``(n,)`` their numbers.
         n_dim: In how many dimensions they lie.
         given: ``(n, n_dim)`` where, for points that are not of LPτ.
     """
 
-    share: Share
-    rounds: range | NDArray[np.int64]
+    numbers: NDArray[np.int64]
     n_dim: int
-    given: NDArray[np.float64] | None = None
-
-    @property
-    def numbers(self) -> NDArray[np.int64]:
-        """``(n,)`` their numbers."""
-        rounds = self.rounds
-        return self.share.dealt(
-            np.arange(rounds.start, rounds.stop) if isinstance(rounds, range) else rounds
-        )
+    given: NDArray[np.float64] | None
 
     @property
     def units(self) -> NDArray[np.float64]:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
             return self.given
-        if self.share.of == 1 and isinstance(self.rounds, range):
-            return lp_tau(len(self.rounds), self.n_dim, first=self.rounds.start + 1)
+        if (np.diff(self.numbers) == 1).all():  # all at once is faster
+            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
 
@@ -72,33 +62,28 @@ class Points:
         n_dim: int,
         seed: int | None,
     ) -> None:
-        self.first, self.last, self.share = first, first + n_points - 1, share
-        if self.last >= 2**62:  # NumPy numbers them in int64, and a round beyond the last is asked
-            raise invalid("first + n_points - 1", "below 2**62", self.last)
-        self.n_dim = n_dim
-        self._rounds = share.rounds(first, self.last)
+        last = first + n_points - 1
+        if last >= 2**62:  # NumPy numbers them in int64, and a round beyond the last is asked
+            raise invalid("first + n_points - 1", "below 2**62", last)
+        self._first, self._share, self._n_dim = first, share, n_dim
+        self._rounds = share.rounds(first, last)
         if len(self._rounds) == 0:
             remedy = "test as many points as there are shares, or more"
-            rule = f"one that gets a point of points {first} to {self.last}"
+            rule = f"one that gets a point of points {first} to {last}"
             raise invalid("share", rule, Received(share), remedy)
         self._units = None
         if not isinstance(sampling, LPTauSampling):  # any part needs all before it, or all
             state = np.random.default_rng(seed)
             self._units = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
         else:
-            lp_tau(1, n_dim, first=self.last)  # too many dimensions or points are refused here
+            lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
 
     def __len__(self) -> int:
         """Return how many points there are."""
         return len(self._rounds)
 
     def cut(self, rows: range | NDArray[np.intp]) -> Cut:
-        """Return the points in some places, from 0."""
-        start = self._rounds.start
-        if isinstance(rows, range):
-            cut = Cut(self.share, range(start + rows.start, start + rows.stop), self.n_dim)
-        else:
-            cut = Cut(self.share, start + rows, self.n_dim)
-        if self._units is None:
-            return cut
-        return replace(cut, given=self._units[cut.numbers - self.first])
+        """Return the points in some places, from 0; one at least."""
+        numbers = self._share.dealt(self._rounds.start + np.asarray(rows))
+        given = None if self._units is None else self._units[numbers - self._first]
+        return Cut(numbers, self._n_dim, given)

@@ -8,6 +8,8 @@ test table is all its state: pymoo's individuals are made from it when they are 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import nullcontext
+from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -147,10 +149,18 @@ class PSI(Algorithm):
         if block_size is None:  # 32 lines of a display; below 64 designs the ways there count
             block_size = max(64, -(-self.n_points // (32 * self.memory.share.of)))
         self.block_size = integer("block_size", block_size, minimum=1)
-        self.sampling = uniform_sampling(sampling)
         self.limits = limits
-        self.study_key = study_key
-        self.names, self.maximize, self.units = names, maximize, units
+        # what is told of the problem and its points, which come with the run
+        self._plan = partial(
+            Plan.of,
+            memory=self.memory,
+            limits=limits,
+            sampling=uniform_sampling(sampling),
+            study_key=study_key,
+            names=names,
+            maximize=maximize,
+            units=units,
+        )
         self.stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
         kwargs.setdefault("evaluator", _Evaluator(self.stop))
         kwargs.setdefault("output", _Output())
@@ -190,19 +200,7 @@ class PSI(Algorithm):
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        plan = Plan.of(
-            problem,
-            self.n_points,
-            first=self.first,
-            sampling=self.sampling,
-            seed=self.seed,
-            limits=self.limits,
-            memory=self.memory,
-            study_key=self.study_key,
-            names=self.names,
-            maximize=self.maximize,
-            units=self.units,
-        )
+        plan = self._plan(problem, self.n_points, first=self.first, seed=self.seed)
         self.table = plan.table
         self._investigation = Investigation(plan, self.stop, whole=self._whole)
 
@@ -217,7 +215,9 @@ class PSI(Algorithm):
         if len(numbers) == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            with self.memory.turn(self.table.layout, numbers):
+            # where all are stored there is nothing to test, and the study is not even locked
+            known = len(self.memory.recall(self.table.layout, numbers)) == len(numbers)
+            with nullcontext() if known else self.memory.writing():
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:

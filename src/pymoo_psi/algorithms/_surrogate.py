@@ -21,7 +21,6 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms._investigate import Investigation
-from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._sampling import UniformSampling
@@ -155,11 +154,6 @@ class SurrogatePSI(PSI):
         self._rounds: list[Proposals] = []
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
-    def setup(self, problem: Any, **kwargs: Any) -> SurrogatePSI:
-        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
-        super().setup(problem, **kwargs)
-        return self
-
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         seed = 0 if self.seed is None else self.seed
         given = self._given
@@ -174,18 +168,11 @@ class SurrogatePSI(PSI):
             size = self._asked or min(max(2 * n_var + 2, 20), 64)
             what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
-        plan = Plan.of(
+        plan = self._plan(
             problem,
             size,
             first=self.first,
-            sampling=self.sampling,
             seed=seed,
-            limits=self.limits,
-            memory=self.memory,
-            study_key=self.study_key,
-            names=self.names,
-            maximize=self.maximize,
-            units=self.units,
             further=self.n_points - size,
             method=f"{what}, then proposals in batches of {self.block_size}, seed {seed}",
         )

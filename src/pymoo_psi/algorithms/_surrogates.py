@@ -34,6 +34,7 @@ _FOLDS = 10  # of a cross-validation
 # Tests to which lengths are fitted: more take the third power of their number in time, a second
 # for an output with 512, and change lengths little.
 _MOST = 256
+_STEPS = 40  # of L-BFGS-B, at most
 _CACHED = 8192  # numbers, 64 kB
 
 
@@ -293,13 +294,12 @@ class GaussianProcess:
         return t - self._weights / diagonal, self.variance / diagonal
 
 
-def fit_lengths(Z: Array, t: Array, *, steps: int = 40) -> Lengths:
+def fit_lengths(Z: Array, t: Array) -> Lengths:
     """Return the likeliest lengths for the tests, a priori as long as a cube is wide.
 
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
-        steps: Iterations of L-BFGS-B, at most.
     """
     d = Z.shape[1]
     # Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube, or
@@ -318,7 +318,7 @@ def fit_lengths(Z: Array, t: Array, *, steps: int = 40) -> Lengths:
     start = np.append(np.full(d, np.log(0.5) + 0.5 * np.log(d)), np.log(1e-4))
     bounds = [_LOG_LENGTH] * d + [_LOG_NOISE]
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds,
-                     options={"maxiter": steps})  # fmt: skip
+                     options={"maxiter": _STEPS})  # fmt: skip
     return Lengths(found.x[:d], float(found.x[d]))
 
 

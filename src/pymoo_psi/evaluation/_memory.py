@@ -92,20 +92,6 @@ class Memory:
                 os.makedirs(os.path.dirname(self.study.path), exist_ok=True)
             self.study.begin(head, self.share, points)
 
-    @contextmanager
-    def turn(self, layout: Layout, numbers: NDArray[np.int64]) -> Iterator[TestTable]:
-        """Give what is stored of test points; nobody else tests them while the body runs.
-
-        Where all are stored there is nothing to test, and the study is not even locked.
-        """
-        stored = self.recall(layout, numbers)
-        if self.study is None or len(stored) == len(numbers):
-            yield stored
-        else:
-            with self.writing():
-                # once more: another process may have stored some before we got the lock
-                yield self.recall(layout, numbers)
-
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from testing points of the study while the body runs."""
         return nullcontext() if self.study is None else self.study.writing()

@@ -31,12 +31,11 @@ from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.storage import Study
+from pymoo_psi.storage._database import LAST
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._designs import design_matrix
 
-_ALL = 2**62  # test points: more than any study has
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
-_SIZES = {"F": "n_obj", "G": "n_ieq_constr", "H": "n_eq_constr"}  # of what is kept
 
 
 class Recorded(WrappedProblem):
@@ -156,7 +155,7 @@ class Recorded(WrappedProblem):
             >>> len(Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").table)
             0
         """
-        return self._memory.stored(self._layout, 1, _ALL)
+        return self._memory.stored(self._layout, 1, LAST)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
@@ -183,7 +182,7 @@ class Recorded(WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        _require_kept(return_values_of, NO_OUTPUTS - {*_SIZES})
+        _require_kept(return_values_of, NO_OUTPUTS - {*"FGH"})
         matrix = design_matrix(
             "X", self._space.to_matrix(X), self._layout.variables, self._layout.kinds
         )
@@ -198,7 +197,8 @@ class Recorded(WrappedProblem):
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
                 if first:
                     self._evaluate(X, matrix, sorted(first.values()))
-        out = self._answers.values(keys, [getattr(self._model, name) for name in _SIZES.values()])
+        model = self._model
+        out = self._answers.values(keys, [model.n_obj, model.n_ieq_constr, model.n_eq_constr])
         _require_kept(return_values_of, {*return_values_of} - {*out})
         if "test_point" not in return_values_of:
             del out["test_point"]
@@ -212,7 +212,7 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""
-        stored = self._memory.stored(self._layout, self._answers.first, _ALL)
+        stored = self._memory.stored(self._layout, self._answers.first, LAST)
         self._answers.add(stored, self._memory.to_retry(stored))
 
     def _evaluate(self, X: Any, matrix: NDArray[Any], rows: list[int]) -> None:

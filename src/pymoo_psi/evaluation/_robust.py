@@ -350,19 +350,12 @@ def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
     if len(texts) != m:
         raise invalid("criteria", f"{m} statistics, one for each criterion", list(texts))
     for text in texts:
-        found = re.fullmatch(r"mean|(quantile|cvar):([0-9.]+)", text)
-        q = _number(found[2]) if found and found[2] else 0.5
+        found = re.fullmatch(r"mean|(quantile|cvar):([0-9]+\.?[0-9]*|\.[0-9]+)", text)
+        q = float(found[2]) if found and found[2] else 0.5
         if not found or not 0 < q <= 1 or (found[1] == "cvar" and q == 1):
             rule = "'mean', 'quantile:q' with 0 < q <= 1 or 'cvar:q' with 0 < q < 1"
             raise invalid("criteria", rule, text)
     return tuple(texts)
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:  # two points
-        return np.nan
 
 
 def _evaluated(problem: Any, designs: Any, args: Any, kwargs: Any) -> tuple[Array, Mask]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import instance
 from pymoo_psi.pareto._dominance import nondominated
-from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame
+from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of
 from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, label, listed, number, percent
 
@@ -159,9 +159,7 @@ class _Front:
 
     @classmethod
     def of(cls, ranking: EfficiencyRanking) -> _Front:
-        rows = np.flatnonzero(ranking.pareto)
-        objectives = ranking.objectives
-        values = settled(objectives.values[rows] * objectives.sign)
+        rows, values = front_of(ranking)
         low = values.min(axis=0)
         d = (values - low) / unit_lengths(low, values.max(axis=0))
         best = np.searchsorted(rows, ranking.salukvadze)

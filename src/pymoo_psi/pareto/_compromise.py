@@ -18,8 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.pareto._ranking import EfficiencyRanking
-from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels
 
 Array = NDArray[np.float64]
 
@@ -37,8 +37,7 @@ def nearest_compromise(ranking: EfficiencyRanking, p: float, weights: Array) -> 
         p: Order of the norm, 1 <= p <= inf.
         weights: ``(m,)`` weights >= 0.
     """
-    front = np.flatnonzero(ranking.pareto)
-    F, frame = settled(ranking.objectives.minimized[front]), ranking.frame
+    (front, F), frame = front_of(ranking), ranking.frame
     d = frame.scaled(F)
     unit = d.max() or 1.0  # so that no sum of terms overflows
     terms, noise = weights * (d / unit), LAST_PLACES * (weights * (frame.sizes(F) / unit))
@@ -63,8 +62,7 @@ def highest_achievement(
         point: ``(m,)`` the reference point, minimised; anywhere.
         weights: ``(m,)`` weights >= 0.
     """
-    front = np.flatnonzero(ranking.pareto)
-    F, frame = settled(ranking.objectives.minimized[front]), ranking.frame
+    (front, F), frame = front_of(ranking), ranking.frame
     d = (F - point) / frame.scale
     unit = np.abs(d).max() or 1.0
     terms = weights * (d / unit)

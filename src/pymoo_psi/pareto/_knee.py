@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.pareto._ranking import EfficiencyRanking
-from pymoo_psi.pareto._rounding import levels, settled, unit_lengths
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of
+from pymoo_psi.pareto._rounding import levels, unit_lengths
 
 Array = NDArray[np.float64]
 
@@ -33,9 +33,7 @@ def knee(ranking: EfficiencyRanking) -> NDArray[np.intp]:
         No index if no design lies beyond the plane, if the extremes span none, or none that faces
         U, so that no objective could be given up for the others.
     """
-    front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives
-    values = settled(objectives.values[front] * objectives.sign)
+    front, values = front_of(ranking)
     best = values.min(axis=0)
     lengths = unit_lengths(best, values.max(axis=0))
     d = ((values - best) / lengths)[:, np.isfinite(lengths)]

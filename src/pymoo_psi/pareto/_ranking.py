@@ -325,6 +325,12 @@ def ranking_of(
     return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
 
 
+def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
+    """Return the Pareto-optimal rows, and their objectives, minimised and settled."""
+    front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
+    return front, settled(objectives.values[front] * objectives.sign)
+
+
 def _require_order(
     name: str, than: str, point: Array, other: Array, sign: Array, *, better: bool
 ) -> None:

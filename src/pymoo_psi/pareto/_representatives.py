@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pymoo_psi._tables import Shown
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.pareto._indicators import farthest_first
-from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
-from pymoo_psi.pareto._rounding import settled
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -133,9 +132,8 @@ def representatives(
 
 def representatives_of(ranking: EfficiencyRanking, k: int) -> Representatives:
     """Return :func:`representatives` of designs that are ranked already."""
-    front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives
-    points = ranking.frame.scaled(settled(objectives.values[front] * objectives.sign))
+    front, values = front_of(ranking)
+    points = ranking.frame.scaled(values)
     unit = points.max() or 1.0  # so that no square over- or underflows
     start = int(np.searchsorted(front, ranking.salukvadze[0]))
     chosen, owner, distance = farthest_first(points / unit, [start], min(k, len(front)))

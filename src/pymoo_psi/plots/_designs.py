@@ -24,7 +24,7 @@ from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import instance
 from pymoo_psi.plots._style import literal, view
 from pymoo_psi.table import Kind, TestTable
-from pymoo_psi.table._designs import column_kinds, values_in_order
+from pymoo_psi.table._designs import column_kinds, value_ranks
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import bounds_of
 
@@ -175,9 +175,8 @@ def variable_plane(
     kind = column_kinds(objects[:, None])[0] if column else Kind.REAL
     options: tuple[Any, ...] = ()
     if kind not in (Kind.REAL, Kind.INTEGER):
-        options = tuple(values_in_order(objects))
-        seat = {(type(value), value): k for k, value in enumerate(options)}  # True is not 1
-        column = [seat[type(value), value] for value in column]
+        values, ranks = value_ranks(objects)
+        options, column = tuple(values), ranks.tolist()
     n = len(table)
     return _plane(
         table, (layout.variables[variable], criterion), limits, group,

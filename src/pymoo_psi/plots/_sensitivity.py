@@ -17,7 +17,7 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._designs import checked_table
 from pymoo_psi.plots._style import CURVES, legend_below, literal, new_page, on_axes, wrapped
 from pymoo_psi.table import Kind, Rule, TestTable, feasibility_rules
-from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._designs import value_ranks, values_in_order
 from pymoo_psi.table._layout import Limits
 
 if TYPE_CHECKING:
@@ -158,9 +158,8 @@ def _places(table: TestTable, variable: str) -> Array:
     column = table.column(variable)
     if _is_number(table, variable):
         return column.astype(np.float64)
-    options = [(type(value), value) for value in values_in_order(column)]
-    seats = [options.index((type(value), value)) for value in column.tolist()]
-    places: Array = np.array(seats) + _SPREAD * (table.numbers * _GOLDEN % 1 - 0.5)
+    _, ranks = value_ranks(column)
+    places: Array = ranks + _SPREAD * (table.numbers * _GOLDEN % 1 - 0.5)
     return places
 
 

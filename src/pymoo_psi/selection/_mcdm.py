@@ -17,7 +17,8 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._rounding import settled, unit_lengths
+from pymoo_psi.pareto._ranking import front_of
+from pymoo_psi.pareto._rounding import unit_lengths
 from pymoo_psi.selection._selectors import (
     RankingSelector,
     checked_weights,
@@ -131,8 +132,8 @@ class HighTradeoff(RankingSelector):
     """
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        front = np.flatnonzero(ranking.pareto)
-        points = ranking.frame.scaled(settled(ranking.objectives.minimized[front]))
+        front, values = front_of(ranking)
+        points = ranking.frame.scaled(values)
         # Of equal designs one: pymoo divides their differences, 0 by 0. Nor can it tell which of
         # two designs stands out.
         distinct, which = np.unique(points, axis=0, return_inverse=True)

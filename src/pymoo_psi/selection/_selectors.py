@@ -30,8 +30,7 @@ from pymoo_psi.pareto import EfficiencyRanking, nondominated
 from pymoo_psi.pareto._compromise import highest_achievement, nearest_compromise
 from pymoo_psi.pareto._knee import knee
 from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import ranking_of
-from pymoo_psi.pareto._rounding import settled
+from pymoo_psi.pareto._ranking import front_of, ranking_of
 
 
 class RankingSelector(Indicator):
@@ -243,9 +242,8 @@ class Lexicographic(RankingSelector):
             raise invalid("tolerance", "a share from 0 to 1", self.tolerance)
 
     def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        rows = np.flatnonzero(ranking.pareto)
         columns = [ranking.objectives.column("order", entry) for entry in self.order]
-        values = settled(ranking.objectives.minimized[rows])
+        rows, values = front_of(ranking)
         allowed = self.tolerance * np.ptp(values, axis=0)
         for k, j in enumerate(columns):
             last = k == len(columns) - 1

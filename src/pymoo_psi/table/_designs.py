@@ -141,6 +141,14 @@ def values_in_order(column: NDArray[Any]) -> list[Any]:
     return [value for _, value in ordered]
 
 
+def value_ranks(column: NDArray[Any]) -> tuple[list[Any], NDArray[np.intp]]:
+    """Return the distinct values of a column, ordered, and ``(n,)`` the index of each cell's."""
+    values = values_in_order(column)
+    ranks = {(type(value), value): k for k, value in enumerate(values)}
+    cells = column.tolist()
+    return values, np.array([ranks[type(cell), cell] for cell in cells], dtype=np.intp)
+
+
 def common_dtype(kinds: Sequence[Kind]) -> Any:
     """Return the dtype of a matrix of variables of these kinds; float64 if there is none."""
     different = set(kinds) or {Kind.REAL}

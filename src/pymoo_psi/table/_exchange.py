@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table._designs import DTYPES, column_kinds, common_dtype
+from pymoo_psi.table._designs import DTYPES, common_dtype
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
 
@@ -47,7 +47,7 @@ def head_of(table: Any) -> Head:
     """
     layout: Layout = table.layout
     # Of a table without tests nothing can be told: a later block may be of any kind.
-    kinds = layout.kinds or (column_kinds(table.X) if len(table) else ())
+    kinds = table.kinds if len(table) else layout.kinds
     head: Head = {name: getattr(layout, name) for name in _LAYOUT}
     head = {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
     head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
@@ -74,8 +74,7 @@ def columns_of(table: Any) -> Columns:
     """
     layout: Layout = table.layout
     columns: Columns = {"test_point": table.numbers}
-    kinds = layout.kinds or column_kinds(table.X)
-    for name, column, kind in zip(layout.variables, table.X.T, kinds, strict=True):
+    for name, column, kind in zip(layout.variables, table.X.T, table.kinds, strict=True):
         texts = kind is Kind.CHOICE
         columns[name] = choice_texts(column.tolist()) if texts else column.astype(DTYPES[kind])
     # Turning a sign twice gives every float64 back, zeros and NaN too.
@@ -150,7 +149,7 @@ def table_of(
     # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
     try:
-        prototype = _prototype(head.get("prototype"), layout)
+        prototype = _prototype(head.get("prototype"))
         problem = head.get("problem")
         return make(layout, numbers, X, F, G, H, status, reasons, prototype, outputs, problem)
     except PsiError as error:
@@ -161,12 +160,13 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
     return layout.kinds or (Kind.REAL,) * len(layout.variables)
 
 
-def _prototype(values: Any, layout: Layout) -> Prototype | None:
+def _prototype(values: Any) -> Prototype | None:
+    """Return the prototype in a head, which the table checks."""
     if values is None:
         return None
     try:
         x = np.array(values["x"], dtype=object)  # the types of its cells as they are
-        return Prototype(**values | {"x": x}).checked(layout)
+        return Prototype(**values | {"x": x})
     except (KeyError, TypeError) as error:
         raise ArgumentValueError(f"its head is damaged: {error} of its prototype") from None
 

@@ -115,7 +115,8 @@ class Expression:
                     function, count = step
                     operands = stack[-count:]
                     del stack[-count:]
-                    stack.append(function(*operands))
+                    # min and max of more than two are those of the first two, and so on
+                    stack.append(reduce(function, operands) if count > 1 else function(*operands))
         n = len(next(iter(columns.values()), ()))
         return np.array(np.broadcast_to(stack.pop(), (n,)), dtype=np.float64)
 
@@ -207,8 +208,7 @@ class _Parser:
         if (count == 1) != (name in _ONE):
             rule = "of one value" if name in _ONE else "of two values or more"
             raise invalid(f"{name}() of {self.text!r:.60}", rule, Received(count))
-        many = _MANY.get(name)
-        self.steps.append((_ONE[name], 1) if many is None else (_Folded(many), count))
+        self.steps.append((_ONE.get(name) or _MANY[name], count))
 
     def taken(self, *marks: str) -> str:
         """Return the next token and pass over it if it is one of these marks; else nothing."""
@@ -232,13 +232,3 @@ class _Parser:
                 remedy = "powers are written width**2"
         name = f"the expression {self.text!r:.60}"
         return invalid(name, f"continued by {rule}", Received(found), remedy)
-
-
-@dataclass(frozen=True)
-class _Folded:
-    """A function of two values as one of many; equal to another of the same function."""
-
-    function: Callable[[Any, Any], Any]
-
-    def __call__(self, *values: Any) -> Any:
-        return reduce(self.function, values)

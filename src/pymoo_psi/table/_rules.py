@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._table import TestTable
 
@@ -228,9 +228,7 @@ class _Split:
 def _splits(table: TestTable, j: int) -> list[_Split]:
     """Return by what the variable of index j tells tests apart."""
     name, kind, column = table.layout.variables[j], table.kinds[j], table.X[:, j]
-    values = values_in_order(column)
-    seat = {(type(value), value): k for k, value in enumerate(values)}
-    ranks = np.array([seat[type(value), value] for value in column.tolist()])
+    values, ranks = value_ranks(column)
     if kind is not Kind.CHOICE:
         return [_Split(name, kind, values, ranks)]
     return [

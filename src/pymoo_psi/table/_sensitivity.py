@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._designs import values_in_order
+from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -122,8 +122,7 @@ def _places(table: TestTable, variable: str, rows: NDArray[np.bool_], y: Array) 
     # Options have no order, and in a bad one a few harmonics would miss their effect: the order
     # of their means. That fits at most as many levels as there are options, and the correction
     # counts twenty.
-    seat = {(type(value), value): k for k, value in enumerate(values_in_order(column))}
-    number = np.array([seat[type(value), value] for value in column.tolist()])
-    means = np.bincount(number, y) / np.bincount(number)
-    places: Array = np.argsort(np.argsort(means)).astype(np.float64)[number]
+    _, ranks = value_ranks(column)
+    means = np.bincount(ranks, y) / np.bincount(ranks)
+    places: Array = np.argsort(np.argsort(means)).astype(np.float64)[ranks]
     return places

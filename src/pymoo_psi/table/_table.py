@@ -688,7 +688,7 @@ class TestTable(Shown):
         instance("other", other, TestTable)
         for blank, filled in ((self, other), (other, self)):
             if len(blank) == 0 and blank.layout.is_blank:
-                return filled._by_number()
+                return filled.rows(np.argsort(filled.numbers))
         difference = self.layout.difference(other.layout) or _other_prototype(self, other)
         if difference := difference or _other_problem(self, other):
             raise invalid("other", "a table of the same problem", Received(difference))
@@ -714,7 +714,8 @@ class TestTable(Shown):
                 raise _other_result(number, "reason")
         new = np.ones(len(other), dtype=bool)
         new[theirs] = False
-        return self.extended(other.rows(new))._by_number()
+        table = self.extended(other.rows(new))
+        return table.rows(np.argsort(table.numbers))
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
@@ -834,11 +835,8 @@ class TestTable(Shown):
         x = design_row("x of the prototype", x, layout.variables, kinds)
         g = np.full(len(layout.inequalities), np.nan) if g is None else g
         h = np.full(len(layout.equalities), np.nan) if h is None else h
-        f, g, h = (
-            real_array(f"{letter} of the prototype", values)
-            for letter, values in zip("fgh", (f, g, h), strict=True)
-        )
-        return self._with(prototype=Prototype(name, x, f, g, h).checked(layout))
+        values: dict[str, Any] = {"f": f, "g": g, "h": h}
+        return self._with(prototype=Prototype(name, x, **values).checked(layout))
 
     # Frames and files
 
@@ -1093,11 +1091,6 @@ class TestTable(Shown):
         before = np.array([number for _, number in self.layout.experiments])
         rows = np.searchsorted(before, self.numbers, side="left") - 1
         return dict(zip(ORIGIN, (names[rows], self.numbers - before[rows]), strict=True))
-
-    def _by_number(self) -> TestTable:
-        if (self.numbers[1:] > self.numbers[:-1]).all():
-            return self
-        return self.rows(np.argsort(self.numbers))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> TestTable:
         """Return the table itself, which never changes; pymoo copies its algorithms often."""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, finite_number, integer, invalid
-from pymoo_psi.table._designs import design_row, values_in_order
+from pymoo_psi.table._designs import design_row, value_ranks
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Key, Limits
 from pymoo_psi.table._limits import bounds_of
@@ -157,9 +157,8 @@ def histogram(
         place = column.astype(np.float64)
         edges = _equal_bins(*_range(place, table.layout.lower[j], table.layout.upper[j]), bins)
     else:
-        values = tuple(values_in_order(column))
-        seat = {(type(value), value): k for k, value in enumerate(values)}
-        place = np.array([seat[type(value), value] for value in column.tolist()], dtype=np.float64)
+        options, ranks = value_ranks(column)
+        values, place = tuple(options), ranks.astype(np.float64)
         edges = np.asarray(np.arange(len(values) + 1) - 0.5, dtype=np.float64)
     tested, feasible, pareto = (_counts(place[mask], edges) for mask in masks)
     return Histogram(table.layout.variables[j], edges, values, tested, feasible, pareto)
