@@ -212,6 +212,21 @@ FILES = {
         {"thousands": "'"},
         {"a": [1250.0, 2.5], "b": [1, 2]},
     ),
+    "both marks beside gaps": (
+        "a;b\n1.250,5;1\n2;2\n",
+        {"thousands": "'"},
+        "holds '1.250,5' in the column 'a', no number with the decimal mark ,;",
+    ),
+    "other marks beside gaps": (
+        "a;b\n1.250;1\n1,250;2\n",
+        {"thousands": " "},
+        r"row 2 \(line 3\) holds '1,250' in the column 'a', with the decimal mark ,, while others",
+    ),
+    "columns that contradict each other": (
+        "a;b;c\n1.5;2,5;1.250\n2.5;3,5;1,250\n",
+        {},
+        "'1.250' in the column 'c', either 1250 or 1.250; settle it",
+    ),
     "groups of other sizes": ("a;b\n1.25.000;1\n2;2\n", {}, "'1.25.000' .*, text among numbers"),
     # Signs, units, currencies
     "minus of typesetters": ("a,b\n−1.5,30\n–2,2\n", {}, {"a": [-1.5, -2.0], "b": [30, 2]}),
@@ -413,7 +428,7 @@ FILES = {
     "no such sheet": (workbook([["a"], [1]], TYPED), {"sheet": "s1"}, "'S0', 'S1'.* did you mean 'S1'"),
     "a sheet of a text": ("a,b\n1,2\n", {"sheet": "S1"}, "sheet must be left out, as .* is no workbook"),
     "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
-    "a workbook of old": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", {}, "workbook of old; save it as .xlsx"),
+    "a workbook of old": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", {}, "workbook of old, or .* password; save it as .xlsx"),
     # Rankings as JSON
     "a name twice in JSON": (
         '{"objectives": ["a"], "maximized": [], "designs": [{"a": 1, "a": 2}]}',
@@ -434,6 +449,11 @@ FILES = {
         '{"objectives": ["a"], "maximized": [], "designs": [{"a": [1]}]}',
         {},
         "hold what no table can",
+    ),
+    "lines of JSON": (
+        '{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}]}',
+        {"skip_rows": [1]},
+        r"skip_rows must be left out, as .* is neither a text of designs nor a workbook, got \[1\]",
     ),
     "numbers in JSON": (
         '{"objectives": ["a", "b"], "maximized": ["b"], "designs": [{"a": 1, "b": 0.1}, {"a": 9007199254740993, "b": 1e-320}]}',

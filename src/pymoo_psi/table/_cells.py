@@ -211,7 +211,7 @@ def read_columns(
     for name, scan in scanned.items():
         # A column with texts is refused or holds no numbers: it cannot vouch for others.
         if name not in labels and not scan.texts:
-            decimals |= _decimals_said(scan)
+            decimals.update(scan.decimals.values())
     points = divider == "," and not decimals
     return {name: _read(scan, marks, decimals, points) for name, scan in scanned.items()}
 
@@ -230,8 +230,7 @@ class _Scan(NamedTuple):
     cells: list[Any]
     found: list[_Number | float | None]  # None where a cell is blank or text
     texts: list[int]  # rows of texts
-    decimals: set[str]
-    thousands: set[str]
+    decimals: dict[int, str]  # the decimal marks of which single numbers leave no doubt, by row
 
 
 def _scanned(cells: list[Any], marks: Marks) -> _Scan:
@@ -239,16 +238,15 @@ def _scanned(cells: list[Any], marks: Marks) -> _Scan:
     if marks.decimal in (None, ".") and all(
         isinstance(cell, str) and _CERTAIN.fullmatch(cell) for cell in cells
     ):
-        decimals = {"."} if any("." in cell for cell in cells) else set()
-        return _Scan(cells, [float(cell) for cell in cells], [], decimals, set())
-    scan = _Scan(cells, [], [], set(), set())
+        decimals = {0: "."} if any("." in cell for cell in cells) else {}
+        return _Scan(cells, [float(cell) for cell in cells], [], decimals)
+    scan = _Scan(cells, [], [], {})
     for i, cell in enumerate(cells):
         number = None if is_blank(cell) else _number(cell)
         if number is None and not is_blank(cell):
             scan.texts.append(i)
-        if isinstance(number, _Number):
-            for kind, mark in _marks_in(number):
-                (scan.decimals if kind == "decimal" else scan.thousands).add(mark)
+        if isinstance(number, _Number) and (mark := _decimal_in(number, marks)):
+            scan.decimals[i] = mark
         scan.found.append(number)
     return scan
 
@@ -282,19 +280,18 @@ def _number(cell: Any) -> _Number | float | None:
     )
 
 
-def _marks_in(number: _Number) -> list[tuple[str, str]]:
-    """Return what the marks in a number can only be: pairs of kind and mark."""
-    body = number.body
-    marks = {mark for mark in body if mark in ".,"}
-    if len(marks) == 2:
-        last = body[max(body.rfind("."), body.rfind(","))]
-        return [("decimal", last), ("thousands", "," if last == "." else ".")]
-    for mark in marks:
-        if body.count(mark) > 1:
-            return [("thousands", mark)]
-        if number.gap or number.exponent or not _OPEN.fullmatch(body):
-            return [("decimal", mark)]
-    return []
+def _decimal_in(number: _Number, said: Marks) -> str:
+    """Return the decimal mark that a number can only have; empty if it has none or any."""
+    marks = [mark for mark in number.body if mark in ".,"]
+    if not marks:
+        return ""
+    # Where thousands are said to have gaps between them, points and commas are decimal marks.
+    if said.thousands in (" ", "'") or len({*marks}) == 2:
+        return marks[-1]
+    if len(marks) > 1:
+        return "," if marks[0] == "." else "."
+    certain = number.gap or number.exponent or not _OPEN.fullmatch(number.body)
+    return marks[0] if certain else ""
 
 
 class _UnreadableError(Exception):
@@ -379,44 +376,27 @@ def _marks_of(
     written = {i: number for i, number in numbers.items() if isinstance(number, _Number)}
     decimal = marks.decimal
     if decimal is None:
-        said = _decimals_said(scan)
-        if marks.thousands is not None:  # a gap, so that points and commas are decimal marks
-            said = said | {
-                mark for number in written.values() for mark in number.body if mark in ".,"
-            }
-        if len(said) > 1:
-            raise _contradiction(written)
-        unsettled = [i for i, n in written.items() if _OPEN.fullmatch(n.body) and not _marks_in(n)]
-        used = {mark for i in unsettled for mark in written[i].body if mark in ".,"}
+        said = next(iter(scan.decimals.values()), "")
+        for i, mark in scan.decimals.items():
+            if mark != said:
+                what = f"with the decimal mark {mark}, while others of the column have {said}"
+                raise _UnreadableError(i, what, "give all numbers of a column with the same marks")
+        unsettled = {
+            i: mark
+            for i, number in written.items()
+            for mark in ".,"
+            if mark in number.body and i not in scan.decimals
+        }
+        used = {*unsettled.values()}
         printed = points and all(re.fullmatch(r"\d+\.\d{3}", n.body) for n in written.values())
-        if unsettled and not said and used != of_file and not printed:
-            body = written[unsettled[0]].body
-            mark = "." if "." in body else ","
-            whole, decimals = body.replace(mark, ""), body.replace(mark, ".")
-            what = f"either {whole} or {decimals}"
+        told = used == of_file and len(used) == 1  # columns of a file may contradict each other
+        if unsettled and not said and not told and not printed:
+            i, mark = next(iter(unsettled.items()))
+            whole, decimals = (written[i].body.replace(mark, other) for other in ("", "."))
             remedy = f"settle it by --thousands '{mark}' or --decimal '{mark}'"
-            raise _UnreadableError(unsettled[0], what, remedy)
-        decimal = next(iter(said or used or "."))
+            raise _UnreadableError(i, f"either {whole} or {decimals}", remedy)
+        decimal = said or next(iter(used), ".")
     return decimal, marks.thousands or ("," if decimal == "." else ".")
-
-
-def _decimals_said(scan: _Scan) -> set[str]:
-    """Return the decimal marks that a column leaves no doubt about; thousands tell, too."""
-    return scan.decimals | {"," if mark == "." else "." for mark in scan.thousands}
-
-
-def _contradiction(written: Mapping[int, _Number]) -> _UnreadableError:
-    first: tuple[int, str] | None = None
-    for i, number in written.items():
-        for kind, mark in _marks_in(number):
-            decimal = mark if kind == "decimal" else {".": ",", ",": "."}[mark]
-            first = first or (i, decimal)
-            if decimal != first[1]:
-                what = (
-                    f"with the decimal mark {decimal}, while others of the column have {first[1]}"
-                )
-                return _UnreadableError(i, what, "give all numbers of a column with the same marks")
-    raise AssertionError("marks that contradict each other are in two numbers")
 
 
 def _digits(number: _Number, decimal: str, thousands: str) -> str | None:

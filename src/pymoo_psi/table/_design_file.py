@@ -218,11 +218,11 @@ class DesignFile:
         """
         import pandas as pd
 
-        texts = {name: any(isinstance(v, str) for v in c.cells) for name, c in self.columns.items()}
+        texts = (any(isinstance(cell, str) for cell in c.cells) for c in self.columns.values())
         return pd.DataFrame(
             {
-                name: np.fromiter(c.cells, object) if texts[name] else _plain(c)
-                for name, c in self.columns.items()
+                name: np.fromiter(column.cells, object) if text else _plain(column)
+                for (name, column), text in zip(self.columns.items(), texts, strict=True)
             }
         )
 
@@ -594,16 +594,31 @@ def read_designs_or_tests(
     )
     if not isinstance(encoding, (str, type(None))):
         raise ArgumentTypeError(f"encoding must be the name of one, got {encoding!r:.80}")
-    if path.is_dir():
-        return read_tests(path)
-    with path.open("rb") as file:  # once: what a pipe has given it does not give again
-        content = file.read(16)  # as much as SQLite's mark
+    found, missing = (
+        read_tests(path) if path.is_dir() else _content(path, marks, encoding, skipped, sheet)
+    )
+    if skipped and (isinstance(found, TestTable) or not found.lines):
+        what = f"left out, as {path} is neither a text of designs nor a workbook"
+        raise invalid("skip_rows", what, [*skipped])
+    return found, missing
+
+
+def _content(
+    path: Path,
+    marks: Marks,
+    encoding: str | None,
+    skipped: Collection[int | str],
+    sheet: str | None,
+) -> tuple[DesignFile | TestTable, str]:
+    """Return what a file holds, by its content, and which tests are missing."""
+    with path.open("rb") as opened:  # once: what a pipe has given it does not give again
+        content = opened.read(16)  # as much as SQLite's mark
         if sheet is not None and not content.startswith(_ZIP):
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
         # SQLite opens files by name only, so a study, unlike the other files, cannot be a pipe.
         if content.startswith(b"SQLite format 3\0"):
             return read_tests(path)
-        content += file.read()
+        content += opened.read()
     # By content, not by suffix, which a pipe has not and people change. The marks are those of the
     # Parquet format, of ZIP, and of OLE compound files (.xls).
     try:
@@ -612,18 +627,19 @@ def read_designs_or_tests(
         if content.startswith(_ZIP):
             return _of_sheet(path, sheet_of_workbook(content, skipped, sheet), marks), ""
         if content.startswith(b"\xd0\xcf\x11\xe0"):
-            raise UnfitError("it is a workbook of old; save it as .xlsx or CSV")
+            what = "it is a workbook of old, or with a password"
+            raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
         text = decoded(content, encoding)
-        if MARK in text.partition("\n")[0]:
+        first, end, rest = text.partition("\n")
+        if MARK in first:
             return table_of(*read_csv(path, text), path, TestTable), ""
         if text.lstrip().startswith(("{", "[")):
             return _of_json(path, text, marks), ""
-        first, end, rest = text.partition("\n")
-        if _ROLES_MARK in first:
-            # The line stays, as lines are counted, but as an empty comment.
-            cells = sheet_of_text(f"#{end}{rest}", skipped)
-            return _with_roles(_of_sheet(path, cells, marks), first), ""
-        return _of_sheet(path, sheet_of_text(text, skipped), marks), ""
+        told = _ROLES_MARK in first
+        # The line stays, as lines are counted, but as an empty comment.
+        cells = sheet_of_text(f"#{end}{rest}" if told else text, skipped)
+        file = _of_sheet(path, cells, marks)
+        return (_with_roles(file, first) if told else file), ""
     except UnfitError as error:
         raise unfit(path, str(error)) from None
 
@@ -680,27 +696,19 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     """Return the designs of a sheet, without those that it says are prototypes, or not feasible."""
     import pandas as pd
 
-    columns = dict(sheet.columns)
-    feasible = existing = np.zeros(len(sheet.lines), dtype=bool)
-    failed: Counter[str] = Counter()
+    columns, n = dict(sheet.columns), len(sheet.lines)
+    status = columns.get("status", ["ok"] * n)
     # A column status of somebody else's, with other words in it, selects nothing.
-    if set(columns.get("status", ["?"])) <= set(STATUSES):
-        status = columns["status"]
-        feasible = np.array([cell == "ok" for cell in status])
-        reasons = columns.get("reason", [""] * len(status))
-        failed.update(
-            alike(
-                str(why or "no reason is known")
-                for how, why in zip(status, reasons, strict=True)
-                if how == "failed"
-            )
-        )
-    else:
-        feasible = ~feasible
-    if {"mark", *RANKING_COLUMNS[:-1]} <= set(columns):  # the page's export
-        existing = np.array([cell == "prototype" for cell in columns.pop("mark")])
+    if not {*status} <= {*STATUSES}:
+        status = ["ok"] * n
+    reasons = zip(status, columns.get("reason", [""] * n), strict=True)
+    lost = [str(why or "no reason is known") for how, why in reasons if how == "failed"]
+    page = {"mark", *RANKING_COLUMNS[:-1]} <= {*columns}  # as it exports
+    existing = np.array([page and cell == "prototype" for cell in columns.get("mark", [""] * n)])
+    if page:
+        del columns["mark"]
+    feasible = np.array([cell == "ok" for cell in status])
     if not (feasible & ~existing).any():
-        n = len(feasible)
         raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
     # Before the numbers are read: a failed design may hold anything. With the prototypes: what is
     # certain of a column is so for all rows of it.
@@ -718,8 +726,8 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         taken[kept] + 1,
         [sheet.lines[i] for i in taken[kept]],
         remarks=(*sheet.remarks, f"{left} left out.") if n else sheet.remarks,
-        failed=failed,
-        infeasible=n - failed.total(),
+        failed=Counter(alike(lost)),
+        infeasible=n - len(lost),
     )
     if remark := _require_designs(found):
         found = replace(found, remarks=(*found.remarks, remark))
@@ -879,13 +887,11 @@ def _column(cells: list[Any]) -> Column:
 
 def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
     """Return some cells of a column, read as the whole column is."""
-    if len(rows) == len(column.cells):
-        return column
-    places = {int(row): k for k, row in enumerate(rows)}
     problem = column.problem
     if problem is not None:
         # The problem stays though its row may be gone: the column was never read.
-        problem = problem._replace(row=places.get(problem.row, -1))
+        places = np.flatnonzero(rows == problem.row)
+        problem = problem._replace(row=int(places[0]) if len(places) else -1)
     return replace(
         column,
         cells=[column.cells[i] for i in rows],

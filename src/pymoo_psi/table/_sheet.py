@@ -115,9 +115,10 @@ def sheet_of_text(text: str, skip_rows: Collection[int | str]) -> Sheet:
         raise UnfitError(_EMPTY)
     # numpy.savetxt writes its header as a comment; the last line is next to the numbers.
     if comments and any(map(is_number, rows[0])):
-        names = _cells_of(comments[-1].lstrip("# "), divider)
-        if len(names) == len(rows[0]) and not any(map(is_number, names)):
-            rows, ends = [names, *rows], [ends[0], *ends]
+        with suppress(UnfitError):
+            named, _ = _rows([(1, comments[-1].lstrip("# "))], divider)
+            if named and len(named[0]) == len(rows[0]) and not any(map(is_number, named[0])):
+                rows, ends = [*named, *rows], [ends[0], *ends]
     marked = [
         end
         for (first, *_), end in zip(rows, ends, strict=True)
@@ -269,15 +270,6 @@ def _divider(lines: Sequence[tuple[int, str]]) -> str:
 def _share_of_numbers(rows: Sequence[Sequence[str]]) -> float:
     cells = [cell for row in rows[1:] for cell in row]
     return sum(map(is_number, cells)) / max(1, len(cells))
-
-
-def _cells_of(line: str, divider: str) -> list[str]:
-    """Return the cells of one line, none if it has none."""
-    try:
-        rows, _ = _rows([(1, line)], divider)
-    except UnfitError:
-        return []
-    return rows[0] if rows else []
 
 
 def _rows(lines: Sequence[tuple[int, str]], divider: str) -> tuple[list[list[str]], list[int]]:
