@@ -14,10 +14,25 @@ function drag({payload, states}) {
   })
 }
 
+// A decision of these designs, and what it is to the page with other criteria, senses and units.
+function foreign(data) {
+  const state = Logic.initial(data)
+  const ranking = Logic.ranked(data, Logic.left(data, state).mask)
+  const written = JSON.parse(Logic.decisionFile(data, state, ranking, null, "2026-01-31"))
+  const {criteria} = written
+  const first = (changes) => ({...written, criteria: [{...criteria[0], ...changes}, ...criteria.slice(1)]})
+  return [{...written, criteria: [...criteria].reverse()}, first({unit: ""}), first({unit: "t"}),
+    first({maximize: !criteria[0].maximize}), first({name: "other"}),
+    {...written, criteria: criteria.slice(1)}, {...written, criteria: [null]}, {...written, criteria: 5},
+    {...written, normalize: !data.normalize}, 7]
+    .map((content) => Logic.opened(data, JSON.stringify(content)))
+}
+
 function answer({payload, states, rows, pins, texts, typed = []}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
+    foreign: foreign(data),
     checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
     typed: typed.map(([text, range]) => Logic.typed(text, {range})),
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,

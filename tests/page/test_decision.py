@@ -87,7 +87,7 @@ def test_the_page_opens_with_it(folder):
     ("change", "warning"),
     [
         (lambda f: f.assign(mass=np.where(f["number"] == 1089, 0.3, f["mass"])), "mass was 0.279"),
-        (lambda f: f[f["number"] != 1089], "the chosen design, 1089, is there no more"),
+        (lambda f: f[f["number"] != 1089], "1089, the chosen design, is not among these"),
         (lambda f: f.assign(width=f["width"] - 13), "1089, the chosen design, is beyond"),
     ],
 )
@@ -154,6 +154,18 @@ def test_other_units_are_refused(folder):
     decided = Decision.read(folder / "d.json")
     with pytest.raises(ValueError, match="there 'mass' is in kg, in it in g"):
         decided.require("it", CRITERIA, ["strength"], {"mass": "g"}, [*CRITERIA, "width"])
+
+
+def test_an_existing_design_may_be_chosen_and_kept(folder):
+    settings = {name: value for name, value in SETTINGS.items() if name != "prototype"}
+    existing = {"mass": 0.5, "cost, total": 0.6, "strength": 0.7, "width": 9.0, "material": "steel"}
+    chosen = {"label": "prototype", "criteria": {name: existing[name] for name in CRITERIA}}
+    decided = content(chosen=chosen | {"variables": {}}, kept=["1089", "prototype"])
+    (folder / "d.json").write_text(json.dumps(decided))
+    page = decision_page(
+        beams(), CRITERIA, prototype=existing, decision=folder / "d.json", **settings
+    )
+    assert page.remarks == ("Chosen: prototype, unchanged since 2026-01-31.",)
 
 
 def test_limits_of_page_and_rank_mean_the_same(folder):

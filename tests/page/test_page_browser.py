@@ -300,7 +300,7 @@ def test_the_verdict_follows_the_limits(reader):
 def test_nothing_left_is_said_with_the_remedy(reader):
     reader.type_limit("mass [kg], at most", "-1")
     assert reader.text("#count") == "No design is left"
-    assert "widen the limits, first of all that on mass" in reader.text("#verdict-words")
+    assert "first of all that on mass, which alone rejects 400." in reader.text("#verdict-words")
     assert reader.shown == ["prototype"]
     reader.page.click("#undo")
     reader.settle()
@@ -574,9 +574,11 @@ def test_a_hostile_address_or_file_changes_only_the_view(fresh, tmp_path):
     assert fresh.state["limits"] == {}
     assert fresh.page.title() == title
     assert fresh.page.locator("main img, #messages img").count() == 0
+    fresh.type_limit("mass [kg], at most", "0.7")
     (tmp_path / "e.json").write_text("no JSON", "utf-8")
     fresh.page.set_input_files("#file", tmp_path / "e.json")
     fresh.until("document.getElementById('messages').textContent.includes('no decision')")
+    assert fresh.state["limits"] == {"mass": [None, 0.7]}
 
 
 # Charts and selections
@@ -682,6 +684,26 @@ def test_a_scatter_plot_zooms_and_goes_back(reader):
     out.click()
     assert out.is_disabled()
     reader.page.locator("#scatter-a").get_by_text("Drag zooms").click()
+
+
+def test_ticks_are_told_apart_and_say_their_values(opened):
+    """Also where values differ far behind the point, or lie over decades."""
+    rng = np.random.default_rng(11)
+    scales = [{"low": 1e6, "high": 1e6 + 1e-3, "log": False}]
+    for _ in range(300):
+        low = float(rng.normal() * 10.0 ** rng.integers(-12, 13))
+        high = low + abs(low) * float(10.0 ** rng.uniform(-8, 4))
+        scales.append({"low": low, "high": high, "log": low > 0 and bool(rng.integers(2))})
+    told = opened.page.evaluate("(all) => all.map((s) => Charts.tick_texts(s, 5))", scales)
+    raised = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
+    for scale, ticks in zip(scales, told, strict=True):
+        assert 0 < len(ticks["values"]) < 21
+        for value, text in zip(ticks["values"], ticks["texts"], strict=True):
+            plain, power = text.translate(raised), ticks["factor"].translate(raised)[3:]
+            if any(c in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹" for c in text):
+                plain = f"1e{plain[2:]}"
+            said = float(plain) * 10.0 ** int(power or 0)
+            assert said == pytest.approx(value, rel=1e-11, abs=1e-300), (scale, text)
 
 
 # Table and export
@@ -959,6 +981,19 @@ def test_small_sets(visit, tmp_path, frame, objectives):
     reader = visit(tmp_path / "page.html")
     assert len(reader.shown) == rank_of_efficiency(frame[objectives]).pareto.sum()
     assert ("c: 3 for all" in reader.text("#limits")) == ("c" in objectives)
+
+
+def test_texts_that_name_designs_have_no_boxes(visit, tmp_path):
+    """Nobody ticks hundreds of them, and thousands would slow every step."""
+    a = np.linspace(0, 1, 250)
+    frame = pd.DataFrame({"a": a, "b": 1 - a, "drawing": [f"Z{k}" for k in range(250)]})
+    decision_page(frame, ["a", "b"], outputs=["drawing"]).save(tmp_path / "p.html")
+    reader = visit(tmp_path / "p.html")
+    assert "250 different texts, too many to tick" in reader.text("#limits")
+    assert reader.page.locator("fieldset.categories input").count() == 0
+    reader.set(categories={"drawing": ["Z7", "Z9"]})  # of a decision or an address
+    assert sorted(reader.shown) == ["7", "9"]
+    assert "rejects 248" in reader.text("#limits")
 
 
 def test_fifteen_criteria_are_within_reach(visit, tmp_path):

@@ -448,6 +448,19 @@ def test_states_come_back_from_addresses_and_files(cases, answers):
                 assert found["state"][key] == expected
 
 
+def test_a_decision_about_something_else_is_not_opened(answers):
+    """As the commands refuse it: its limits would mean something else here."""
+    for answer in answers:
+        *same, unit, turned, named, fewer, none, wrong, normalized, number = answer["foreign"]
+        assert same == [{"state": answer["initial"], "remarks": []}] * 2
+        others = (unit, turned, named, fewer, none, wrong, normalized, number)
+        assert all(one["state"] is None and len(one["remarks"]) == 1 for one in others)
+        assert "is in t, here in kg" in unit["remarks"][0]
+        assert "imised, here it is not" in turned["remarks"][0]
+        assert "it weighs other, " in named["remarks"][0]
+        assert "here not" in normalized["remarks"][0]
+
+
 def test_hostile_addresses_change_nothing(cases, answers):
     for answer in answers:
         for text, found in zip(HOSTILE, answer["checked"], strict=True):

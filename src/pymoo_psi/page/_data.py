@@ -83,7 +83,7 @@ class PageData:
         columns: Criteria, variables, outputs; each with ``(n,)`` values.
         label_name: What the designs' labels are called, such as "test_point".
         labels: ``(n,)`` labels of the designs, integers or texts; existing ones last.
-        ids: What the designs are called, existing ones left out; each is called otherwise.
+        ids: What the designs are called, each otherwise; existing ones last.
         n_designs: How many of them are designs and no existing ones.
         ranking: The ranking of the designs without any limits.
         limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
@@ -217,9 +217,6 @@ def payload(data: PageData) -> dict[str, Any]:
     witness = witnesses(ranking.objectives.minimized, ranking.pareto)
     labels = data.labels.tolist()
     ids = list(data.ids)
-    # An existing design may be called as one of the others is.
-    for label in map(str, labels[n:]):
-        ids.append(label if label not in ids else f"{label} (existing {len(ids) - n + 1})")
     return {
         "title": data.title,
         "file": file_name(data.title),

@@ -204,7 +204,7 @@ class Decision:
         if self.chosen is None:
             return told
         if self.chosen not in ids:
-            return [*told, f"Warning: the chosen design, {self.chosen}, is there no more."]
+            return [*told, f"Warning: {self.chosen}, the chosen design, is not among these."]
         row = ids.index(self.chosen)
         values = {name: float(frame[name].iloc[row]) for name in self.criteria}
         changed = [

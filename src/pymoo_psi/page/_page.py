@@ -40,7 +40,7 @@ class DecisionPage(PageData):
         labels: ``(n,)`` labels of the designs in the order of the frame, integers or texts;
             existing designs last.
         ids: What the designs are called, each otherwise: the label, with its row if several have
-            it; existing designs left out.
+            it; existing designs last.
         n_designs: How many of them are designs and no existing ones.
         ranking: The :class:`~pymoo_psi.pareto.EfficiencyRanking` of the designs without any limits.
         limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
@@ -234,6 +234,19 @@ def decision_page(
     # Designs of one label go by the rows of their file where these are known, as in commands.
     rows = frame.index.tolist() if label is not None and frame.index.name == "row" else ()
     ids = design_ids(labels.tolist(), rows)
+    # Prototypes stand behind the designs and are not ranked: they must not move U and N.
+    existing = _prototype_frame(prototype, objectives, label)
+    used = [*objectives, *others, *([] if label is None else [label])]
+    whole = frame
+    if len(existing):
+        for name in objectives:
+            _numbers(existing, name, finite=True)
+        whole = pd.concat([frame, existing.reindex(columns=used)])
+        labels = _labels(whole.index if label is None else whole[label])
+        # One of them may be called as one of the others is.
+        for called in map(str, labels[len(frame) :].tolist()):
+            same = called in ids
+            ids.append(f"{called} (existing {len(ids) - len(frame) + 1})" if same else called)
     opens_with: Mapping[str, Any] = {}
     remarks: tuple[str, ...] = ()
     if decision is not None:
@@ -244,18 +257,8 @@ def decision_page(
             raise invalid("normalize", f"{decided.normalize}, as it was decided", normalize)
         decided.require("the frame", objectives, maximize, units or {}, [*objectives, *others])
         opens_with, limits = decided.state, decided.limits
-        remarks = tuple(decided.now(ids, frame))
+        remarks = tuple(decided.now(ids, whole))
     bounds = _bounds(limits or {}, frame, [*objectives, *others], maximize)
-
-    # Prototypes stand behind the designs and are not ranked: they must not move U and N.
-    existing = _prototype_frame(prototype, objectives, label)
-    used = [*objectives, *others, *([] if label is None else [label])]
-    whole = frame
-    if len(existing):
-        for name in objectives:
-            _numbers(existing, name, finite=True)
-        whole = pd.concat([frame, existing.reindex(columns=used)])
-        labels = _labels(whole.index if label is None else whole[label])
     return DecisionPage(
         title=str(title),
         columns=_columns(whole, objectives, variables, outputs, maximize, units or {}),

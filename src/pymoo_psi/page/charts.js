@@ -119,15 +119,18 @@ const Charts = (() => {
   function tick_texts(scale, most, texts) {
     if (texts) {
       const known = [...texts.keys()].filter((k) => k >= scale.low && k <= scale.high)
-      return {values: known, texts: known.map((k) => texts[k]), factor: ""}
+      const every = Math.ceil(known.length / most)
+      const told = known.filter((_, k) => k % every === 0)
+      return {values: told, texts: told.map((k) => (texts[k].length > 18 ? `${texts[k].slice(0, 17)}…` : texts[k])), factor: ""}
     }
     const values = ticks(scale, most)
     const size = Math.max(Math.abs(scale.low), Math.abs(scale.high))
     const decades = scale.log && scale.high / scale.low >= 100
     const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * Math.floor(Math.log10(size) / 3) : 0
+    const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
     const short = (value) => {
       if (decades && (value >= 1e5 || value < 1e-3)) return `10${raised(Math.round(Math.log10(value)))}`
-      return String(Number((value / 10 ** power).toPrecision(6))).replace("-", "−")
+      return String(Number((value / 10 ** power).toPrecision(digits))).replace("-", "−")
     }
     return {values, texts: values.map(short), factor: power ? `×10${raised(power)}` : ""}
   }
@@ -231,17 +234,17 @@ const Charts = (() => {
       }
     }
 
-    function set_axes(columns, told) {
+    function set_axes(columns) {
       axes = columns
       // Every axis needs room for its name and numbers; beyond that the chart scrolls.
       parent.style.minWidth = `${76 * columns.length}px`
-      heads.replaceChildren(...columns.map((column) => head(column, told(column))))
+      heads.replaceChildren(...columns.map((column) => head(column)))
     }
 
-    function head(column, text) {
+    function head(column) {
       const button = document.createElement("button")
-      button.append(...broken(text))
-      button.title = `${text}: drag or use the arrow keys to move it, Delete to hide it`
+      button.append(...broken(column.label))
+      button.title = `${column.label}: drag or use the arrow keys to move it, Delete to hide it`
       button.dataset.field = column.field
       button.addEventListener("keydown", (event) => {
         const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key]
@@ -358,7 +361,7 @@ const Charts = (() => {
         g.strokeStyle = "#7D8590"
         g.lineWidth = 1
         g.beginPath(), g.moveTo(x, TOP), g.lineTo(x, size.height - BOTTOM), g.stroke()
-        const told = tick_texts(scale, 5, column.texts)
+        const told = tick_texts(scale, column.texts ? 14 : 5, column.texts)
         told.values.forEach((value, k) => {
           g.beginPath(), g.moveTo(x - 3, at(value)), g.lineTo(x + 3, at(value))
           g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
@@ -448,7 +451,8 @@ const Charts = (() => {
   // A scatter plot of two columns. A drag selects what is in the box, or zooms to it.
   //   on = {select(rows), pick(row), hover(row, x, y), zoomed()}
   function scatter(parent, on) {
-    const [LEFT, TOP, RIGHT, BOTTOM] = [52, 8, 14, 24]
+    const [TOP, RIGHT, BOTTOM] = [8, 14, 24]
+    let LEFT = 52
     let [x, y, model, zoom, box, zooming] = [null, null, null, null, null, false]
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
@@ -473,10 +477,10 @@ const Charts = (() => {
     function draw_context() {
       const g = clean(0)
       const [across, up] = scales()
-      g.strokeStyle = "#EDEFF2"
-      g.lineWidth = 1
+      const ty = tick_texts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
+      LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10)))
       const [w, h] = frame()
-      const [tx, ty] = [tick_texts(across, Math.max(2, w / 80), x.texts), tick_texts(up, Math.max(2, h / 45), y.texts)]
+      const tx = tick_texts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
         const u = LEFT + px(value) * w
@@ -615,5 +619,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, BINS, broken, icon, parallel, scatter, bins, histogram, place, value_at}
+  return {LOOKS, BINS, broken, icon, raised, parallel, scatter, bins, histogram, place, value_at, tick_texts}
 })()

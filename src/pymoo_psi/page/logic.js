@@ -50,7 +50,6 @@ function decode(payload) {
   }
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
-  for (const column of columns) if (!data.by.has(column.field)) data.by.set(column.field, column)
   data.rowOf = new Map(data.ids.map((id, row) => [id, row]))
   data.levels = new Levels(data.F)
   data.dominators = null // made when a search is needed, see `frontOf`
@@ -1489,24 +1488,42 @@ function decisionFile(data, state, ranking, verdict, date) {
   return `${JSON.stringify(content, null, 1)}\n`
 }
 
-// The state that a decision file holds, checked as any other; what is foreign to it is told.
+// What a decision is about that the page is not, so that its limits and ranks would mean something
+// else here; "" for nothing: `require` of page/_decision.py.
+function foreign(data, {criteria, normalize}) {
+  const own = data.criteria
+  const theirs = new Map(Array.isArray(criteria) ? criteria.map((one) => [one?.name, one]) : [])
+  if (theirs.size !== own.length || !own.every(({name}) => theirs.has(name))) {
+    const names = listed([...theirs.keys()].map(shown))
+    return `it weighs ${names || "no criteria"}, and the page ${listed(own.map(({name}) => name))}`
+  }
+  for (const {name, unit, maximize} of own) {
+    const there = theirs.get(name)
+    if (there.maximize !== maximize) {
+      return `there ${name} is ${maximize ? "minimised" : "maximised"}, here it is not`
+    }
+    if (unit && there.unit && there.unit !== unit) {
+      return `there ${name} is in ${shown(there.unit)}, here in ${unit}`
+    }
+  }
+  return normalize === data.normalize ? ""
+    : `there designs are ranked ${normalize ? "in units of the ranges" : "by plain distances"}, here not`
+}
+
+// The state that a decision file holds, checked as any other, or null if it is about something else.
 function opened(data, text) {
   let content = null
   try {
     content = text.length <= LONGEST_STATE * 16 ? JSON.parse(text) : null
   } catch { /* told below */ }
-  if (!isObject(content) || content.pymoo_psi_decision !== 1) {
-    return {state: initial(data), remarks: ["The file is no decision of this page."]}
-  }
+  const unfit = !isObject(content) || content.pymoo_psi_decision !== 1
+    ? "it is no decision that a page has saved" : foreign(data, content)
+  if (unfit) return {state: null, remarks: [`The file is not opened: ${unfit}.`]}
   const view = isObject(content.view) ? content.view : {}
   const {limits, categories, kept, pins, reason, chosen} = content
   const label = isObject(chosen) ? chosen.label : null
   const entries = {...view, limits, categories, kept, pins, reason, chosen: label}
   const {state, remarks} = checked(data, entries)
-  const own = JSON.stringify(data.criteria.map(({name, maximize}) => [name, maximize]))
-  const theirs = Array.isArray(content.criteria)
-    ? JSON.stringify(content.criteria.map((c) => [c?.name, c?.maximize])) : ""
-  if (own !== theirs) remarks.unshift("The decision was made by other criteria or directions.")
   if (state.chosen !== null && isObject(chosen.criteria)) {
     const row = data.rowOf.get(state.chosen)
     const changed = data.criteria.filter(({name, values}) =>
@@ -1521,8 +1538,8 @@ function opened(data, text) {
 
 return {
   decode, initial, checked, toHash, fromHash, history, values, called, left, ranked, order,
-  preference, verdict, explain, compared, compare, stretched, cautions, typed, written, csv, decisionFile, opened,
-  short,
+  preference, verdict, explain, compared, compare, stretched, cautions, typed, written, short, csv,
+  decisionFile, opened, MOST_PINS,
 }
 })()
 

@@ -8,21 +8,18 @@ const page = (() => {
   const payload = JSON.parse(document.getElementById("payload").textContent)
   const data = Logic.decode(payload)
   const MOST_DRAWN = 1000 // designs in a chart; more lines are a blur, and take longer than a frame
-  const MOST_PINS = 5
   const $ = (id) => document.getElementById(id)
   const count_text = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
-  const title_of = (column) => column.label
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
   const numeric = data.columns.filter((column) => column.role !== "geometric" && !column.texts)
   const limitable = data.columns.filter((column) => column.role !== "geometric")
 
   // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
-  const SUPERSCRIPT = {"-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((sign, digit) => [digit, sign]))}
   const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:\.\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
     const size = Math.abs(Number(number))
     if (size >= 1e-5 && size < 1e6) return String(Number(number))
-    return `${mantissa}×10${[...String(Number(power))].map((sign) => SUPERSCRIPT[sign]).join("")}`
+    return `${mantissa}×10${Charts.raised(Number(power))}`
   })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
   const written = (column, value) => readable(column.log && Number.isFinite(value)
@@ -229,7 +226,7 @@ const page = (() => {
     if (row < 0) return
     const id = data.ids[row]
     const pins = state.pins.includes(id) ? state.pins.filter((other) => other !== id) : [...state.pins, id]
-    if (pins.length > MOST_PINS) return say([`Five designs are pinned. Take one out of the comparison before you pin ${called(row)}.`])
+    if (pins.length > Logic.MOST_PINS) return say([`Five designs are pinned. Take one out of the comparison before you pin ${called(row)}.`])
     change({pins})
   }
 
@@ -270,7 +267,7 @@ const page = (() => {
           const column = data.by.get(criterion.name)
           const weak = verdict.weakest.includes(criterion.name)
           return make("tr", {className: weak ? "weak" : ""},
-            make("th", {scope: "row"}, Charts.broken(title_of(column)), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
+            make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
             make("td", {className: "number", textContent: written(column, criterion.value)}),
             make("td", {className: "number", textContent: written(column, criterion.best)}),
             make("td", {className: "number", textContent: written(column, Math.abs(criterion.away))}),
@@ -279,7 +276,7 @@ const page = (() => {
       const {whole, ties} = verdict
       renew($("verdict-more"),
         ...(whole ? [make("p", {className: "whole"}, readable(whole.sentence), " ", ...toggles(whole.row).slice(1))] : []),
-        ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ", …" : ""}.`})] : []))
+        ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${count_text(ties.length - 5)} more` : ""}.`})] : []))
     }
     const row = chosen_row()
     const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
@@ -297,10 +294,14 @@ const page = (() => {
     return make("span", {className: "bar-of-share", "aria-hidden": "true"}, inner)
   }
 
-  // What to do where nothing is left: the limit that alone rejects most is the one to widen.
+  // What to do where nothing is left: the limit without which most would come back is the one to
+  // widen, or if more than one stands in the way of all, that which rejects most.
   function remedy() {
-    const most = [...left.rejects].sort((a, b) => b[1] - a[1])[0]
-    return most ? `widen the limits, first of all that on ${most[0]}, which rejects ${count_text(most[1])}.` : "reset the page."
+    const {rejects, only} = left
+    const [most] = [...rejects.keys()].sort((a, b) => only.get(b) - only.get(a) || rejects.get(b) - rejects.get(a))
+    if (most === undefined) return "reset the page."
+    const alone = only.get(most)
+    return `widen the limits, first of all that on ${most}, which ${alone ? `alone rejects ${count_text(alone)}` : `rejects ${count_text(rejects.get(most))}`}.`
   }
 
   function show_counts() {
@@ -354,7 +355,7 @@ const page = (() => {
       make("thead", {}, make("tr", {}, make("th", {textContent: "Criterion", scope: "col"}), heads)),
       make("tbody", {}, table.criteria.map((criterion) => {
         const column = data.by.get(criterion.name)
-        return make("tr", {}, make("th", {scope: "row"}, Charts.broken(title_of(column))), rows.map((_, k) => {
+        return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), rows.map((_, k) => {
           const value = make("div", {textContent: written(column, criterion.values[k])})
           const better = criterion.better[k]
           if (k === 0) return make("td", {className: "number"}, value)
@@ -375,8 +376,8 @@ const page = (() => {
       const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
       const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
         `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit ? ` ${unit}` : ""} (${percent(share)})`)
-      if (told.length > 3) parts.push(`${told.length - 3} ${told.length === 4 ? "other" : "others"} less`)
-      return told.length ? `${word} ${parts.join(", ")}` : ""
+      const more = told.length - parts.length
+      return told.length ? `${word} ${parts.join(", ")}${more ? ` and less in ${more} more` : ""}` : ""
     })
     return sides.filter(Boolean).join("; ")
   }
@@ -423,7 +424,7 @@ const page = (() => {
   function limit_control(column) {
     if (column.texts) return category_control(column)
     const [low, high] = column.range
-    const name = title_of(column)
+    const name = column.label
     if (!(high > low)) {
       const all = column.beyond ? "all Pareto-optimal designs" : "all"
       return make("p", {className: "constant", textContent: `${name}: ${has_values(column) ? `${written(column, low)} for ${all}` : "no values"}`})
@@ -431,6 +432,7 @@ const page = (() => {
     const scale = {low, high, log: column.log}
     const field = (k) => {
       const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder: short(column, k ? high : low),
+        title: `${k ? "Greatest" : "Least"} shown: ${written(column, k ? high : low)}`,
         "aria-label": `${name}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`})
       input.addEventListener("change", () => {
         const {value, wrong: why} = Logic.typed(input.value, column)
@@ -469,9 +471,11 @@ const page = (() => {
       make("div", {className: "ends"}, fields[0], make("div", {className: "slider"}, canvas, thumbs), fields[1]), note)
   }
 
+  const MOST_BOXES = 200 // names of designs have no boxes: nobody ticks them, and thousands slow every step
   function category_control(column) {
     const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
-    const texts = column.texts.filter((_, k) => known.has(k))
+    const found = column.texts.filter((_, k) => known.has(k))
+    const texts = found.length > MOST_BOXES ? [] : found
     const boxes = texts.map((text) => make("input", {type: "checkbox", value: text}))
     const tick = (on) => { for (const box of boxes) box.checked = on; take_boxes() }
     const take_boxes = () => {
@@ -482,10 +486,11 @@ const page = (() => {
     for (const box of boxes) box.addEventListener("change", take_boxes)
     const note = make("p", {className: "hint note"})
     controls.set(column, {column, boxes, note})
-    return make("fieldset", {className: "limit categories"}, make("legend", {textContent: title_of(column)}),
+    return make("fieldset", {className: "limit categories"}, make("legend", {textContent: column.label}),
       boxes.length > 6 ? make("div", {className: "bar"}, [["All", true], ["None", false]].map(([textContent, on]) =>
-        make("button", {className: "small", textContent, "aria-label": `${textContent} of ${title_of(column)}`, onclick: () => tick(on)}))) : null,
-      make("div", {className: "boxes"}, boxes.map((box, k) => make("label", {}, box, texts[k] || "(missing)"))), note)
+        make("button", {className: "small", textContent, "aria-label": `${textContent} of ${column.label}`, onclick: () => tick(on)}))) : null,
+      make("div", {className: "boxes"}, texts === found ? boxes.map((box, k) => make("label", {}, box, texts[k] || "(missing)"))
+        : make("span", {className: "hint", textContent: `${count_text(found.length)} different texts, too many to tick`})), note)
   }
 
   function notes(column) {
@@ -504,7 +509,7 @@ const page = (() => {
       const {column, fields, thumbs, note, boxes, wrong = []} = control
       // Of a group that is folded nothing is seen.
       const limit = limit_of(column)
-      const group = (boxes ? boxes[0] : fields[0]).closest("details")
+      const group = note.closest("details")
       const told = wrong.map((one) => (one && one.beside === JSON.stringify(limit) ? one.why : ""))
       if (boxes) {
         const allowed = own(state.categories, column.name)
@@ -596,19 +601,19 @@ const page = (() => {
     const body = make("tbody")
     for (const column of data.criteria) {
       const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "wished value"]].map(([kind, placeholder, told]) => {
-        const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder, "aria-label": `${title_of(column)}, ${told}`})
+        const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder, "aria-label": `${column.label}, ${told}`})
         input.addEventListener("change", () => {
           const {value, wrong: why} = Logic.typed(input.value, kind === "weights" ? null : column)
           const wrong = why ?? (kind === "weights" && value < 0 ? "A weight is 0 or more." : "")
           input.setAttribute("aria-invalid", String(wrong !== ""))
-          if (wrong) return say([`${title_of(column)}, ${told}: ${wrong}`])
+          if (wrong) return say([`${column.label}, ${told}: ${wrong}`])
           const {[column.name]: _, ...others} = state.preference[kind]
           change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
         })
         wishes.push({input, kind, column})
         return make("td", {}, input)
       })
-      body.append(make("tr", {}, make("th", {scope: "row", textContent: title_of(column)}), inputs))
+      body.append(make("tr", {}, make("th", {scope: "row", textContent: column.label}), inputs))
     }
     $("preference-table").append(body)
   }
@@ -667,6 +672,7 @@ const page = (() => {
       if (least < most) [low, high] = [least, most]
     }
     if (!(low <= high)) [low, high] = [0, 1]
+    if (high - low <= 1e-12 * Math.max(Math.abs(low), Math.abs(high))) high = low // rounding is no distance
     scales.set(column, {low, high, log: column.log && low > 0})
     return scales.get(column)
   }
@@ -699,14 +705,13 @@ const page = (() => {
       context = sample((row) => dominated || data.whole.pareto[row])
       context_of = dominated
     }
-    const key = JSON.stringify([state.axes])
+    const key = JSON.stringify(state.axes)
     const moved = key !== axes_told
     const rescaled = moved || everything || (state.axes.zoom && !dragging)
     if (rescaled) scales = new Map()
     if (moved) {
       axes_told = key
-      const hidden = new Set(state.axes.hidden)
-      parallel.set_axes(axes_order().filter((name) => !hidden.has(name)).map((name) => data.by.get(name)), title_of)
+      parallel.set_axes(axes_shown().map((name) => data.by.get(name)))
       show_axes()
     }
     $("zoom").setAttribute("aria-pressed", String(state.axes.zoom))
@@ -735,13 +740,17 @@ const page = (() => {
   const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts && has_values(column))]
     .slice(0, Math.max(data.criteria.length, 8)).map((column) => column.name)
   const axes_order = () => (state.axes.order.length ? state.axes.order : usual)
+  function axes_shown() {
+    const hidden = new Set(state.axes.hidden)
+    const shown = axes_order().filter((name) => !hidden.has(name))
+    return shown.length ? shown : axes_order() // an address may hide all
+  }
 
   const whole_count = (dominated) => (dominated ? data.n : data.whole.front.length)
   const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
 
   function move_axis(column, steps) {
-    const hidden = new Set(state.axes.hidden)
-    const shown = axes_order().filter((name) => !hidden.has(name))
+    const shown = axes_shown()
     const from = shown.indexOf(column.name)
     const to = Math.min(shown.length - 1, Math.max(0, from + steps))
     if (from < 0 || from === to) return
@@ -754,26 +763,26 @@ const page = (() => {
   function hide_axis(column, hide) {
     const [order, hidden] = [axes_order(), state.axes.hidden]
     const others = hidden.filter((name) => name !== column.name)
-    if (hide && order.length - hidden.length <= 1) return
+    if (hide && axes_shown().length <= 1) return
     change({axes: {...state.axes, order: order.includes(column.name) ? order : [...order, column.name], hidden: hide ? [...others, column.name] : others}})
     update()
   }
 
   // The same by buttons: a list of all columns, which also reaches those that are hidden.
   function show_axes() {
-    const [order, hidden] = [axes_order(), state.axes.hidden]
+    const [order, shown] = [axes_order(), axes_shown()]
     const focus = document.activeElement?.dataset.axis
     const names = [...order, ...data.columns.map((column) => column.name).filter((name) => !order.includes(name))]
     $("axes-list").replaceChildren(...names.map((name) => {
       const column = data.by.get(name)
-      const on = order.includes(name) && !hidden.includes(name)
+      const on = shown.includes(name)
       const box = make("input", {type: "checkbox", checked: on, onchange: () => hide_axis(column, on)})
       const mover = (text, told, steps) => {
-        const button = make("button", {className: "small", textContent: text, disabled: !on, "aria-label": `Move ${title_of(column)} to the ${told}`, onclick: () => move_axis(column, steps)})
+        const button = make("button", {className: "small", textContent: text, disabled: !on, "aria-label": `Move ${column.label} to the ${told}`, onclick: () => move_axis(column, steps)})
         button.dataset.axis = `${told} ${column.field}`
         return button
       }
-      return make("li", {}, make("label", {}, box, title_of(column)), mover("←", "left", -1), mover("→", "right", 1))
+      return make("li", {}, make("label", {}, box, column.label), mover("←", "left", -1), mover("→", "right", 1))
     }))
     if (focus) [...$("axes-list").querySelectorAll("button")].find((button) => button.dataset.axis === focus)?.focus()
   }
@@ -784,7 +793,7 @@ const page = (() => {
     if (tip.hidden) return
     const lines = data.columns.filter((column) => column.role !== "geometric").slice(0, 16)
     tip.replaceChildren(make("strong", {textContent: called(row)}), ` ${rank_text(row)}`, make("table", {}, lines.map((column) => make("tr", {},
-      make("td", {textContent: title_of(column)}), make("td", {className: "number", textContent: cell_text(column, row)})))))
+      make("td", {textContent: column.label}), make("td", {className: "number", textContent: cell_text(column, row)})))))
     const [width, height] = [tip.offsetWidth, tip.offsetHeight]
     tip.style.left = `${Math.max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
@@ -802,7 +811,7 @@ const page = (() => {
     const select = (axis) => {
       const groups = [["criterion", "Criteria"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
       const element = make("select", {"aria-label": `${name}, ${axis} axis`}, groups.map(([role, label]) => {
-        const options = data.columns.filter((column) => column.role === role).map((column) => make("option", {value: column.field, textContent: title_of(column), selected: column === columns[axis]}))
+        const options = data.columns.filter((column) => column.role === role).map((column) => make("option", {value: column.field, textContent: column.label, selected: column === columns[axis]}))
         return options.length ? make("optgroup", {label}, options) : null
       }))
       element.addEventListener("change", () => {
@@ -820,7 +829,7 @@ const page = (() => {
       zoomed: (yes) => { out.disabled = !yes },
       factors: (across, up) => { factors.textContent = [up && `y ${up}`, across && `x ${across}`].filter(Boolean).join(" ") },
     })
-    const told = () => area.setAttribute("aria-label", `${title_of(columns.y)} against ${title_of(columns.x)}; the table holds the same designs`)
+    const told = () => area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
     area.setAttribute("role", "img")
     told()
     zoom.addEventListener("click", () => {
@@ -874,12 +883,13 @@ const page = (() => {
       {text: data.label_name, width: labels, order: null, cell: (row) => data.ids[row], field: "label"},
       {text: "rank", width: 13, order: {by: "rank", down: false}, cell: rank_text, field: "rank"},
       ...data.columns.map((column) => ({
-        text: column.role === "geometric" ? column.name.split(" ")[0] : title_of(column), width: length(column), number: !column.texts,
+        text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column), number: !column.texts,
         order: {by: "column", name: column.name, down: false}, cell: (row) => cell_text(column, row), field: column.field})),
     ]
     for (const column of columns) column.pixels = Math.ceil(Math.max(7.4 * column.width + 22, Math.min(7.2 * column.text.length + 34, 150), 62))
     const wide = columns.reduce((sum, column) => sum + column.pixels, 0)
     head.style.width = body.style.width = `${wide}px`
+    body.style.minHeight = `${Math.min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
 
     const heads = columns.map((column, k) => {
       const button = make("button", {tabIndex: k === 1 ? 0 : -1, title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order}, Charts.broken(column.text))
@@ -978,7 +988,7 @@ const page = (() => {
       PageUp: () => go(cursor - by_page()), Home: () => go(0), End: () => go(order.length - 1),
       ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
       Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
-      " ": () => toggle(order[cursor]), Escape: () => select_rows([]),
+      " ": () => toggle(order[cursor]),
     }
     box.addEventListener("keydown", (event) => {
       const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key]
