@@ -35,7 +35,7 @@ def run_page(
         columns: What its columns are, with the limits that the page opens with.
         written: How it is written, and but for lines to skip the prototype, too.
         document: Variables, units, the decision with which the page opens, the heading.
-        prototype: A file of existing designs to compare with, beside those that ``path`` has.
+        prototype: A file of existing designs to compare with, instead of those that ``path`` has.
         out: The HTML file to write.
         force: Whether to overwrite any file.
     """

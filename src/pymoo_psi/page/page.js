@@ -273,6 +273,8 @@ const page = (() => {
             make("td", {className: "number", textContent: written(column, Math.abs(criterion.away))}),
             make("td", {className: "share"}, bar(criterion.share), make("span", {textContent: percent(criterion.share)})))
         })))
+      // Long numbers need the room of the bars.
+      $("verdict-table").classList.toggle("long", verdict.criteria.some(({name, value}) => written(data.by.get(name), value).length > 10))
       const {whole, ties} = verdict
       renew($("verdict-more"),
         ...(whole ? [make("p", {className: "whole"}, readable(whole.sentence), " ", ...toggles(whole.row).slice(1))] : []),
