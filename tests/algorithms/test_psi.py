@@ -300,6 +300,49 @@ def test_a_limit_on_what_the_model_does_not_give_ends_the_run():
         investigate(Heated(), 64, limits={"head": 2.0})
 
 
+class Gauged(ElementwiseProblem):
+    """A model with a further output, which only designs beyond a place have."""
+
+    def __init__(self, gauge, beyond):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+        self.gauge, self.beyond = gauge, beyond
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0], 1 - x[0] + x[1]]
+        if x[0] > self.beyond:
+            out["heat"] = self.gauge
+
+
+@pytest.mark.parametrize("gauge", [np.nan, np.inf, -np.inf])
+def test_a_design_whose_limited_output_is_not_finite_is_no_result(gauge):
+    result = minimize(Gauged(gauge, -1), PSI(16, limits={"heat": (0.0, 2.0)}))
+    assert not result.algorithm.table.feasible({"heat": (0.0, 2.0)}).any()
+    assert result.F is None
+    assert not result.pop.get("FEAS").any()
+
+
+@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
+def test_blocks_do_not_decide_whether_a_limited_output_is_known(keep):
+    limits = {"heat": 2.0}
+    whole = investigate(Gauged(1.0, 0.7), 32)
+    rows = {"all": whole.numbers > 0, "feasible": whole.feasible(limits)}
+    rows["pareto"] = whole.pareto(limits)
+    for size in (1, 4, 32):
+        options = {"limits": limits, "block_size": size}
+        assert investigate(Gauged(1.0, 0.7), 32, keep=keep, **options).equals(
+            whole.rows(rows[keep])
+        )
+        # display and callbacks ask for the optimum after each block
+        found = minimize(
+            Gauged(1.0, 0.7), PSI(32, callback=lambda psi: psi.opt, **options), verbose=True
+        )
+        assert found.opt.get("test_point").tolist() == whole.numbers[rows["pareto"]].tolist()
+        with pytest.raises(PsiError, match="a limit must be one of"):
+            investigate(Gauged(1.0, 2.0), 32, keep=keep, **options)
+        with pytest.raises(PsiError, match="a limit must be one of"):
+            minimize(Gauged(1.0, 2.0), PSI(32, **options))
+
+
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 @pytest.mark.parametrize("block_size", [7, 64, 1000])
 @pytest.mark.parametrize("name", ["bnh", "osy", "dtlz2"])

@@ -29,6 +29,7 @@ from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import lacking
 
 # Designs in the first block of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.
@@ -54,6 +55,8 @@ class Keep:
         """``(n,)`` which tests of a table are kept; a Pareto set is sifted by so many threads."""
         if self.what == "all":
             return np.ones(len(table), dtype=bool)
+        if lacking(self.limits, table.layout):
+            return np.zeros(len(table), dtype=bool)
         if self.what == "feasible":
             return table.feasible(self.limits)
         return table.pareto(self.limits, threads=threads)

@@ -37,6 +37,7 @@ from pymoo_psi.parallel._progress import progress_bar
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._limits import bounds_of
 
 _KEPT = ("all", "feasible", "pareto")
 # Rows from which on a Pareto set is sifted on the way. Each time there are twice as many rows as
@@ -169,8 +170,9 @@ def investigate(
     found = by_number(tables)
     if keep == "pareto":
         found = found.rows(kept.mask(found, threads))
-    if limits is not None:
-        found.feasible(limits)  # refuses one on what the model does not give
+    # A limit on what no test gives is refused; of failed tests alone nobody knows what they give.
+    if keep != "all" or (found.status != "failed").any():
+        bounds_of(limits, found.layout)
     return found
 
 

@@ -35,7 +35,7 @@ from pymoo_psi.pareto._feasibility import constraint_violation
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of, excess
+from pymoo_psi.table._limits import bounds_of, excess, lacking
 
 
 class PSI(Algorithm):
@@ -75,6 +75,7 @@ class PSI(Algorithm):
         limits: Limits on criteria, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
             see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
             the table keeps it as it is, so that other limits can be tried on the table afterwards.
+            So does one without a value that has a limit; if no test has it, the limit is refused.
         share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
             many machines, are the run without it; each is spread over the whole box.
         study: Name of a study file, in which tests are stored as they arrive, about every second;
@@ -318,11 +319,13 @@ class PSI(Algorithm):
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
 
-        It is infinite where a design failed, and above 0 where one is not finite.
+        It is infinite where a design failed, or a value that has a limit is none or not finite.
         """
         total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
         failed = tests.status == "failed"
-        if not failed.all():
+        if lacking(self.limits, tests.layout):
+            total[:] = np.inf
+        elif not failed.all():
             total += excess(bounds_of(self.limits, tests.layout), tests.column, len(tests))
         return np.where(failed, np.inf, total)
 
@@ -384,10 +387,16 @@ class PSI(Algorithm):
         """Return the rows of the table that no feasible one dominates."""
         if self._sifted < self.n_tested:
             # What the last front dominates, no later design makes optimal again.
+            if self._none_feasible():
+                return self._front
             rows = np.concatenate([self._front, np.arange(self._sifted, self.n_tested)])
             self._front = rows[self.table.rows(rows).pareto(self.limits)]
             self._sifted = self.n_tested
         return self._front
+
+    def _none_feasible(self) -> bool:
+        """Whether tests go on, and none so far keeps the limits as an output is still unknown."""
+        return lacking(self.limits, self.table.layout) and not self.termination.has_terminated()
 
     pop = property(_all, _assign)
     off = property(_last, _assign)
@@ -437,10 +446,8 @@ class _Output(Output):
 
     def update(self, algorithm: PSI) -> None:
         super().update(algorithm)
-        table = algorithm.table
-        sets = (table.numbers > 0, table.status == "failed", table.feasible(algorithm.limits))
-        values = [int(rows.sum()) for rows in sets]
-        for column, value in zip(
-            self.counts, [*values, len(algorithm._optimal_rows())], strict=True
-        ):
+        table, optimal = algorithm.table, len(algorithm._optimal_rows())
+        failed = int((table.status == "failed").sum())
+        feasible = int(table.feasible(algorithm.limits).sum()) if optimal else 0
+        for column, value in zip(self.counts, (len(table), failed, feasible, optimal), strict=True):
             column.set(value)

@@ -51,6 +51,16 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     return {name: found[name] for name in layout.columns if name in found}
 
 
+def lacking(limits: Limits | None, layout: Layout) -> bool:
+    """Whether a limit is on no column so far: on an output that only later tests may have.
+
+    A test without a value keeps no limit, so no test so far keeps this one. Whether the name is a
+    mistake is known when all tests are there, however they were cut into blocks.
+    """
+    names = limits if isinstance(limits, Mapping) else ()
+    return any(isinstance(name, str) and name not in layout.columns for name in names)
+
+
 def ends(name: str, limit: Any) -> tuple[float, float]:
     """Return the least and the greatest value that a limit allows; a number is the greatest.
 
@@ -88,12 +98,16 @@ def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mas
 
 
 def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
-    """``(n,)`` by how much rows exceed their limits, summed; that of infinite values is none."""
+    """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
     total = np.zeros(n)
     for name, (low, high) in bounds.items():
+        if low == -np.inf and high == np.inf:
+            continue
         values = real_column(name, column(name))
-        over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
-        total += np.where(np.isfinite(over), over, 0)
+        known = np.isfinite(values)
+        over = np.maximum(low - values[known], 0) + np.maximum(values[known] - high, 0)
+        total[known] += over
+        total[~known] = np.inf
     return total
 
 
