@@ -563,3 +563,13 @@ def test_a_randomised_sequence_can_be_continued():
         minimize(CHUTE, PSI(60, first=41, sampling=QMCSampling("lhs")))
     with pytest.raises(TypeError, match="sampling must be LPTauSampling"):
         PSI(10, sampling="lhs")
+
+
+def test_an_algorithm_that_has_run_is_not_set_up_again():
+    algorithm = PSI(8)
+    algorithm.setup(CHUTE, termination=("n_gen", 1))
+    algorithm.setup(CHUTE)  # before it runs, as often as you like
+    algorithm.run()
+    with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
+        algorithm.setup(get_problem("bnh"))
+    assert algorithm.result().X.shape[1] == 2

@@ -187,6 +187,10 @@ class PSI(Algorithm):
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
         require_problem(problem)
+        if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
+            shown = Received(f"one that has tested {self.n_tested} points")
+            remedy = "make another for a new run; minimize takes a copy of one that is not set up"
+            raise invalid("the algorithm", "set up before it runs", shown, remedy)
         problem, self.stop = untolerant(problem, self.stop)
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         run_options = {k: v for k, v in kwargs.items() if k not in known}

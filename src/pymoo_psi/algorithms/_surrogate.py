@@ -182,7 +182,7 @@ class SurrogatePSI(PSI):
             given = _of_this_run(given, self.table)
             self.table = self.table.extended(given)  # which refuses other columns
             self.memory.keep(given)
-            self._blocks.append(len(given))
+            self._blocks = [len(given)]
             self._investigation.aim(given.numbers, plan.space.points(given.X))
             size = len(given)
         self._n_uniform = size
