@@ -20,6 +20,7 @@ from pymoo_psi.algorithms._surrogates import (
     cross_validated,
     fit_lengths,
     scales,
+    without_penalties,
 )
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.problems._design_space import design_space
@@ -227,3 +228,23 @@ def test_without_surrogates_proposals_are_far_from_all_tests():
     gaps = np.linalg.norm(made.points[:, None] - np.vstack([points, made.points]), axis=2)
     gaps[np.arange(3), 8 + np.arange(3)] = np.inf
     assert gaps.min() > 0.3
+
+
+@pytest.mark.parametrize(
+    ("uniform", "all_of_them", "expected"),
+    [
+        ([1, 2, np.inf, np.inf], [1, 2, np.inf, np.inf, 9, np.inf], [1, 2, 2, 2, 9, 2]),
+        ([1, 2, 1e9, np.inf, np.inf, 1e9], [1, 1e9, np.inf, 3e4], [1, 2, 2, 2]),
+        ([1, 2, np.inf], [1, 2, np.inf], [1, 2, np.inf]),  # a single one may be a pole
+        ([1, 2, 9e3, 9e3], [1, 2, 9e3, 1e9], [1, 2, 9e3, 1e9]),  # dear, and not senseless
+        ([0, 0, 1, 1], [0, 1, 1e9], [0, 1, 1e9]),  # what has two values has no span to be beyond
+        ([np.inf, np.inf], [np.inf, 1], [np.inf, 1]),
+        ([], [3, np.inf], [3, np.inf]),
+        ([-1.7e308, 1.7e308, 1.7e308], [1.7e308], [1.7e308]),
+    ],
+)
+def test_only_what_several_uniform_tests_share_far_beyond_all_others_is_no_value(
+    uniform, all_of_them, expected
+):
+    columns = [np.array(values, dtype=float)[:, None] for values in (all_of_them, uniform)]
+    np.testing.assert_array_equal(without_penalties(*columns)[:, 0], expected)

@@ -97,6 +97,28 @@ def test_where_everything_fails_designs_are_spread_and_tests_go_on():
     assert (algorithm.table.status[20:] == "ok").sum() >= 8
 
 
+def test_what_stands_for_no_value_does_not_blind_the_surrogates():
+    class Penalised(ElementwiseProblem):
+        def __init__(self, penalty):
+            super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+            self.penalty = penalty
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            away = 1 + 4 * ((x[1:] - 0.37) ** 2).sum()
+            out["G"] = [0.4 - x[0]]
+            out["F"] = [x[0] * away, (1 - np.sqrt(x[0])) * away]
+            if x[0] < 0.4:
+                out["F"] = [self.penalty, self.penalty]
+
+    algorithms = [run(Penalised(penalty), 36) for penalty in (np.inf, 1e9)]
+    first, second = (algorithm.table.X.tolist() for algorithm in algorithms)
+    assert first == second
+    errors = algorithms[0].errors().set_index("surrogate")
+    assert np.isfinite(errors.loc["gaussian process", "proposals"]).all()
+    made = algorithms[0].table.rows(np.arange(20, 36))
+    assert (made.F.sum(axis=1) < 1.2).mean() > 0.5
+
+
 def test_designs_that_occur_again_are_not_computed_again():
     calls = []
 

@@ -24,7 +24,7 @@ from pymoo_psi.algorithms._investigate import Investigation
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._sampling import UniformSampling
-from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated
+from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords
@@ -266,11 +266,14 @@ class SurrogatePSI(PSI):
 
     def _tests(self, further: Sequence[str] = ()) -> KnownTests:
         table, space = self.table, self._investigation.space
+        failed = table.status == "failed"
+        uniform = table.F[: self._n_uniform][~failed[: self._n_uniform]]
+        F = without_penalties(table.F, uniform)
         return KnownTests(
             space.points(table.X),
-            np.column_stack([table.F, table.G, table.H, *map(table.column, further)]),
+            np.column_stack([F, table.G, table.H, *map(table.column, further)]),
             table.eligible(self.limits),
-            table.status == "failed",
+            failed,
         )
 
     def _fit(self, tests: KnownTests, count: int) -> Fit | None:
@@ -354,15 +357,16 @@ class SurrogatePSI(PSI):
         rows = np.flatnonzero(~tests.failed)
         Z = encoded(self._investigation.space, tests.points[rows])
         T = fit.to(bounded(tests.Y[rows]))
-        made = self.predictions()
+        found, made = T[rows >= self._n_uniform], self.predictions()
+        made = made[made["status"] != "failed"]
         result = []
         for kind in KINDS:
             error = np.sqrt(((cross_validated(kind, Z, T, fit) - T) ** 2).mean(axis=0))
-            of_kind = made[(made["surrogate"] == kind) & (made["status"] != "failed")]
+            of_kind = (made["surrogate"] == kind).to_numpy()
             for j, (name, scale) in enumerate(zip(_outputs(self.table), fit.scales, strict=True)):
-                sign = _signs(self.table)[j]
-                pair = [scale.to(of_kind[c].to_numpy() * sign) for c in (name, f"{name}_predicted")]
-                missed = np.sqrt(((pair[0] - pair[1]) ** 2).mean()) if len(of_kind) else np.nan
+                predicted = made[f"{name}_predicted"].to_numpy() * _signs(self.table)[j]
+                off = found[of_kind, j] - scale.to(predicted[of_kind])
+                missed = np.sqrt((off**2).mean()) if of_kind.any() else np.nan
                 how = "linear" if np.isinf(scale.unit) else "logarithmic"
                 result.append((name, kind, how, error[j], missed))
         columns = ["output", "surrogate", "scale", "cross_validated", "proposals"]

@@ -29,6 +29,8 @@ _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 _FAR_OUT, _LEAST_UNIT = 3.0, 0.01
 # Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
 _BEYOND = 1e6
+# What several tests share, so many spans of all others beyond the worst of them, stands for none.
+_PENALTY = 1e4
 _HUGE = 1e100  # the squares of larger values overflow
 _FOLDS = 10  # of a cross-validation
 # Tests to which lengths are fitted: more take the third power of their number in time, a second
@@ -119,6 +121,32 @@ def bounded(Y: Array) -> Array:
         else:
             np.clip(y, y[finite].min(), y[finite].max(), out=y)
     return Y
+
+
+@np.errstate(over="ignore", invalid="ignore")  # infinities, and values near the largest float
+def without_penalties(F: Array, uniform: Array) -> Array:
+    """Return ``(n, m)`` criteria with the worst real value where they stand for "none".
+
+    Models give infinity, or one large number, where a design makes no sense. On a scale with such
+    a step all other designs would be the same. A pole, towards which values rise, is not meant.
+
+    Args:
+        F: The criteria of all tests.
+        uniform: ``(k, m)`` those of tests at uniform points, which alone tell how they are
+            distributed.
+    """
+    F = F.copy()
+    for y, u in zip(F.T, uniform.T, strict=True):
+        for _ in range(2):  # below infinity may be a number
+            others = u[u < u.max(initial=-np.inf)]
+            if len(u) - len(others) < 2 or len(others) < 2:
+                break
+            worst = others.max()
+            beyond = worst + _PENALTY * np.ptp(others)
+            if u.max() > beyond > worst:
+                y[y > beyond] = worst
+                u = np.minimum(u, worst)
+    return F
 
 
 @dataclass(frozen=True)
