@@ -88,7 +88,13 @@ FILES = {
     "a name over two lines": (
         '"cost\nin €",mass\n1.5,30\n2.25,2.5\n',
         {},
-        {"cost\nin €": [1.5, 2.25], "mass": [30, 2.5]},
+        {"cost in €": [1.5, 2.25], "mass": [30, 2.5]},
+    ),
+    "a name over two lines, told by the file": (
+        '# {"pymoo_psi_designs": 1, "objectives": ["cost\\nin €"], "maximized": [], "variables": [], '
+        '"outputs": [], "units": {}}\n"cost\nin €",mass\n1.5,30\n2.25,2.5\n',
+        {},
+        {"cost in €": [1.5, 2.25]},
     ),
     "commas that divide decimal commas": (
         "cost,mass\n1,5,30\n2,25,2,5\n",
@@ -399,6 +405,12 @@ FILES = {
         workbook([["Results", None, None], ["a", "b", "c"], [1.5, 30, 1]]),
         {},
         "leaves columns without a name; leave line 1 out by --skip-rows 1",
+    ),
+    "spaces below a workbook": (workbook([*TYPED, [" ", "\u00a0"]]), {}, COST),
+    "a name over two lines of a workbook": (
+        workbook([["cost\n[€]", "mass"], [1.5, 30], [2.25, 2.5]]),
+        {},
+        {"cost [€]": [1.5, 2.25], "mass": [30, 2.5]},
     ),
     "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
     "a formula without value": (

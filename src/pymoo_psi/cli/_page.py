@@ -74,9 +74,8 @@ def run_page(
     existing = file.prototype
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
-        existing = _named_designs(
-            read(replace(written, skip_rows=None, sheet=None), prototype), roles.objectives
-        )
+        old = read(replace(written, skip_rows=None, sheet=None), prototype)
+        existing, remarks = _named_designs(old, roles.objectives), [*remarks, *old.remarks]
     names = [*roles.objectives, *roles.variables, *roles.outputs]
     unseen = [name for name in file.names if name not in (*names, roles.label)]
     if unseen and file.known is None:  # else the file tells what its other columns are

@@ -31,6 +31,7 @@ from pymoo_psi.table._sheet import (
     Sheet,
     UnfitError,
     decoded,
+    in_a_line,
     sheet_of_text,
     sheet_of_workbook,
 )
@@ -50,14 +51,18 @@ _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _TOLD = 6  # rows that a line names
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
-# What rows are called that summarise others, by spreadsheets and people.
-_SUMMARY = re.compile(
-    r"(?P<sum>\b(?:(?:sub|grand)?totals?|sums?|(?:gesamt|zwischen|teil)?(?:summe|ergebnis)"
-    r"|(?:ins)?gesamt|somme|suma|totale)\b|[Σ∑])|[Ø⌀]|\b(?:mean|average|avg|median|min(?:imum)?"
-    r"|max(?:imum)?|count|std|stdev|standard deviation|mittel(?:wert)?|durchschnitt"
-    r"|standardabweichung|anzahl|moyenne|media|promedio)\b",
-    re.IGNORECASE,
-)
+# Words in what rows are called that summarise others, by spreadsheets and people.
+_WORD = re.compile(r"\w+|[∑⌀]")
+_SUM = {
+    *("total", "totals", "subtotal", "grandtotal", "sum", "sums", "σ", "∑", "summe", "gesamtsumme"),
+    *("zwischensumme", "teilsumme", "gesamt", "insgesamt", "ergebnis", "gesamtergebnis"),
+    *("teilergebnis", "somme", "suma", "totale"),
+}
+_SUMMARY = _SUM | {
+    *("mean", "average", "avg", "ø", "⌀", "median", "min", "minimum", "max", "maximum", "count"),
+    *("std", "stdev", "deviation", "mittel", "mittelwert", "durchschnitt", "standardabweichung"),
+    *("anzahl", "moyenne", "media", "promedio"),
+}
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -713,7 +718,7 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     # Before the numbers are read: a failed design may hold anything. With the prototypes: what is
     # certain of a column is so for all rows of it.
     taken = np.flatnonzero(feasible | existing)
-    cells = {name: [column[i] for i in taken] for name, column in columns.items()}
+    cells = {name: [column[i] for i in taken.tolist()] for name, column in columns.items()}
     whole = read_columns(cells, marks, sheet.divider, _labels(columns))
     kept, old = np.flatnonzero(~existing[taken]), np.flatnonzero(existing[taken])
     n = int((~feasible & ~existing).sum())
@@ -750,11 +755,10 @@ def _require_designs(file: DesignFile) -> str:
     """
     apart, n = {*_labels(file.names), *RANKING_COLUMNS}, len(file)
     columns = [c for name, c in file.columns.items() if c.numbers is not None and name not in apart]
-    called: dict[int, re.Match[str]] = {}
+    called: dict[int, str] = {}
     for column in file.columns.values():
-        texts = {c for c in column.cells if isinstance(c, str)} if column.numbers is None else ()
-        if found := {text: match for text in texts if (match := _SUMMARY.search(text))}:
-            called |= {i: found[cell] for i, cell in enumerate(column.cells) if cell in found}
+        texts = enumerate(column.cells if column.numbers is None else ())
+        called |= {i: text for i, text in texts if _words(text) & _SUMMARY}
     if not columns:
         return ""
     F = np.column_stack([column.numbers for column in columns if column.numbers is not None])
@@ -765,11 +769,11 @@ def _require_designs(file: DesignFile) -> str:
         for group in (others, others[(last < others) & (others < i)]):
             sums, same = _summarised(F[i], [column.cells[i] for column in columns], F[group])
             # The other columns may hold ratios of sums.
-            if same or (called[i]["sum"] and len(sums) and 2 * sums.sum() >= len(sums)):
+            if same or (_words(called[i]) & _SUM and len(sums) and 2 * sums.sum() >= len(sums)):
                 lines = [str(file.lines[j]) for j in sorted(called)]
                 them = "such rows" if lines[1:] else "it"
                 remedy = f"leave {them} out by --skip-rows {','.join(lines)}, or rename a design"
-                what = f"{file._where(i)} is called {called[i].string.strip()!r:.40}"
+                what = f"{file._where(i)} is called {called[i].strip()!r:.40}"
                 raise UnfitError(f"{what} and summarises other rows; {remedy}")
         last = i
     # Without a word for it, as programs add sums; of two or three numbers they may be a chance.
@@ -779,6 +783,10 @@ def _require_designs(file: DesignFile) -> str:
             remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
             return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
     return ""
+
+
+def _words(cell: Any) -> set[str]:
+    return set(_WORD.findall(cell.lower())) if isinstance(cell, str) else set()
 
 
 def _summarised(
@@ -817,13 +825,15 @@ def _with_roles(file: DesignFile, line: str) -> DesignFile:
     try:
         head = json.loads(comment_text(line))
         groups = ("objectives", "maximized", "variables", "outputs")
-        objectives, maximized, variables, outputs = (tuple(head[key]) for key in groups)
-        units = dict(head["units"])
+        objectives, maximized, variables, outputs = (
+            tuple(map(in_a_line, head[key])) for key in groups
+        )
+        units = {in_a_line(name): unit for name, unit in head["units"].items()}
         if head[_ROLES_MARK] != 1 or not {*maximized} <= {*objectives, *outputs}:
             raise ValueError
         if not all(isinstance(unit, str) for unit in units.values()):
             raise TypeError
-    except (ValueError, KeyError, TypeError, RecursionError, csv.Error):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, csv.Error):
         what = "its first line, which says what the columns are, is damaged or of a later version"
         raise UnfitError(f"{what}; remove it, and say --objectives and --maximize") from None
     if missing := [name for name in objectives if name not in file.columns]:
@@ -894,7 +904,7 @@ def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
         problem = problem._replace(row=int(places[0]) if len(places) else -1)
     return replace(
         column,
-        cells=[column.cells[i] for i in rows],
+        cells=[column.cells[i] for i in rows.tolist()],
         numbers=None if column.numbers is None else column.numbers[rows],
         problem=problem,
     )

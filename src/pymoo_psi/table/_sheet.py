@@ -52,6 +52,11 @@ class Sheet:
     remarks: tuple[str, ...] = ()
 
 
+def in_a_line(name: str) -> str:
+    """Return the name of a column without line breaks, which could not be typed as an option."""
+    return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
+
+
 def decoded(content: bytes, encoding: str | None) -> str:
     """Return the text in the bytes of a file.
 
@@ -226,7 +231,7 @@ def _typed(cell: Any, saved: Any) -> Any:
     if value is None or saved.data_type == "e":
         return ""
     if isinstance(value, (bool, str)):
-        return value
+        return "" if isinstance(value, str) and not value.strip() else value
     if isinstance(value, (int, float)):
         # Within quotation marks the sign is text.
         if "%" in re.sub(r'"[^"]*"|\\.', "", saved.number_format):
@@ -302,7 +307,7 @@ def _rows(lines: Sequence[tuple[int, str]], divider: str) -> tuple[list[list[str
 def _sheet(rows: list[list[Any]], ends: list[int], divider: str) -> Sheet:
     """Return rows as columns under the names in the first row."""
     _require_rectangle(rows, ends)
-    header = [cell.strip() if isinstance(cell, str) else cell for cell in rows[0]]
+    header = [in_a_line(cell) if isinstance(cell, str) else cell for cell in rows[0]]
     # A file without names would lose its first design as names, and nobody would notice.
     if numbers := [cell for cell in header if is_number(cell)]:
         remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
