@@ -6,6 +6,7 @@ import sys
 from functools import partial
 
 import pytest
+from matplotlib.figure import Figure
 
 from pymoo_psi.cli import _analyze, _compare, _reproduce, main
 from pymoo_psi.cli._app import app
@@ -31,7 +32,7 @@ def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, c
     # the continuous optimum of ten variables.
     for module, draws in DRAWING.items():
         for name in draws:
-            monkeypatch.setattr(module, name, lambda *args, **options: ())
+            monkeypatch.setattr(module, name, lambda *args, **options: Figure())
     monkeypatch.setattr(_document, "_image", lambda picture: "")
     reproduce, compare = _reproduce.reproduce, _compare.compare
     monkeypatch.setattr(_reproduce, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))

@@ -87,7 +87,7 @@ def test_bars_are_shares_of_each_group(osy):
         f"feasible ({osy.feasible().sum()})",
         f"Pareto optimal ({osy.pareto().sum()})",
     ]
-    written = [int(text.get_text()) for text in ax.texts]
+    written = [int(text.get_text() or 0) for text in ax.texts]
     assert sum(written) == osy.feasible().sum() + osy.pareto().sum()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x1", "% of each group")
     assert_whole(ax.figure)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -10,7 +11,7 @@ from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import formulation_of, judged, tests_in
 from pymoo_psi.cli._output import print_frame, require_results, say, say_sentences, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
-from pymoo_psi.plots._style import new_page, save_pages
+from pymoo_psi.plots._style import save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
@@ -35,15 +36,13 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
     steps = convergence(table) if len(experiments) < 2 else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
-        pages = [("sensitivities.png", sensitivity_page(found, title=path.name))]
+        pages: dict[str, Any] = {"sensitivities.png": sensitivity_page(found, title=path.name)}
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
-            pages.append(("convergence.png", convergence_page(steps, title=path.name)))
+            pages["convergence.png"] = convergence_page(steps, title=path.name)
         if len(layout.variables) > 1:
-            with new_page(90.0, width=120.0) as figure:
-                draw_feasibility(table, ax=figure.add_subplot(), title=path.name)
-            pages.append(("feasibility.png", figure))
-        save_pages(pages, out, dpi=200)
+            pages["feasibility.png"] = draw_feasibility(table, title=path.name).figure
+        save_pages(pages.items(), out, dpi=200)
 
     if missing:
         say(f"{path}: {missing}.")

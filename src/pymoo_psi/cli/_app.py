@@ -21,7 +21,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, TextIO
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -304,7 +304,7 @@ def export(
     force: Overwrite = False,
 ) -> int:
     """Write all tests of a study as a table for other programs."""
-    from pymoo_psi.cli._solve import run_export
+    from pymoo_psi.cli._merge import run_export
 
     return run_export(study, out, force=force)
 
@@ -462,12 +462,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # what a terminal cannot show becomes "?"
             stream.reconfigure(errors="replace")
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    message = None
     try:
-        words = list(sys.argv[1:] if arguments is None else arguments)
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
         with warnings.catch_warnings():
-            warnings.showwarning = _tell_warning
+            warnings.showwarning = _tell_warning  # type: ignore[assignment]
             code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
     except PsiError as error:  # before OSError, which StudyAccessError is too
         message = str(error)
@@ -482,14 +483,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         message = "there is not enough memory for that many designs; ask for fewer"
     except (KeyboardInterrupt, typer.Abort):
-        return _interrupted()
-    else:
-        if code == _INTERRUPTED:  # as later versions of typer return it
-            return _interrupted()
-        return code if isinstance(code, int) else 0
-    # A message of pymoo or of a user's model may have several lines; scripts count on one.
-    _tell(f"pymoo-psi: error: {_in_options(' '.join(message.split()), words)}")
-    return 2
+        code = _INTERRUPTED
+    if message is not None:
+        # A message of pymoo or of a user's model may have several lines; scripts count on one.
+        _tell(f"pymoo-psi: error: {_in_options(' '.join(message.split()), words)}")
+        return 2
+    if code == _INTERRUPTED:  # which later versions of typer return
+        _tell("pymoo-psi: interrupted")
+    return code if isinstance(code, int) else 0
 
 
 def _usage(error: Any) -> str:
@@ -552,18 +553,8 @@ def _in_options(message: str, words: Sequence[str]) -> str:
     return message
 
 
-def _interrupted() -> int:
-    _tell("pymoo-psi: interrupted")
-    return _INTERRUPTED
-
-
 def _tell_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object
 ) -> None:
     """Show a warning of this package in one line; those of a user's model as Python does."""
     if category is UserWarning:

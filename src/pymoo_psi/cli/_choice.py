@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid, known_name
-from pymoo_psi.cli._options import names_in, parts_of
+from pymoo_psi.cli._options import names_in, number_in, parts_of
 from pymoo_psi.cli._output import print_frame, say, say_sentences
 from pymoo_psi.pareto import EfficiencyRanking, cautions
 from pymoo_psi.pareto._explanation import explained, instead
@@ -119,10 +119,7 @@ def _values(entry: str, text: str, names: Sequence[str]) -> list[float]:
 
 
 def _number(text: str, entry: str) -> float:
-    try:
-        number = float(text) if "_" not in text else math.nan  # Python reads 1_0 as 10
-    except ValueError:
-        number = math.nan
+    number = number_in(text)
     if not math.isfinite(number):
         raise invalid("--prefer", "with finite numbers", Received(entry))
     return number

@@ -1,4 +1,4 @@
-"""``pymoo-psi merge`` and ``combine``: the tests of several files as one study, or as one table."""
+"""``pymoo-psi export``, ``merge``, ``combine``: tests of files as one table, or as one study."""
 
 from __future__ import annotations
 
@@ -12,7 +12,20 @@ from pymoo_psi.cli._options import opened, tests_in
 from pymoo_psi.cli._output import require_folder, require_output, require_study, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
-from pymoo_psi.table._table import STATUSES
+from pymoo_psi.table._table import STATUSES, read_tests
+
+_TABLES = (".csv", ".parquet")  # suffixes of files with a test table
+
+
+def run_export(study: Path, out: Path, *, force: bool) -> int:
+    """Write every test of a study, or of a folder of them, to a CSV or Parquet file."""
+    require_output(out, _TABLES, study, by="export", force=force)
+    table, missing = read_tests(study)
+    _write(table, out)
+    if missing:
+        say(f"{study}: {missing}.")
+    _say_written(table, out, [f"{(table.status == s).sum()} {s}" for s in STATUSES])
+    return 0
 
 
 def run_merge(inputs: Sequence[Path], out: Path) -> int:
@@ -38,8 +51,7 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
         say(remark)
     if table.problem is None:
         say("None of them says what problem its tests are of: no run continues the study.")
-    counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in STATUSES)
-    say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
+    _say_written(table, out, [f"{(table.status == s).sum()} {s}" for s in STATUSES])
     return 0
 
 
@@ -54,17 +66,17 @@ def run_combine(experiments: Sequence[str], out: Path, *, force: bool) -> int:
     """
     files: dict[str, Path] = {}
     for entry in experiments:
-        name, equals, rest = entry.partition("=")
+        name, equals, file = entry.partition("=")
         # A file may have a sign in its name, and is meant where it is there.
-        path = Path(rest if equals and not Path(entry).exists() else entry).expanduser()
-        name = name if equals and not Path(entry).exists() else path.stem
+        if not equals or Path(entry).exists():
+            name, file = Path(entry).stem, entry
         if not name:
             raise invalid("NAME=FILE", "with a name", Received(entry))
         if name in files:
             rule = "of different names, each its own or that of the file"
             raise invalid("NAME=FILE", rule, Received(f"{name} twice"))
-        files[name] = path
-    require_output(out, (".csv", ".parquet"), *files.values(), by="combine", force=force)
+        files[name] = Path(file).expanduser()
+    require_output(out, _TABLES, *files.values(), by="combine", force=force)
     tables = {}
     for name, path in files.items():
         found, missing = opened(FileOptions(), path)
@@ -75,8 +87,15 @@ def run_combine(experiments: Sequence[str], out: Path, *, force: bool) -> int:
             raise invalid(str(path), rule, Received("designs without their tests"))
         tables[name] = found
     table = TestTable.combined(tables)
+    _write(table, out)
+    _say_written(table, out, [f"{len(t)} of {name}" for name, t in tables.items()])
+    return 0
+
+
+def _write(table: TestTable, out: Path) -> None:
     write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
     write(out)
-    counts = ", ".join(f"{len(t)} of {name}" for name, t in tables.items())
-    say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
-    return 0
+
+
+def _say_written(table: TestTable, out: Path, counts: Sequence[str]) -> None:
+    say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")

@@ -27,10 +27,10 @@ from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_o
 from pymoo_psi.table._layout import Limit, Limits
 from pymoo_psi.table._table import read_tests
 
-# Without underscores in the number: Python reads 1_0 as 10. Nor with signs, so that the last one
-# counts and a name may hold others: a=b<=1 limits the column a=b.
-_LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=_]*)", re.DOTALL)
-_BEFORE = re.compile(r"\s*(?P<limit>[^<>=_]*?)\s*(?P<sign><=|>=)\s*(?P<name>.*)", re.DOTALL)
+# The limit holds no signs, so that the last one counts and a name may hold others: a=b<=1 limits
+# the column a=b.
+_LIMIT = re.compile(r"(?P<name>.*?)\s*(?P<sign><=|>=|=)\s*(?P<limit>[^<>=]*)", re.DOTALL)
+_BEFORE = re.compile(r"\s*(?P<limit>[^<>=]*?)\s*(?P<sign><=|>=)\s*(?P<name>.*)", re.DOTALL)
 
 
 def tests_in(path: Path) -> tuple[TestTable, str]:
@@ -330,19 +330,20 @@ def limits_in(
 def _limit(part: str, known: Collection[str]) -> tuple[str, list[tuple[str, float]]]:
     """Return name, signs and numbers of a limit; no name or NaN if it is none."""
     found, name, ends = _LIMIT.fullmatch(part), "", []
-    if found and not math.isnan(end := _end(found["limit"])):
+    if found and not math.isnan(end := number_in(found["limit"])):
         name, ends = found["name"], [(found["sign"], end)]
         if name in known:  # that a name holds signs goes before what else it could mean
             return name, ends
     before = _BEFORE.fullmatch(name or part)
-    if before and not math.isnan(end := _end(before["limit"])):
+    if before and not math.isnan(end := number_in(before["limit"])):
         return before["name"], [(">=" if before["sign"] == "<=" else "<=", end), *ends]
     return name or (found["name"] if found else ""), ends or [("", math.nan)]
 
 
-def _end(text: str) -> float:
+def number_in(text: str) -> float:
+    """Return the number that is typed; NaN if it is none."""
     try:
-        return float(text)
+        return float(text) if "_" not in text else math.nan  # Python reads 1_0 as 10
     except ValueError:
         return math.nan
 

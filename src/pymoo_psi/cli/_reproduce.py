@@ -118,14 +118,9 @@ def run_reproduce(
 
 def _by_tests(result: Reproduction) -> pd.DataFrame:
     """Return what the first n points of each case would have decided."""
-    return pd.concat(
-        [
-            pd.DataFrame({"model": case.model, "mu": case.mu}, index=[0]).merge(
-                rows.to_frame().reset_index(), how="cross"
-            )
-            for case, rows in zip(result.cases, result.convergences, strict=True)
-        ]
-    )
+    pairs = zip(result.cases, result.convergences, strict=True)
+    frames = {(case.model, case.mu): rows.to_frame().reset_index() for case, rows in pairs}
+    return pd.concat(frames, names=["model", "mu"]).reset_index(["model", "mu"])
 
 
 def _enough(result: Reproduction) -> list[str]:

@@ -1,4 +1,4 @@
-"""``pymoo-psi solve``, from a problem to its ranked Pareto set, and ``export`` of its study."""
+"""``pymoo-psi solve``: from a problem to its ranked Pareto set."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,14 +76,14 @@ class Search:
 
     algorithm: str
     points: int
-    seed: int = 1
-    columns: ColumnOptions = field(default_factory=ColumnOptions)
-    study: Path | None = None
-    study_key: str | None = None
-    retry: str | None = None
-    share: str | None = None
-    jobs: int = 1
-    sampling: str = "lptau"
+    seed: int
+    columns: ColumnOptions
+    study: Path | None
+    study_key: str | None
+    retry: str | None
+    share: str | None
+    jobs: int
+    sampling: str
 
     def __post_init__(self) -> None:
         """Refuse options that would have no effect, before a problem is loaded."""
@@ -460,16 +460,3 @@ def _shortened(reason: str) -> str:
     """Return a reason without its middle: the error is in front, and often the cause at its end."""
     half = _LONGEST // 2
     return reason if len(reason) <= _LONGEST else f"{reason[:half].rstrip()}…{reason[-half:]}"
-
-
-def run_export(study: Path, out: Path, *, force: bool) -> int:
-    """Write every test of a study, or of a folder of them, to a CSV or Parquet file."""
-    require_output(out, (".csv", ".parquet"), study, by="export", force=force)
-    table, missing = read_tests(study)
-    write = table.to_parquet if out.suffix.lower() == ".parquet" else table.to_csv
-    write(out)
-    counts = ", ".join(f"{(table.status == s).sum()} {s}" for s in ("ok", "infeasible", "failed"))
-    if missing:
-        say(f"{study}: {missing}.")
-    say(f"{counted(len(table), 'test')} ({counts}) written to {out}")
-    return 0

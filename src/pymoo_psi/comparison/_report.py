@@ -8,6 +8,7 @@ from pymoo_psi._validation import instance
 from pymoo_psi.comparison._comparison import Comparison
 from pymoo_psi.comparison._reference import REFERENCE_POINT
 from pymoo_psi.comparison._statistics import INDICATORS
+from pymoo_psi.pareto._sentences import listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,11 +89,11 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
             (surely if effect > 0.5 else reverse).append(shown)
     text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g})."
     if surely:
-        text += f" It is better than {_listed(surely, 'and')}."
+        text += f" It is better than {listed(surely)}."
     if reverse:
-        text += f" But more often than not a run is beaten by one of {_listed(reverse, 'or')}."
+        text += f" But more often than not a run is beaten by one of {listed(reverse, 'or')}."
     if perhaps:
-        text += f" No difference can be claimed from {_listed(perhaps, 'or')}."
+        text += f" No difference can be claimed from {listed(perhaps, 'or')}."
     return text
 
 
@@ -100,10 +101,6 @@ def _p(value: float) -> str:
     if value != value:  # NaN: two deterministic algorithms cannot be tested
         return "one value each"
     return f"p = {value:.3f}" if value >= 0.001 else f"p = {value:.1g}"
-
-
-def _listed(names: list[str], last: str) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def report(comparison: Comparison) -> str:

@@ -17,6 +17,7 @@ The file needs no network and no library: ``logic.js`` ranks and explains what i
 ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
 """
 
-from pymoo_psi.page._page import DecisionPage, decision_page
+from pymoo_psi.page._data import DecisionPage
+from pymoo_psi.page._page import decision_page
 
 __all__ = ["DecisionPage", "decision_page"]

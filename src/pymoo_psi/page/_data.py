@@ -1,4 +1,4 @@
-"""What the decision page shows, as data, and how its script gets it."""
+"""The decision page: what it shows, as data, how its script gets it, and the file."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
+from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._files import whole_file
+from pymoo_psi._validation import counted
+from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._rounding import settled
 from pymoo_psi.table._design_file import Roles, roles_head
@@ -74,23 +79,33 @@ def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent
     return "fixed", max(decimals, 0)
 
 
-@dataclass(frozen=True, eq=False)
-class PageData:
-    """What a page shows.
+@dataclass(frozen=True, eq=False, repr=False)
+class DecisionPage:
+    """A page to decide on a Pareto set with; :func:`decision_page` makes it.
 
     Attributes:
         title: Heading of the page.
-        columns: Criteria, variables, outputs; each with ``(n,)`` values.
+        columns: Criteria, variables, outputs, each with ``name``, ``unit``, ``role``,
+            ``maximize`` and ``(n,)`` ``values``.
         label_name: What the designs' labels are called, such as "test_point".
-        labels: ``(n,)`` labels of the designs, integers or texts; existing ones last.
-        ids: What the designs are called, each otherwise; existing ones last.
+        labels: ``(n,)`` labels of the designs in the order of the frame, integers or texts;
+            existing designs last.
+        ids: What the designs are called, each otherwise: the label, with its row if several have
+            it; existing designs last.
         n_designs: How many of them are designs and no existing ones.
-        ranking: The ranking of the designs without any limits.
+        ranking: The :class:`~pymoo_psi.pareto.EfficiencyRanking` of the designs without any limits.
         limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
-        opens_with: What else the page opens with, see ``logic.js``.
+        opens_with: What else the page opens with.
         remarks: What a reader must know, in sentences.
         failed: How many designs failed, or have no finite criteria, by reason.
         infeasible: How many designs violate constraints, and are not on the page.
+
+    Example:
+        >>> import pandas as pd
+        >>> from pymoo_psi.page import decision_page
+        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+        >>> decision_page(frame, ["cost", "mass"], title="Brackets")
+        DecisionPage('Brackets': 3 designs)
     """
 
     title: str
@@ -106,6 +121,10 @@ class PageData:
     failed: Mapping[str, int]
     infeasible: int
 
+    def __repr__(self) -> str:
+        """Return the title and how many designs there are."""
+        return f"DecisionPage({self.title!r}: {counted(self.n_designs, 'design')})"
+
     @property
     def optima(self) -> list[str]:
         """The labels of the Salukvadze optimum.
@@ -118,6 +137,51 @@ class PageData:
             ['B']
         """
         return [str(label) for label in self.labels[self.ranking.salukvadze]]
+
+    def html(self) -> str:
+        """Return the page as one HTML document that needs no network.
+
+        Example:
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> html = decision_page(frame, ["cost", "mass"], title="Brackets").html()
+            >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
+            (True, True)
+        """
+        return html_of(self.title, payload(self))
+
+    def _repr_html_(self) -> str:
+        """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
+        # What a notebook stores is UTF-8, which the name of a file need not be; see save.
+        text = self.html().encode("utf-8", "replace").decode()
+        # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
+        return (
+            f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts allow-downloads allow-modals" '
+            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
+        )
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the page, whole or not at all.
+
+        Raises:
+            OSError: The file cannot be written there.
+
+        Example:
+            >>> import pathlib, tempfile
+            >>> import pandas as pd
+            >>> from pymoo_psi.page import decision_page
+            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     path = pathlib.Path(folder, "page.html")
+            ...     decision_page(frame, ["cost", "mass"], title="Brackets").save(path)
+            ...     "Brackets" in path.read_text("utf-8")
+            True
+        """
+        html = self.html()
+        with whole_file(path) as written:
+            # A title may be the name of a file that is no Unicode.
+            written.write_text(html, encoding="utf-8", errors="replace")
 
 
 def text_column(cells: Sequence[object]) -> NDArray[np.object_]:
@@ -208,60 +272,59 @@ def witnesses(F: NDArray[np.float64], optimal: NDArray[np.bool_]) -> NDArray[np.
     return found
 
 
-def payload(data: PageData) -> dict[str, Any]:
+def payload(page: DecisionPage) -> dict[str, Any]:
     """Return what the script of the page works with, as JSON can hold it; see ``logic.js``.
 
     Numbers are little-endian float64 in base64: every digit, and a third of the length of a text.
     """
-    n, ranking = data.n_designs, data.ranking
+    n, ranking = page.n_designs, page.ranking
     witness = witnesses(ranking.objectives.minimized, ranking.pareto)
-    labels = data.labels.tolist()
-    ids = list(data.ids)
+    labels, ids = page.labels.tolist(), list(page.ids)
     return {
-        "title": data.title,
-        "file": file_name(data.title),
-        "label_name": data.label_name,
+        "title": page.title,
+        "file": file_name(page.title),
+        "label_name": page.label_name,
         "labels": labels,
         "ids": None if ids == [str(label) for label in labels] else ids,
         "n": n,
         "prototypes": len(labels) - n,
         "normalize": ranking.frame.normalize,
-        "remarks": list(data.remarks),
+        "remarks": list(page.remarks),
         "failed": {
-            "count": sum(data.failed.values()),
+            "count": sum(page.failed.values()),
             # The most frequent ones: messages may all differ.
-            "reasons": [list(pair) for pair in Counter(data.failed).most_common(_REASONS)],
+            "reasons": [list(pair) for pair in Counter(page.failed).most_common(_REASONS)],
         },
-        "infeasible": data.infeasible,
+        "infeasible": page.infeasible,
         "columns": [
-            *(_packed(f"c{j}", column, ranking.pareto) for j, column in enumerate(data.columns)),
+            *(_packed(f"c{j}", column, ranking.pareto) for j, column in enumerate(page.columns)),
             *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
         ],
         "witness": _base64(witness),
-        "head": _csv_head(data),
+        "head": _csv_head(page),
         "opens_with": {
+            **page.opens_with,
             "limits": {
                 name: [end if np.isfinite(end) else None for end in pair]
-                for name, pair in data.limits.items()
+                for name, pair in page.limits.items()
             },
-            **data.opens_with,
         },
     }
 
 
-def _csv_head(data: PageData) -> dict[str, Any]:
+def _csv_head(page: DecisionPage) -> dict[str, Any]:
     """Return what stands above an exported CSV, so that it is ranked in the same senses."""
     names: dict[str, tuple[str, ...]] = {
-        role: tuple(column.name for column in data.columns if column.role == role)
+        role: tuple(column.name for column in page.columns if column.role == role)
         for role in ("criterion", "variable", "output")
     }
-    more = tuple(column.name for column in data.columns if column.maximize)
-    roles = Roles(names["criterion"], names["variable"], data.label_name, more, names["output"])
-    units = {column.name: column.unit for column in data.columns}
-    numbers = {*_GEOMETRIC, *(column.name for column in data.columns if column.is_number)}
-    if data.labels.dtype != object:
-        numbers.add(data.label_name)
-    header = [data.label_name, *units, *_GEOMETRIC, "rank", "mark"]
+    more = tuple(column.name for column in page.columns if column.maximize)
+    roles = Roles(names["criterion"], names["variable"], page.label_name, more, names["output"])
+    units = {column.name: column.unit for column in page.columns}
+    numbers = {*_GEOMETRIC, *(column.name for column in page.columns if column.is_number)}
+    if page.labels.dtype != object:
+        numbers.add(page.label_name)
+    header = [page.label_name, *units, *_GEOMETRIC, "rank", "mark"]
     return roles_head(header, numbers.__contains__, roles, units)
 
 

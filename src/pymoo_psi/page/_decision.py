@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ from pymoo_psi.table._limits import Bounds, ends, within
 
 if TYPE_CHECKING:
     import pandas as pd
+
+T = TypeVar("T")
 
 _MARK = "pymoo_psi_decision"
 
@@ -97,9 +99,9 @@ class Decision:
             path=path,
             date=_text(found["date"]).partition("T")[0],
             criteria=tuple(criteria),
-            maximize=tuple(name for name, c in criteria.items() if _flag(c["maximize"])),
+            maximize=tuple(name for name, c in criteria.items() if _checked(bool, c["maximize"])),
             units={name: _text(c["unit"]) for name, c in criteria.items() if c["unit"]},
-            normalize=_flag(found["normalize"]),
+            normalize=_checked(bool, found["normalize"]),
             limits={_text(name): _ends(name, pair) for name, pair in found["limits"].items()},
             categories={name: _texts(texts) for name, texts in found["categories"].items()},
             kept=None if kept is None else _texts(kept),
@@ -115,13 +117,9 @@ class Decision:
 
     @property
     def state(self) -> dict[str, Any]:
-        """What the page opens with; its script checks it once more."""
+        """What the page opens with beside the limits; its script checks it once more."""
         return {
             **self.view,
-            "limits": {
-                name: [None if math.isinf(end) else end for end in pair]
-                for name, pair in self.limits.items()
-            },
             "categories": {name: list(texts) for name, texts in self.categories.items()},
             "kept": None if self.kept is None else list(self.kept),
             "chosen": self.chosen,
@@ -224,22 +222,19 @@ class Decision:
         return ArgumentValueError(f"{self.path}: {what}")
 
 
-def _text(value: object) -> str:
-    if not isinstance(value, str):
+def _checked(kind: type[T], value: object) -> T:
+    """Return a value; it must be of this kind."""
+    if not isinstance(value, kind):
         raise TypeError
     return value
+
+
+def _text(value: object) -> str:
+    return _checked(str, value)
 
 
 def _texts(values: object) -> tuple[str, ...]:
-    if not isinstance(values, list):
-        raise TypeError
-    return tuple(map(_text, values))
-
-
-def _flag(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError
-    return value
+    return tuple(map(_text, _checked(list, values)))
 
 
 def _number(value: object) -> float:
@@ -252,9 +247,7 @@ def _number(value: object) -> float:
 
 
 def _ends(name: str, pair: object) -> tuple[float, float]:
-    if not isinstance(pair, list):
-        raise TypeError
     try:
-        return ends(name, pair)
+        return ends(name, _checked(list, pair))
     except ArgumentTypeError as error:
         raise ArgumentValueError(str(error)) from None

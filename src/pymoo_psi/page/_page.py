@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._files import whole_file
-from pymoo_psi._validation import Received, boolean, counted, invalid, known_name
+from pymoo_psi._validation import Received, boolean, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.page._data import Column, PageData, Role, payload, text_column
+from pymoo_psi.page._data import Column, DecisionPage, Role, text_column
 from pymoo_psi.page._decision import Decision
-from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._design_file import design_ids
@@ -26,85 +22,6 @@ from pymoo_psi.table._limits import Bounds, ends, within
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class DecisionPage(PageData):
-    """A page to decide on a Pareto set with; :func:`decision_page` makes it.
-
-    Attributes:
-        title: Heading of the page.
-        columns: Criteria, variables, outputs, each with ``name``, ``unit``, ``role``,
-            ``maximize`` and ``(n,)`` ``values``.
-        label_name: What the designs' labels are called, such as "test_point".
-        labels: ``(n,)`` labels of the designs in the order of the frame, integers or texts;
-            existing designs last.
-        ids: What the designs are called, each otherwise: the label, with its row if several have
-            it; existing designs last.
-        n_designs: How many of them are designs and no existing ones.
-        ranking: The :class:`~pymoo_psi.pareto.EfficiencyRanking` of the designs without any limits.
-        limits: Limits the page opens with, ``(least, greatest)`` by name of the column.
-        opens_with: What else the page opens with.
-        remarks: What a reader must know, in sentences.
-        failed: How many designs failed, or have no finite criteria, by reason.
-        infeasible: How many designs violate constraints, and are not on the page.
-
-    Example:
-        >>> import pandas as pd
-        >>> from pymoo_psi.page import decision_page
-        >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
-        >>> decision_page(frame, ["cost", "mass"], title="Brackets")
-        DecisionPage('Brackets': 3 designs)
-    """
-
-    def __repr__(self) -> str:
-        """Return the title and how many designs there are."""
-        return f"DecisionPage({self.title!r}: {counted(self.n_designs, 'design')})"
-
-    def html(self) -> str:
-        """Return the page as one HTML document that needs no network.
-
-        Example:
-            >>> import pandas as pd
-            >>> from pymoo_psi.page import decision_page
-            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
-            >>> html = decision_page(frame, ["cost", "mass"], title="Brackets").html()
-            >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
-            (True, True)
-        """
-        return html_of(self.title, payload(self))
-
-    def _repr_html_(self) -> str:
-        """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
-        # What a notebook stores is UTF-8, which the name of a file need not be; see save.
-        text = self.html().encode("utf-8", "replace").decode()
-        # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
-        return (
-            f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts allow-downloads allow-modals" '
-            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
-        )
-
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the page, whole or not at all.
-
-        Raises:
-            OSError: The file cannot be written there.
-
-        Example:
-            >>> import pathlib, tempfile
-            >>> import pandas as pd
-            >>> from pymoo_psi.page import decision_page
-            >>> frame = pd.DataFrame({"cost": [0, 1, 4], "mass": [4, 1, 0]})
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     path = pathlib.Path(folder, "page.html")
-            ...     decision_page(frame, ["cost", "mass"], title="Brackets").save(path)
-            ...     "Brackets" in path.read_text("utf-8")
-            True
-        """
-        html = self.html()
-        with whole_file(path) as written:
-            # A title may be the name of a file that is no Unicode.
-            written.write_text(html, encoding="utf-8", errors="replace")
 
 
 def decision_page(
@@ -185,26 +102,16 @@ def decision_page(
                 remedy = "ask anew by table.under(...), or give table.to_frame()"
                 raise invalid(argument, "left out, as a test table knows it", value, remedy)
         layout, status = frame.layout, frame.status
-        lost = frame.numbers[status == "failed"].tolist()
-        shown = (*layout.objectives, *layout.variables, *layout.outputs)
-        return decision_page(
-            frame.rows(frame.feasible()).to_frame(),
-            layout.objectives,
-            variables=layout.variables,
-            outputs=layout.outputs,
-            maximize=layout.maximized,
-            # It may have units of constraints, and of outputs that no test has given.
-            units={name: layout.units[name] for name in shown if name in layout.units},
-            label=label,
-            normalize=normalize,
-            prototype=prototype,
-            limits=limits,
-            decision=decision,
-            failed=Counter(frame.reasons.get(n, "no reason is known") for n in lost)
-            + Counter(failed or {}),
-            infeasible=infeasible + int((status == "infeasible").sum()),
-            title=title,
-        )
+        numbers = frame.numbers[status == "failed"].tolist()
+        reasons = [frame.reasons.get(number, "no reason is known") for number in numbers]
+        failed = Counter(reasons) + Counter(failed or {})
+        infeasible += int((status == "infeasible").sum())
+        objectives, variables, outputs = layout.objectives, layout.variables, layout.outputs
+        maximize = layout.maximized
+        # It may have units of constraints, and of outputs that no test has given.
+        shown = (*objectives, *variables, *outputs)
+        units = {name: layout.units[name] for name in shown if name in layout.units}
+        frame = frame.rows(frame.feasible()).to_frame()
     if not isinstance(frame, pd.DataFrame):
         raise ArgumentTypeError(f"frame must be a pandas.DataFrame, got {type(frame).__name__}")
     _check_columns(

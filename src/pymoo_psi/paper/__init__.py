@@ -28,12 +28,12 @@ Example:
     [3085] [[2.0458 0.0476 0.2635 0.1072]]
 """
 
-from pymoo_psi.paper._published import published_table
 from pymoo_psi.paper._reproduction import (
     PAPER_MU,
     PAPER_POINTS,
     Case,
     Reproduction,
+    published_table,
     reproduce,
     solve_case,
 )

@@ -37,14 +37,12 @@ class CriterionSurfaces:
     """f1 and f2 over the design box.
 
     Attributes:
-        model: ``"full"`` or ``"rolling"``.
         mu: Friction coefficient.
         u1: ``(n, n)`` slopes, growing along the first axis.
         u2: ``(n, n)`` speeds of the plane, growing along the second axis.
         f: ``(2, n, n)`` the criteria, NaN where the sphere stalls before the exit.
     """
 
-    model: str
     mu: float
     u1: Array
     u2: Array
@@ -75,7 +73,7 @@ def criterion_surfaces(
         weight = (change / whole).mean(axis=0) + 1 / (_FINE - 1)
         reached = np.concatenate([[0.0], np.cumsum(weight)])
         graded.append(np.interp(np.linspace(0, reached[-1], n), reached, side))
-    return CriterionSurfaces(model, mu, *_on_grid(problem, *graded))
+    return CriterionSurfaces(mu, *_on_grid(problem, *graded))
 
 
 def _on_grid(problem: VectorizedSphereChute, *sides: Array) -> tuple[Array, Array, Array]:

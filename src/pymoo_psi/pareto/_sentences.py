@@ -32,10 +32,10 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def listed(names: Sequence[Any]) -> str:
+def listed(names: Sequence[Any], word: str = "and") -> str:
     """Return names as a sentence lists them: "a, b and c"."""
     *before, last = map(str, names)
-    return f"{', '.join(before)} and {last}" if before else last
+    return f"{', '.join(before)} {word} {last}" if before else last
 
 
 def number(value: float, digits: int = 4) -> str:

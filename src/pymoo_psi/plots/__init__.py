@@ -36,6 +36,7 @@ Of the paper:
     :func:`points_page`: whether the number of points is enough.
 """
 
+from pymoo_psi.plots._analysis import convergence_page, draw_feasibility, sensitivity_page
 from pymoo_psi.plots._comparison import (
     attainment_page,
     differences_page,
@@ -45,14 +46,12 @@ from pymoo_psi.plots._comparison import (
     save_comparison,
     time_page,
 )
-from pymoo_psi.plots._convergence import convergence_page
 from pymoo_psi.plots._histogram import draw_histogram
 from pymoo_psi.plots._paper import paper_figures, points_page, save_figures
 from pymoo_psi.plots._predictions import predictions_page
 from pymoo_psi.plots._ranking import ranking_page
 from pymoo_psi.plots._robustness import robustness_page
 from pymoo_psi.plots._section import section_page
-from pymoo_psi.plots._sensitivity import draw_feasibility, sensitivity_page
 from pymoo_psi.plots._table import criteria_page, table_page
 
 __all__ = [

@@ -204,13 +204,9 @@ def _finish(
     )
     letters = [len(name) + 9 for name, _ in legend]  # 9 are as wide as a line and a gap
     ncols = len(letters)
-    while ncols > 1 and _letters_across(letters, ncols) > _LETTERS:
+    while sum(max(column) for column in np.array_split(letters, ncols)) > _LETTERS and ncols > 1:
         ncols -= 1
     named_legend(figure, legend, loc="outside lower center", ncols=ncols, handlelength=_HANDLE)
-
-
-def _letters_across(letters: Sequence[int], ncols: int) -> int:
-    return sum(int(column.max()) for column in np.array_split(letters, ncols))
 
 
 # Indicators of quality against the number of evaluations

@@ -136,14 +136,19 @@ class Plane:
         )
 
     def places(self) -> Array:
-        """``(n, 2)`` where the designs are drawn: those with the same single value side by side.
-
-        Where follows from the number of the test point, so that a picture can be repeated.
-        """
+        """``(n, 2)`` where the designs are drawn: those with the same single value side by side."""
         places = self.values.copy()
         if self.is_spread:
-            places[:, 0] += _SPREAD * (self.numbers * _GOLDEN % 1 - 0.5)
+            places[:, 0] += aside(self.numbers)
         return places
+
+
+def aside(numbers: NDArray[np.int64]) -> Array:
+    """``(n,)`` how far from their place tests of the same single value are drawn.
+
+    It follows from the ``(n,)`` numbers of the test points, so that a picture can be repeated.
+    """
+    return _SPREAD * (numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
 
 
 def criteria_plane(
@@ -167,10 +172,7 @@ def variable_plane(
 ) -> Plane:
     """Return the designs in the plane of a variable, horizontal, and a criterion, likewise."""
     layout, at = table.layout, table.prototype
-    column = [
-        *table.X[:, variable].tolist(),
-        *([] if at is None else at.x[[variable]].tolist()),
-    ]
+    column = table.X[:, variable].tolist() + ([] if at is None else at.x[[variable]].tolist())
     objects = np.array(column, dtype=object)
     kind = column_kinds(objects[:, None])[0] if column else Kind.REAL
     options: tuple[Any, ...] = ()

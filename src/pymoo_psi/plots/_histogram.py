@@ -101,19 +101,12 @@ def draw_bars(axes: Axes, found: Histogram, *, numbers: bool, tested: bool = Tru
         counts = getattr(found, group)
         heights = 100.0 * counts / max(int(counts.sum()), 1)  # 0 where the group is empty
         top = max(top, heights.max(initial=0))
-        axes.bar(
+        bars = axes.bar(
             edges[:-1] + start * width, heights, (end - start) * width, align="edge",
             linewidth=0.5, label=f"{_NAMES[group]} ({counts.sum()})", **_LOOKS[group],
         )  # fmt: skip
         if numbers and group != "tested" and len(counts) <= _WRITTEN:
-            for x, height, count in zip(
-                edges[:-1] + (start + end) / 2 * width, heights, counts, strict=True
-            ):
-                if count:
-                    axes.annotate(
-                        str(count), (x, height), (0, 1.5), textcoords="offset points",
-                        ha="center", va="bottom", fontsize=6,
-                    )  # fmt: skip
+            axes.bar_label(bars, [str(n or "") for n in counts], padding=1.5, fontsize=6)
     if len(edges) > 1:
         axes.set_xlim(edges[0], edges[-1])
     axes.set_ylim(0, 1.1 * top)

@@ -9,7 +9,7 @@ import os
 import re
 import tempfile
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -141,7 +141,7 @@ def legend_below(axes: Axes, *, ncols: int) -> None:
 
 def named_legend(
     owner: Axes | Figure,
-    entries: Mapping[str, Artist | Container] | Sequence[tuple[str, Artist]],
+    entries: Iterable[tuple[str, Artist | Container]],
     *,
     loc: Any,
     ncols: int = 1,
@@ -149,8 +149,7 @@ def named_legend(
     handlelength: float = 2.0,
 ) -> Legend:
     """Put a legend in axes or on a page, in which every name stands as it is given."""
-    pairs = entries.items() if isinstance(entries, Mapping) else entries
-    names, handles = zip(*pairs, strict=True)
+    names, handles = zip(*entries, strict=True)
     legend: Legend = owner.legend(
         list(handles), [" "] * len(names), loc=loc, ncols=ncols, title=title or None, fontsize=7,
         title_fontsize=7, alignment="left", handlelength=handlelength,

@@ -5,7 +5,7 @@ The axes of a page are small, and share names, ticks and legends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -80,9 +80,8 @@ def table_page(
     _check_margin(margin)
     rows = _criteria(criteria, layout)
     others = () if rows else layout.columns[len(layout.variables) :]
-    columns = _chosen(
-        variables, layout.variables, lambda key: key if key in others else layout.variable(key)
-    )
+    keys = layout.variables if variables is None else variables
+    columns: list[Any] = [key if key in others else layout.variable(key) for key in keys]
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(columns), len(rows)) > MATRIX:
@@ -190,12 +189,6 @@ def _check_margin(margin: float) -> None:
         raise invalid("margin", "0 or more", margin)
 
 
-def _chosen(
-    keys: Sequence[Key] | None, names: tuple[str, ...], index: Callable[[Key], Any]
-) -> list[Any]:
-    return list(range(len(names))) if keys is None else [index(key) for key in keys]
-
-
 def _criteria(keys: Sequence[Key] | None, layout: Layout) -> list[str]:
     """Return the names of what is drawn as criteria."""
     others = layout.constraints + layout.outputs
@@ -280,9 +273,9 @@ def design_legends(
     if bars:
         side, ncols = ("left", 1) if lines else ("center", 3)
         place, heading = f"outside lower {side}", "histograms, % of each group"
-        enlarge_markers(named_legend(figure, bars, loc=place, ncols=ncols, title=heading))
+        enlarge_markers(named_legend(figure, bars.items(), loc=place, ncols=ncols, title=heading))
     if lines:
         place, ncols = f"outside lower {'right' if bars else 'center'}", 2
         if max(map(len, lines)) <= 28:  # characters that fit three times beside the bars' legend
             ncols = 3
-        enlarge_markers(named_legend(figure, lines, loc=place, ncols=ncols, title=title))
+        enlarge_markers(named_legend(figure, lines.items(), loc=place, ncols=ncols, title=title))

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
@@ -34,7 +33,6 @@ from pymoo_psi.plots import (
     sensitivity_page,
     table_page,
 )
-from pymoo_psi.plots._style import new_page
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
 from pymoo_psi.selection._agreement import choices_of
@@ -127,10 +125,6 @@ class Case:
             }
         choices = choices_of(selectors, ranking) if selectors else {}
         return cls(table, limits, labels, rows, ranking, int(ranking.salukvadze[0]), choices)
-
-    def choosing(self, row: int) -> Case:
-        """Return the case with another design chosen."""
-        return replace(self, chosen=row)
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -383,7 +377,8 @@ def _pareto(case: Case) -> Iterator[Part]:
     if len(names) == 1:
         yield "By one criterion there is one best value: designs have nothing to weigh."
         return
-    yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {_are(n)} Pareto optimal."
+    are = "is" if n == 1 else "are"
+    yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {are} Pareto optimal."
     drawn, which = names, ""
     if len(names) > _PAIRS:
         shares = np.nan_to_num(explained(ranking, case.chosen, {}).shares)
@@ -517,13 +512,7 @@ def _drives(case: Case) -> Iterator[Part]:
         yield "No condition on few variables tells feasible designs from others."
     if rules.importance and len(layout.variables) > 1:
         caption = "The two variables that decide most on feasibility."
-        yield Picture(partial(_feasibility, table, case.limits), caption)
-
-
-def _feasibility(table: TestTable, limits: Limits) -> Figure:
-    with new_page(90.0, width=120.0) as figure:
-        draw_feasibility(table, limits, ax=figure.add_subplot())
-    return figure
+        yield Picture(lambda: draw_feasibility(table, case.limits).figure, caption)
 
 
 def _number(value: float) -> str:
@@ -532,7 +521,3 @@ def _number(value: float) -> str:
 
 def _value(value: Any) -> str:
     return _number(value) if isinstance(value, float) else str(value)
-
-
-def _are(n: int) -> str:
-    return "is" if n == 1 else "are"

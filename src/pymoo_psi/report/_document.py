@@ -9,11 +9,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 # Pictures are images of their own in the file: what is drawn in one cannot reach another, and the
@@ -45,9 +44,9 @@ class Items:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What draws a figure, and in words what it shows."""
+    """What draws a figure of matplotlib, and in words what it shows."""
 
-    draw: Callable[[], Figure]
+    draw: Callable[[], Any]
     caption: str
 
 

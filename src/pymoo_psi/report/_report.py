@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -140,7 +140,7 @@ def decision_report(
         if len(at) == 0:
             remedy = _why_not(case, number)
             raise invalid("design", "the number, or row, of a feasible test", number, remedy)
-        case = case.choosing(int(at[0]))
+        case = replace(case, chosen=int(at[0]))
     chosen = labels[case.rows[case.chosen]] if len(case.rows) else ""
     return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)
 
