@@ -100,6 +100,10 @@ def test_any_column_of_numbers_is_limited_as_by_rank(tmp_path, capsys):
     capsys.readouterr()
     assert main(["report", str(table), "--out", str(out), *roles, "--limits", "kind<=1"]) == 2
     assert "its column 'kind' holds no number at all" in capsys.readouterr().err
+    options = [*roles, "--variables", "no,heat"]
+    assert main(["report", str(table), "--out", str(out), *options]) == 0
+    assert "some designs have no value of it: heat." in capsys.readouterr().out
+    assert "some designs have no value of it: heat." in out.read_text("utf-8")
 
 
 @pytest.mark.parametrize("options", [[], ["--limits", "f1<=60,x1>=1"], ["--relax", "g1"]])

@@ -128,7 +128,7 @@ def test_counts_add_up(beam):
     steps = dict(line.split(" | ")[:2] for line in lines(beam, "What was tested")[:5])
     n = {name: int(number) for name, number in steps.items()}
     table = beams()
-    assert n["designs"] == len(table) == n["failed"] + n["are beyond a limit only"] + n["feasible"]
+    assert n["designs"] == len(table) == n["failed"] + n["beyond a limit only"] + n["feasible"]
     assert n["failed"] == len(table.reasons) > 0
     assert n["Pareto optimal"] == table.pareto(LIMITS).sum()
     assert lines(beam, "What failed, and why")[1:] == [

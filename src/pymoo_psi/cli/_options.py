@@ -21,6 +21,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
+from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
@@ -213,7 +214,10 @@ def formulated_in(
     for name in others:
         file.numbers(name)  # refuses texts
     roles = replace(roles, outputs=(*roles.outputs, *others))
-    return file.as_tests(roles), asked.limits, file.called(roles.label), remarks
+    tests = file.as_tests(roles)
+    if lost := [name for name in roles.variables if name not in tests.layout.variables]:
+        remarks.append(f"No variable here, as some designs have no value of it: {listed(lost)}.")
+    return tests, asked.limits, file.called(roles.label), remarks
 
 
 def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation:

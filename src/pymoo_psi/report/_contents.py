@@ -233,8 +233,8 @@ def _tests(case: Case) -> Iterator[Part]:
     steps = [
         ("designs", len(table)),
         ("failed", (table.status == "failed").sum()),
-        ("violate a constraint", infeasible.sum()),
-        ("are beyond a limit only", (violated[:, k:].any(axis=1) & ~infeasible).sum()),
+        ("violating a constraint", infeasible.sum()),
+        ("beyond a limit only", (violated[:, k:].any(axis=1) & ~infeasible).sum()),
         ("feasible", feasible.sum()),
         ("without finite criteria, or tested once more", feasible.sum() - len(case.rows)),
         ("Pareto optimal", 0 if case.ranking is None else case.ranking.pareto.sum()),
