@@ -605,6 +605,15 @@ def test_a_brush_selects_everywhere(reader):
     assert reader.selected == []
     assert set(reader.state["kept"]) == set(selected)
     assert set(reader.shown) <= {*selected, "prototype"}
+    assert f"only {len(selected)} designs, kept by hand" in reader.page.text_content(
+        "#record-limits"
+    )
+    reader.page.click(
+        "#keep"
+    )  # now "Keep all again", also after a reload that forgets what was undone
+    reader.settle()
+    assert reader.state["kept"] is None
+    assert reader.page.is_disabled("#keep")
 
 
 def test_a_limit_drops_what_it_hides_from_the_selection(reader):
@@ -865,6 +874,11 @@ def test_paper_has_one_page_with_the_decision(reader):
     for told in ("Beams", "mass at most 0.8 kg", "weakest", "Light and strong.", "better"):
         assert told in text
     assert f"Chosen: number {reader.state['chosen']}" in text
+    chosen = beams().set_index("number").loc[int(reader.state["chosen"])]
+    assert f"Variables of number {chosen.name}: width = {chosen['width']:.2f} mm" in text
+    assert f"material = {chosen['material']}." in text
+    decision, verdict = (reader.page.locator(part).bounding_box() for part in ("#chosen", ".best"))
+    assert decision["y"] < verdict["y"]
     for control in reader.page.locator("button, input, textarea, canvas").all():
         assert not control.is_visible()
 

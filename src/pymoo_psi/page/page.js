@@ -286,6 +286,10 @@ const page = (() => {
       ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
       : ["Chosen: ", make("strong", {textContent: called(row)}), make("span", {className: left.mask[row] ? "" : "warning", textContent: ` (${where}) `}),
         make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
+    const told = row >= 0 ? row : verdict?.row ?? -1
+    const parts = told < 0 ? [] : data.columns.filter((column) => column.role === "variable")
+      .map((column) => `${column.name} = ${cell_text(column, told)}${column.unit ? ` ${column.unit}` : ""}`)
+    renew($("chosen-variables"), parts.length ? `Variables of ${called(told)}: ${parts.join(", ")}.` : "")
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
   }
@@ -318,7 +322,9 @@ const page = (() => {
     renew($("export"), `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
     $("export").disabled = shown === 0
     renew($("selection"), [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", "))
-    $("keep").disabled = $("clear").disabled = selected.size === 0
+    $("clear").disabled = selected.size === 0
+    $("keep").disabled = selected.size === 0 && state.kept === null
+    renew($("keep"), state.kept !== null && selected.size === 0 ? "Keep all again" : "Keep selected only")
     const counts = new Uint32Array(7)
     for (const row of ranking.front) counts[ranking.rank[row]]++
     for (const box of $("ranks").querySelectorAll("input")) {
@@ -550,6 +556,7 @@ const page = (() => {
       return [low === null ? `${column.name} at most ${high}${unit}` : high === null ? `${column.name} at least ${low}${unit}`
         : `${column.name} from ${low} to ${high}${unit}`]
     })
+    if (state.kept !== null) lines.push(`only ${count_text(state.kept.length)} designs, kept by hand`)
     renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {textContent: text})))
   }
 
@@ -1069,7 +1076,7 @@ const page = (() => {
     $("choose").addEventListener("click", () => choose(table.current()))
     $("pin").addEventListener("click", () => pin(table.current()))
     $("keep").addEventListener("click", () => {
-      const kept = [...selected].map((row) => data.ids[row])
+      const kept = selected.size ? [...selected].map((row) => data.ids[row]) : null
       selected = new Set()
       change({kept})
     })
