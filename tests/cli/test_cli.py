@@ -288,6 +288,7 @@ def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):
         ),
         (["solve"], "Missing argument"),
         (["solv"], "No such command 'solv'"),
+        (["optimise"], "No such command 'optimise'; there are reproduce, solve, compare"),
         (["reproduce", "--points", "-4", "--out", "."], "--points must be an integer >= 1, got -4"),
         (["reproduce", "--pionts", "4"], "No such option: --pionts"),
         (["reproduce", "--out", "pyproject.toml/x"], "pyproject.toml"),

@@ -144,7 +144,7 @@ def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notatio
         ({"prototype": {"mass": 1.0}}, "prototype must be a design with a value for every objective"),
         ({"prototype": 3}, "prototype must be a mapping or a pandas.DataFrame, got int"),
         ({"frame": beams().iloc[:0]}, "frame must be of one design or more .* got none in 0 rows"),
-        ({"frame": beams().to_numpy()}, "frame must be a pandas.DataFrame, got ndarray"),
+        ({"frame": beams().to_numpy()}, "frame must be a pandas.DataFrame or a TestTable, got ndarray; of pymoo's res.F give"),
         (
             {"frame": beams().assign(mass=np.nan)},
             "frame must be of one design or more with a finite value of every objective, got none in 400",

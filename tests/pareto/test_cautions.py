@@ -195,7 +195,7 @@ def test_an_optimum_at_an_edge_is_told():
     """The chute's slowest plane is its best f4: a lower bound, and nobody knows what is below."""
     designs = np.array([1.4, 5.9]) * lp_tau(1024, 2) + [0, 0.1]
     F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
-    text = "The optimum is the best in f4, up to 1 % of the range: an edge of the set."
+    text = "The optimum is the best in f4, to within 1 % of the range: it lies at an edge of the set."
     assert said(F, "edge", normalize=False) == text
     assert kinds(F) == []  # in units of the ranges it lies inside
 
@@ -220,7 +220,7 @@ def test_criteria_without_weight_and_criteria_that_count_twice():
     )
     assert said(F, "constant") == "Equal for all Pareto-optimal designs, and without weight: c."
     assert said(F, "redundant") == (
-        "The same up to 1 % of their ranges, so that they count again: a and d; b and e."
+        "Criteria that agree to within 1 % of their ranges, and so count more than once: a and d; b and e."
     )
     assert "redundant" not in kinds(F[["a", "b", "g"]])
 

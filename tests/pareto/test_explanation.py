@@ -266,6 +266,9 @@ def test_a_design_goes_by_its_row_or_by_a_label_that_is_a_text():
     assert compare_designs(frame, [2, "A"]).rows.tolist() == [2, 0]
     numbered = frame.set_axis([2, 1, 0], axis=0)
     assert str(explain(numbered, 2)).startswith("Design 0 ")
+    own = frame.set_axis(["pA-7", "mTorr", "row 3"], axis=0)
+    started = [str(explain(own, i)).partition(" is ")[0] for i in range(3)]
+    assert started == ["pA-7", "mTorr", "Row 3"]  # what the user has named is not respelt
     for label, n in (("B", "2"), ("C", "none")):
         with pytest.raises(
             PsiError, match=f"label of just one row, got '{label}', the label of {n}"

@@ -5,6 +5,7 @@ import pickle
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -356,6 +357,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: TestTable.of([[1]], [[0.0]], [[1.0]]), ValueError, r"numbers must be one-dimensional, got shape \(1, 1\)"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\) \(tests, columns\), got shape \(2, 1\)"),
         (lambda: TestTable.of([1], [[0.0]], [1.0]), ValueError, r"F must be of shape"),
+        (lambda: TestTable.of([1], pd.DataFrame({"a": [1]}), [[1.0]], layout=Layout.of(["b"], 1)), ValueError, "X must be mappings of the variables b, got a"),
         (lambda: TestTable.of([1], [0.0], [[1.0]]), ValueError, "X must be two-dimensional"),
         (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, r"X must be finite, got nan at index \(0, 0\)"),
         (lambda: TestTable.of([1], [[1j]], [[1.0]]), TypeError, "X must hold numbers, booleans or text, got dtype complex"),

@@ -28,7 +28,7 @@ from pymoo_psi._validation import integer, invalid
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem, seed_ties
 
 
-def nsga3(problem: Any, *, n_evaluations: int, seed: int | None = None, **kwargs: Any) -> Any:
+def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs: Any) -> Any:
     """Minimise a problem by pymoo's NSGA-III with exactly ``n_evaluations`` evaluations.
 
     The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both

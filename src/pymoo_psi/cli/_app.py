@@ -509,10 +509,9 @@ def _usage(error: Any) -> str:
         message = found[0]
     elif known:
         message = f"No such option: {name}"
-        if not difflib.get_close_matches(name, known, n=1):
-            message += f"; there are {', '.join(known)}"
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"{message}; did you mean {near[0]}?" if near else message
+    if near := difflib.get_close_matches(name, known, n=1):
+        return f"{message}; did you mean {near[0]}?"
+    return f"{message}; there are {', '.join(known)}" if known else message
 
 
 # Where an option is not called as the argument of the library is.

@@ -37,6 +37,10 @@ from pymoo_psi.selection import (
 from pymoo_psi.selection._agreement import choices_of
 from pymoo_psi.selection._selectors import RankingSelector
 
+_COLUMNS = (
+    "rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point, mu2: to the line from "
+    "there to the worst values, mu3: along that line."
+)
 _LINES = 7  # of reasons: what a reader takes in at a glance
 _METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
 
@@ -55,6 +59,7 @@ def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
 def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
     """Print how it was measured, why the optimum, and what speaks against relying on it."""
     option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
+    say(_COLUMNS)
     say(f"{measured_in(ranking)}{option}.")
     say_sentences(reasons(ranking, units))
     say_sentences([f"Caution: {caution}" for caution in cautions(ranking)])
@@ -102,18 +107,18 @@ def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSel
 
 def _values(entry: str, text: str, names: Sequence[str]) -> list[float]:
     """Return the number of each objective; all must be given, so that none is guessed."""
+    each = ",".join(f'"{name}=1"' if "," in name else f"{name}=1" for name in names)
+    rule = f"with a number for every objective, such as {entry.partition(':')[0]}:{each}"
     given: dict[str, float] = {}
     for part in parts_of([text], lambda part: part.rpartition("=")[0].strip() in names):
         name, equals, number = (piece.strip() for piece in part.rpartition("="))
         if not equals:  # as what follows the comma in A=2,5
-            raise invalid("--prefer", "with name=number, decimals by a point", Received(entry))
+            raise invalid("--prefer", rule, Received(entry), "decimals have a point")
         known_name("--prefer", name, names)
         if name in given:
             raise invalid("--prefer", "with each objective once", Received(entry))
         given[name] = _number(number, entry)
     if missing := [name for name in names if name not in given]:
-        example = ",".join(f"{name}=1" for name in names)
-        rule = f"with a number for every objective, such as {entry.partition(':')[0]}:{example}"
         raise invalid("--prefer", rule, Received(entry), f"{missing[0]} has none")
     return [given[name] for name in names]
 
@@ -121,7 +126,8 @@ def _values(entry: str, text: str, names: Sequence[str]) -> list[float]:
 def _number(text: str, entry: str) -> float:
     number = number_in(text)
     if not math.isfinite(number):
-        raise invalid("--prefer", "with finite numbers", Received(entry))
+        rule = "with finite numbers, decimals by a point"
+        raise invalid("--prefer", rule, Received(entry))
     return number
 
 

@@ -311,6 +311,8 @@ def limits_in(
             rule = "of the form criterion=number, column<=number or number<=column<=number"
             remedy = "write <= for <, >= for >" if re.search("[<>](?!=)", part) else ""
             remedy = "write 2.5 for 2,5" if re.search(r"\d,\d", part) else remedy
+            if re.search(r"[<>=]\s*[-+\d.eE]*\d\s*[^\W\d_]+$", part):
+                remedy = "write the number without its unit"
             raise invalid(
                 "--limits", f"{rule}, joined by commas", Received(part or "nothing"), remedy
             )

@@ -113,7 +113,10 @@ def decision_page(
         units = {name: layout.units[name] for name in shown if name in layout.units}
         frame = frame.rows(frame.feasible()).to_frame()
     if not isinstance(frame, pd.DataFrame):
-        raise ArgumentTypeError(f"frame must be a pandas.DataFrame, got {type(frame).__name__}")
+        raise ArgumentTypeError(
+            f"frame must be a pandas.DataFrame or a TestTable, got {type(frame).__name__}; of "
+            f"pymoo's res.F give pd.DataFrame(res.F, columns=names), and names as objectives"
+        )
     _check_columns(
         frame, {"objectives": objectives, "variables": variables, "outputs": outputs}, label
     )
@@ -189,7 +192,8 @@ def _check_columns(
         if isinstance(names, str):
             raise ArgumentTypeError(f"{argument} must be a list of names, got {names!r}")
     if not groups["objectives"]:
-        raise invalid("objectives", "names of one column or more", [])
+        remedy = "say which columns are objectives, as in decision_page(frame, ['cost', 'mass'])"
+        raise invalid("objectives", "names of one column or more", [], remedy)
     have = [str(name) for name in frame.columns]
     seen: set[str] = set()
     for argument, names in [*groups.items(), ("label", [] if label is None else [label])]:

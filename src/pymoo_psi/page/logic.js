@@ -714,7 +714,9 @@ function preference(data, ranking, {weights, aspiration}) {
 
 // ----------------------------------------------------------------------------------------- wording
 
-const capital = (text) => text.slice(0, 1).toUpperCase() + text.slice(1)
+// A name that the user gave stays as it is.
+const capital = (text) => text.replace(/^(design|row|test point) /, (ours) =>
+  ours[0].toUpperCase() + ours.slice(1))
 const listed = (names) =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
 const counted = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`
@@ -985,8 +987,7 @@ function standing(data, ranking, row, dominatedBy) {
     return `${name} is a Salukvadze optimum: one of ${best.length} of ${all} that are equally ` +
       "near to the ideal point."
   }
-  const efficiency = rank[row] ? `of rank of efficiency ${rank[row]}` : "not ranked by efficiency"
-  return `${name} is one of ${all}, ${efficiency}.`
+  return `${name} is one of ${all}, of rank of efficiency ${rank[row]}.`
 }
 
 // How far a design is from the best of each criterion, as a sentence.
@@ -1033,7 +1034,7 @@ function verdict(data, ranking) {
 // What speaks against relying on the optimum, in sentences: pareto/_cautions.py, whose thresholds
 // and reasons hold here. Up to two rankings for each criterion, so not for every step of a slider.
 const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
-const NEARLY = ", up to 1 % of the range"
+const NEARLY = ", to within 1 % of the range"
 
 function cautions(data, ranking) {
   const {front, frame, V, best, isBest, mu1, rank} = ranking
@@ -1065,8 +1066,8 @@ function cautions(data, ranking) {
       rest = rest.filter((j) => !same.includes(j))
     }
     if (groups.length) {
-      const told = groups.join("; ")
-      found.push(`The same up to 1 % of their ranges, so that they count again: ${told}.`)
+      found.push("Criteria that agree to within 1 % of their ranges, and so count more than once: " +
+        `${groups.join("; ")}.`)
     }
   }
   const spans = V.map((column, j) => greatestOf(column) - low[j])
@@ -1124,7 +1125,7 @@ function cautions(data, ranking) {
     const edge = varying.filter((j) => D[j][optimum] <= EDGE)
     if (edge.length && n >= 3) {
       const nearly = edge.some((j) => D[j][optimum] !== 0) ? NEARLY : ""
-      found.push(`The optimum is the best in ${names(edge)}${nearly}: an edge of the set.`)
+      found.push(`The optimum is the best in ${names(edge)}${nearly}: it lies at an edge of the set.`)
     }
     const hanging = hangingOn(data, ranking, D, varying)
     if (hanging) found.push(hanging)

@@ -42,7 +42,7 @@ OUTLIER = 2.0
 """A design that doubles a range lies farther from all others than they from each other."""
 
 _FEW = 20  # of fewer designs many may have a rank, and all can be looked at
-_NEARLY = ", up to 1 % of the range"
+_NEARLY = ", to within 1 % of the range"
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
@@ -77,7 +77,7 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     =============== ============================================================================
     ``alone``       All Pareto-optimal designs are the same one: there is nothing to weigh.
     ``constant``    Criteria are equal for all Pareto-optimal designs.
-    ``redundant``   Two criteria are the same up to 1 % of their ranges, and count twice.
+    ``redundant``   Criteria agree to within 1 % of their ranges, and so count more than once.
     ``scale``       Without normalising, a range is at least 10 times another, which then decides
                     nothing.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
@@ -187,7 +187,10 @@ class _Front:
             left = left[~same]
         if not groups:
             return ""
-        return f"The same up to 1 % of their ranges, so that they count again: {'; '.join(groups)}."
+        return (
+            f"Criteria that agree to within 1 % of their ranges, and so count more than once: "
+            f"{'; '.join(groups)}."
+        )
 
     def scale(self) -> str:
         ranges = np.ptp(self.values, axis=0)
@@ -255,7 +258,7 @@ class _Front:
         if not len(best) or len(self.rows) < 3:
             return ""
         nearly = _NEARLY if shares[best].any() else ""
-        return f"The optimum is the best in {self._names(best)}{nearly}: an edge of the set."
+        return f"The optimum is the best in {self._names(best)}{nearly}: it lies at an edge of the set."
 
     def hanging(self) -> dict[str, str]:
         """Return the kind of the single design on which the optimum hangs most, with a sentence."""

@@ -251,9 +251,7 @@ class Explanation(Shown):
                 )
             ties = f"{len(ranking.salukvadze)} of {front} that are equally near to the ideal point"
             return f"{name} is a Salukvadze optimum: one of {ties}."
-        rank = ranking.rank[row]
-        efficiency = f"of rank of efficiency {rank}" if rank else "not ranked by efficiency"
-        return f"{name} is one of {front}, {efficiency}."
+        return f"{name} is one of {front}, of rank of efficiency {ranking.rank[row]}."
 
     def _distances(self, order: NDArray[np.intp]) -> str:
         """Return how far the design is from the best, criteria in the order given."""

@@ -29,7 +29,9 @@ def label(ranking: EfficiencyRanking, row: int) -> str:
 
 
 def capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    """Begin a sentence with what a design is called; a name that the user gave stays as it is."""
+    ours = text.startswith(("design ", "row ", "test point "))
+    return text[0].upper() + text[1:] if ours else text
 
 
 def listed(names: Sequence[Any], word: str = "and") -> str:

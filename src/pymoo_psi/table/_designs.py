@@ -50,7 +50,9 @@ def design_matrix(
     if not isinstance(value, np.ndarray):
         if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
             raise ArgumentTypeError(f"{name} must be an array or rows, got {value!r:.80}")
-        value = list(value)
+        # Iterating over a frame gives its names; its rows are designs whose variables have these.
+        rows = getattr(value, "to_dict", None)
+        value = list(value) if rows is None else rows("records")
     if np.ma.is_masked(value):
         raise invalid(name, "without masked cells", value)
     # Told by the first row; rows of another sort than the first are refused below.
