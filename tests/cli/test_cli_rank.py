@@ -39,7 +39,7 @@ def rank(capsys, tmp_path):
 def rows(printed):
     """The lines of the table, which end where the sentences begin."""
     below = printed.partition("---\n")[2]
-    return below.partition("Normalised")[0].splitlines()
+    return below.partition("rank: ")[0].splitlines()
 
 
 def test_a_table_on_the_terminal(rank):

@@ -258,7 +258,8 @@ class _Front:
         if not len(best) or len(self.rows) < 3:
             return ""
         nearly = _NEARLY if shares[best].any() else ""
-        return f"The optimum is the best in {self._names(best)}{nearly}: it lies at an edge of the set."
+        text = f"The optimum is the best in {self._names(best)}{nearly}"
+        return f"{text}: it lies at an edge of the set."
 
     def hanging(self) -> dict[str, str]:
         """Return the kind of the single design on which the optimum hangs most, with a sentence."""
