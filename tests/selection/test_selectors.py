@@ -17,13 +17,16 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     CompromiseProgramming,
     EfficientSubset,
+    LPTauSampling,
     PsiError,
+    QMCSampling,
+    ReferencePoint,
     SalukvadzeOptimum,
     VectorizedSphereChute,
     nsga3,
     rank_of_efficiency,
 )
-from pymoo_psi.selection import McdmMethod, compare_selectors
+from pymoo_psi.selection import Knee, Lexicographic, McdmMethod, compare_selectors
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
     warnings.simplefilter("ignore", DeprecationWarning)
@@ -147,6 +150,20 @@ def test_bad_options(options, kind, message):
     with pytest.raises(kind, match=message) as caught:
         CompromiseProgramming(**options)
     assert isinstance(caught.value, PsiError)
+
+
+def test_samplings_and_selectors_show_their_settings():
+    for made, shown in [
+        (LPTauSampling(), "LPTauSampling()"),
+        (QMCSampling("halton", scramble=False), "QMCSampling(engine='halton', scramble=False)"),
+        (EfficientSubset(5, normalize=False), "EfficientSubset(rank=5, normalize=False)"),
+        (CompromiseProgramming(np.inf), "CompromiseProgramming(p=inf)"),
+        (ReferencePoint([1, 2], weights=[1, 3]),
+         "ReferencePoint(point=[1.0, 2.0], weights=[0.25, 0.75])"),
+        (Lexicographic(["cost", 1]), "Lexicographic(order=('cost', 1))"),
+        (Knee(), "Knee()"),
+    ]:  # fmt: skip
+        assert repr(made) == shown
 
 
 def test_the_number_of_weights():

@@ -12,6 +12,7 @@ from pymoo.core.sampling import Sampling
 from pymoo_psi._validation import Received, boolean, integer, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._pymoo import call_of
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 
@@ -33,6 +34,10 @@ EXTENDABLE = ("sobol", "halton")
 
 class UniformSampling(Sampling):
     """Sampling by points of the unit cube, laid out in the design space of the problem."""
+
+    def __repr__(self) -> str:
+        """Return the call that makes it."""
+        return call_of(self)
 
     def _do(
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any

@@ -16,7 +16,7 @@ from pymoo_psi._validation import Received, finite_number, integer, invalid, kno
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
-from pymoo_psi.problems._design_space import DesignSpace, design_space
+from pymoo_psi.problems._design_space import DesignSpace, design_space, own_names
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.sequences import lp_tau
@@ -54,9 +54,10 @@ class Robust(WrappedProblem):
         problem: A pymoo problem of any kind; with ``uncertainty`` a function that is called with
             the uncertain parameters by name and returns one. Variables, bounds and names are those
             of the problem with the parameters at their medians.
-        tolerances: For the names of real variables (x1, x2, … of a vector) a number, by which the
-            value may be larger or smaller, all values in between equally likely; or the
-            distribution of what is added to the value, such as ``scipy.stats.norm(0, 0.01)``.
+        tolerances: For the names of real variables (x1, x2, … of a vector, or those of the
+            problem's attribute ``names``) a number, by which the value may be larger or smaller,
+            all values in between equally likely; or the distribution of what is added to the
+            value, such as ``scipy.stats.norm(0, 0.01)``.
         relative: The variables whose tolerances are shares of their values: 0.02 is then 2 %.
         uncertainty: For each parameter its distribution, as for :func:`pymoo_psi.robustness`. All
             tolerances and parameters are independent.
@@ -136,7 +137,10 @@ class Robust(WrappedProblem):
         self.space = design_space(nominal)
         spread = {name: _Within.of(name, given) for name, given in tolerances.items()}
         self.offsets = quantiles("tolerances", spread, points[:, :n_tolerances])
-        self._columns = [_real_variable(name, self.space) for name in tolerances]
+        own = own_names(nominal, self.space)
+        self._columns = [_real_variable(name, self.space, own) for name in tolerances]
+        if len(set(self._columns)) < len(tolerances):  # by both its names
+            raise invalid("tolerances", "given once for a variable", list(tolerances))
         if isinstance(relative, str) or not isinstance(relative, Collection):
             raise ArgumentTypeError(f"relative must be a list of variables, got {relative!r:.80}")
         for name in relative:
@@ -327,10 +331,12 @@ def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[A
     return problems
 
 
-def _real_variable(name: str, space: DesignSpace) -> int:
-    """Return the column of a variable that may have a tolerance."""
-    known_name("a variable of tolerances", name, space.names)
-    column = space.names.index(name)
+def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int:
+    """Return the column of a variable that may have a tolerance, by its own or default name."""
+    shown = list(own.values())
+    if name not in shown and name not in space.names:
+        known_name("a variable of tolerances", name, shown)
+    column = shown.index(name) if name in shown else space.names.index(name)
     variable = space.variables[column]
     if variable.kind is not Kind.REAL:
         raise ArgumentTypeError(

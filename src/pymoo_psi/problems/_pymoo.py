@@ -1,4 +1,4 @@
-"""What pymoo leaves open: arguments that it does not check, ties that it draws without a seed."""
+"""What pymoo leaves open: arguments it does not check, ties it draws without a seed, reprs."""
 
 from __future__ import annotations
 
@@ -51,6 +51,20 @@ def require_problem(problem: object) -> None:
     if not isinstance(problem, Problem):
         hint = "; pass an instance, not the class" if isinstance(problem, type) else ""
         raise ArgumentTypeError(f"problem must be a pymoo Problem, got {problem!r:.80}{hint}")
+
+
+def call_of(made: object) -> str:
+    """Return how an object is made whose attributes are called as the arguments of its class.
+
+    Arguments with their default values, and those that it does not keep, are left out.
+    """
+    shown = []
+    for name, parameter in inspect.signature(type(made)).parameters.items():
+        value = getattr(made, name, parameter.default)
+        value = value.tolist() if isinstance(value, np.ndarray) else value
+        if value is not parameter.default and value != parameter.default:
+            shown.append(f"{name}={value!r}")
+    return f"{type(made).__name__}({', '.join(shown)})"
 
 
 def seed_ties(algorithm: Any) -> None:

@@ -31,6 +31,7 @@ from pymoo_psi.pareto._compromise import highest_achievement, nearest_compromise
 from pymoo_psi.pareto._knee import knee
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import front_of, ranking_of
+from pymoo_psi.problems._pymoo import call_of
 
 
 class RankingSelector(Indicator):
@@ -43,6 +44,10 @@ class RankingSelector(Indicator):
     def __init__(self, *, normalize: bool = True) -> None:
         super().__init__()
         self.normalize = boolean("normalize", normalize)
+
+    def __repr__(self) -> str:
+        """Return the call that makes it."""
+        return call_of(self)
 
     def do(self, F: Any, *, maximize: Collection[Any] = ()) -> NDArray[np.intp]:
         """Return the indices of the chosen rows of ``F``.
