@@ -18,6 +18,7 @@ from pymoo_psi import (
     PsiError,
     QMCSampling,
     SphereChute,
+    SurrogatePSI,
     VectorizedSphereChute,
     investigate,
     lp_tau,
@@ -573,3 +574,11 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
         algorithm.setup(get_problem("bnh"))
     assert algorithm.result().X.shape[1] == 2
+
+
+@pytest.mark.parametrize("algorithm", [PSI, SurrogatePSI])
+def test_a_limit_on_a_choice_of_texts_is_refused_before_any_test(algorithm):
+    problem = Mixed()
+    problem._evaluate = None  # must not be called
+    with pytest.raises(TypeError, match="only columns of numbers can be limited"):
+        minimize(problem, algorithm(8, limits={"metal": 1}, on_failure="raise"))

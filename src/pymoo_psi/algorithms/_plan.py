@@ -7,6 +7,9 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import invalid
 from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._sampling import UniformSampling, default_sampling, sampling_name
@@ -15,6 +18,7 @@ from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.table import TestTable
+from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import bounds_of
 
@@ -86,7 +90,11 @@ class Plan:
         if isinstance(limits, Mapping):
             columns = layout.columns
             limits = {k: v for k, v in limits.items() if k in columns or not isinstance(k, str)}
-        bounds_of(limits, layout)
+        limited = bounds_of(limits, layout)
+        for name, variable in zip(layout.variables, space.variables, strict=True):
+            if name in limited and variable.kind is Kind.CHOICE:  # refused now, not after the tests
+                plain = (o.item() if isinstance(o, np.generic) else o for o in variable.options)
+                real_column(name, np.fromiter(plain, object))
 
         def identity() -> dict[str, Any]:
             name = sampling_name(sampling, n_points, seed) + method

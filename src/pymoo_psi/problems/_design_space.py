@@ -65,10 +65,16 @@ class Variable:
         return np.asarray((steps + 0.5) / (self.upper - self.lower + 1))
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
-        """Return the numbers in [0, 1] between which values of real or whole numbers lie."""
+        """Return the numbers in [0, 1] between which numbers lie that are allowed.
+
+        Of a choice, whose options have any order, others may lie between them, too.
+        """
         if self.kind is Kind.REAL:
             low, high = self.points(np.clip([least, greatest], self.lower, self.upper))
         else:
+            if self.kind is Kind.CHOICE:
+                steps = [k for k, option in enumerate(self.options) if least <= option <= greatest]
+                least, greatest = (steps[0], steps[-1]) if steps else (self.lower, self.upper)
             first, last = np.clip([np.ceil(least), np.floor(greatest)], self.lower, self.upper)
             count = self.upper - self.lower + 1
             # Just inside, as a bound itself may be rounded to the value beside it.

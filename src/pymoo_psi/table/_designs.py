@@ -126,7 +126,8 @@ def real_column(name: str, column: NDArray[Any]) -> NDArray[np.float64]:
         ArgumentTypeError: It holds other than numbers.
     """
     if column.dtype.kind == "O" and not all(isinstance(v, (int, float)) for v in column.tolist()):
-        found = f"{name!r} holds {next(v for v in column.tolist() if isinstance(v, str))!r:.40}"
+        other = next(v for v in column.tolist() if not isinstance(v, (int, float)))
+        found = f"{name!r} holds {other!r:.40}"
         raise ArgumentTypeError(
             f"only columns of numbers can be limited and computed with, and {found}; select "
             f"designs by it with table.rows(table.column({name!r}) == value)"
