@@ -195,7 +195,9 @@ def test_an_optimum_at_an_edge_is_told():
     """The chute's slowest plane is its best f4: a lower bound, and nobody knows what is below."""
     designs = np.array([1.4, 5.9]) * lp_tau(1024, 2) + [0, 0.1]
     F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
-    text = "The optimum is the best in f4, to within 1 % of the range: it lies at an edge of the set."
+    text = (
+        "The optimum is the best in f4, to within 1 % of the range: it lies at an edge of the set."
+    )
     assert said(F, "edge", normalize=False) == text
     assert kinds(F) == []  # in units of the ranges it lies inside
 
