@@ -43,6 +43,13 @@ def in_per_cent(*cells):
     return edit
 
 
+def hide_row(number):
+    def edit(sheet):
+        sheet.row_dimensions[number].hidden = True
+
+    return edit
+
+
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
 
 # What a file holds, the options given, and what must come of it: the numbers of each objective in
@@ -293,6 +300,12 @@ FILES = {
     "least and greatest": ("m,a,b\nA,1,4\nB,2,3\nmin,1,3\nmax,2,4\n", {}, r"row 3 \(line 4\) is called 'min' .* such rows out by --skip-rows 4,5,"),
     "statistics on top": ("m,a,b\nStd,0.7,9\nMax.,2,4\nA,1,4\nB,2,3\n", {}, r"row 2 \(line 3\) is called 'Max.' .* such rows out by --skip-rows 2,3,"),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
+    "sums above groups": ("m,a,b\nTotal AB,3,7\nA,1,4\nB,2,3\nTotal CD,17,2\nC,8,1\nD,9,1\n", {}, "--skip-rows 2,5,"),
+    "a sum of what a filter shows": (
+        workbook([["m", "a", "b"], ["A", 1, 4], ["B", 2, 3], ["C", 4, 2], ["Total", 5, 6]], edit=hide_row(3)),
+        {},
+        "'Total' and summarises other rows; leave it out by --skip-rows 5",
+    ),
     "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
     "a design called Max": ("m,a,b\nMin,1,4\nMid,2,4\nMax,3,4\n", {}, {"a": [1, 2, 3], "b": [4, 4, 4]}),
     "a design that shares the greatest": ("m,a,b\nEco,1,4\nMid,2,6\nMax,3,6\n", {}, {"a": [1, 2, 3], "b": [4, 6, 6]}),

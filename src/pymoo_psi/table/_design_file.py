@@ -51,18 +51,22 @@ _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _TOLD = 6  # rows that a line names
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
-# Words in what rows are called that summarise others, by spreadsheets and people.
+# Words in what rows are called that summarise others, by spreadsheets and people. What is further
+# tells of a design nothing that could be compared; such rows stand beside others.
+_SUMMARIES = {
+    word: kind
+    for kind, words in {
+        "sum": "total totals subtotal grandtotal sum sums σ ∑ summe gesamt insgesamt gesamtsumme "
+        "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
+        "mean": "mean average avg ø ⌀ mittel mittelwert durchschnitt moyenne media promedio",
+        "median": "median",
+        "least": "min minimum",
+        "greatest": "max maximum",
+        "further": "count anzahl std stdev deviation standardabweichung",
+    }.items()
+    for word in words.split()
+}
 _WORD = re.compile(r"\w+|[∑⌀]")
-_SUM = {
-    *("total", "totals", "subtotal", "grandtotal", "sum", "sums", "σ", "∑", "summe", "gesamtsumme"),
-    *("zwischensumme", "teilsumme", "gesamt", "insgesamt", "ergebnis", "gesamtergebnis"),
-    *("teilergebnis", "somme", "suma", "totale"),
-}
-_SUMMARY = _SUM | {
-    *("mean", "average", "avg", "ø", "⌀", "median", "min", "minimum", "max", "maximum", "count"),
-    *("std", "stdev", "deviation", "mittel", "mittelwert", "durchschnitt", "standardabweichung"),
-    *("anzahl", "moyenne", "media", "promedio"),
-}
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -560,7 +564,8 @@ def read_designs(
 
     Raises:
         OSError: The file cannot be opened.
-        ArgumentValueError: It is no table of named columns with one design or more.
+        ArgumentValueError: It is no table of named columns with one design or more, or a row of it
+            summarises others.
         ArgumentTypeError: ``skip_rows`` holds no numbers.
         StudyError: It is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
@@ -734,7 +739,7 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         failed=Counter(alike(lost)),
         infeasible=n - len(lost),
     )
-    if remark := _require_designs(found):
+    if remark := _require_designs(found, sheet.hidden):
         found = replace(found, remarks=(*found.remarks, remark))
     if len(old) == 0:
         return found
@@ -745,10 +750,14 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     return replace(found, prototype=rows)
 
 
-def _require_designs(file: DesignFile) -> str:
+def _require_designs(file: DesignFile, hidden: Collection[int]) -> str:
     """Refuse rows that summarise others, such as "Total"; return what to tell of one that may.
 
     A name alone says nothing, as a design may be called Max, nor do a few equal numbers.
+
+    Args:
+        file: The designs.
+        hidden: The lines that a sheet hides.
 
     Raises:
         UnfitError: There is such a row.
@@ -758,66 +767,77 @@ def _require_designs(file: DesignFile) -> str:
     called: dict[int, str] = {}
     for column in file.columns.values():
         texts = enumerate(column.cells if column.numbers is None else ())
-        called |= {i: text for i, text in texts if _words(text) & _SUMMARY}
-    if not columns:
+        called |= {i: text for i, text in texts if _summaries(text)}
+    # Words in most of many rows are values of a column, such as the levels min and max.
+    if not columns or len(called) > max(10, n // 2):
         return ""
     F = np.column_stack([column.numbers for column in columns if column.numbers is not None])
     F[~np.isfinite(F)] = np.nan
-    last, others = -1, np.flatnonzero([i not in called for i in range(n)])
-    for i in sorted(called):
-        # All designs, or those of a group: the rows since the last such row.
-        for group in (others, others[(last < others) & (others < i)]):
-            sums, same = _summarised(F[i], [column.cells[i] for column in columns], F[group])
-            # The other columns may hold ratios of sums.
-            if same or (_words(called[i]) & _SUM and len(sums) and 2 * sums.sum() >= len(sums)):
-                lines = [str(file.lines[j]) for j in sorted(called)]
+    others, order = np.flatnonzero([i not in called for i in range(n)]), sorted(called)
+    seen = np.array([i for i in others.tolist() if file.lines[i] not in hidden], dtype=np.intp)
+    whole, shown = _statistics(F[others]), _statistics(F[seen])
+    # Sums of groups stand below or above these, so between the rows that summarise.
+    groups = [_statistics(F[rows]) for rows in np.split(others, np.searchsorted(others, order))]
+    for k, i in enumerate(order):
+        cells = [column.cells[i] for column in columns]
+        for known in (whole, shown, groups[k], groups[k + 1]):
+            shares = _shares(F[i], cells, known)
+            # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+            least = {name: 0.5 if name == "sum" else 1 for name in _summaries(called[i])}
+            if any(shares.get(name, 0) >= share for name, share in least.items()):
+                lines = [str(file.lines[j]) for j in order]
                 them = "such rows" if lines[1:] else "it"
                 remedy = f"leave {them} out by --skip-rows {','.join(lines)}, or rename a design"
                 what = f"{file._where(i)} is called {called[i].strip()!r:.40}"
                 raise UnfitError(f"{what} and summarises other rows; {remedy}")
-        last = i
     # Without a word for it, as programs add sums; of two or three numbers they may be a chance.
-    if not called and n > 3:
-        sums, _ = _summarised(F[-1], [column.cells[-1] for column in columns], F[:-1])
-        if len(sums) > 1 and sums.all():
+    if not called and n > 3 and np.isfinite(F[-1]).sum() > 1:
+        shares = _shares(F[-1], [column.cells[-1] for column in columns], _statistics(F[:-1]))
+        if shares.get("sum") == 1:
             remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
             return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
     return ""
 
 
-def _words(cell: Any) -> set[str]:
-    return set(_WORD.findall(cell.lower())) if isinstance(cell, str) else set()
+def _summaries(cell: Any) -> list[str]:
+    """Return the kinds of summaries that a cell names."""
+    words = _WORD.findall(cell.lower()) if isinstance(cell, str) else []
+    return [_SUMMARIES[word] for word in words if word in _SUMMARIES]
 
 
-def _summarised(
-    row: NDArray[np.float64], cells: Sequence[Any], others: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], bool]:
-    """Return in which columns a row holds the sum of others, and whether it summarises throughout.
+def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Return the ``(m,)`` summaries of ``(n, m)`` numbers by kind, NaN where they tell nothing."""
+    few = (~np.isnan(F)).sum(axis=0) < 2
+    if few.all():
+        return {}
+    F = np.where(few, 0.0, F)
+    least, most = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
+    with np.errstate(over="ignore"):
+        mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
+    found = {"mean": mean, "median": np.nanmedian(F, axis=0), "least": least, "greatest": most}
+    statistics = {name: np.where(least < most, values, np.nan) for name, values in found.items()}
+    # The sum of one number beside zeros is that number, and no sign of a sum.
+    total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
+    return {"sum": np.where(few, np.nan, total), **statistics}
+
+
+def _shares(
+    row: NDArray[np.float64], cells: Sequence[Any], statistics: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float]:
+    """Return in what share of the columns that can be compared a row holds summaries, by kind.
 
     Args:
         row: ``(m,)`` numbers, NaN where there are none.
         cells: The m cells that hold them.
-        others: ``(n, m)`` numbers of other rows.
-
-    Returns:
-        For each column in which the row has a number, and others two or more; and whether it is
-        their mean, median, least or greatest value in all of these in which they differ.
+        statistics: ``(m,)`` summaries of other rows by kind, likewise.
     """
-    filled = ~np.isnan(row) & ((~np.isnan(others)).sum(axis=0) > 1)
-    if not filled.any():
-        return np.zeros(0, dtype=bool), False
-    row, others = row[filled], others[:, filled]
     # Means are often rounded: half a unit of the last digit that is written.
-    texts = [str(cell).strip() for cell, known in zip(cells, filled, strict=True) if known]
+    texts = ["0" if x != x else str(cell).strip() for cell, x in zip(cells, row, strict=True)]
     digits = [int(Decimal(text).as_tuple().exponent) for text in texts]
     within = 1e-9 * np.abs(row) + [float(f"5e{digit - 1}") for digit in digits]
-    least, most = np.nanmin(others, axis=0), np.nanmax(others, axis=0)
-    with np.errstate(over="ignore"):
-        total, mean = np.nansum(others, axis=0), np.nanmean(others, axis=0)
-        statistics = (mean, np.nanmedian(others, axis=0), least, most)
-    sums = (np.abs(total - row) <= within) & ((np.nan_to_num(others) != 0).sum(axis=0) > 1)
-    apart = np.where(least < most, np.abs(np.array(statistics) - row) - within, 0)
-    return sums, bool((least < most).any() and (apart <= 0).all(axis=1).any())
+    off = {name: np.abs(values - row) - within for name, values in statistics.items()}
+    known = {name: gap[~np.isnan(gap)] <= 0 for name, gap in off.items()}
+    return {name: float(equal.mean()) for name, equal in known.items() if len(equal)}
 
 
 def _with_roles(file: DesignFile, line: str) -> DesignFile:

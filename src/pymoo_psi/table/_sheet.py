@@ -43,12 +43,14 @@ class Sheet:
             may have no name, as data frames write their row labels.
         lines: The line of the file on which each row ends.
         divider: The mark between cells; empty if cells have places of their own.
-        remarks: What a reader must know about the rows, in sentences.
+        hidden: The lines that it hides.
+        remarks: What a reader must know about that, in sentences.
     """
 
     columns: dict[str, list[Any]]
     lines: list[int]
     divider: str
+    hidden: Collection[int] = ()
     remarks: tuple[str, ...] = ()
 
 
@@ -209,7 +211,7 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
             f"{counted(len(names), 'hidden column')} of the sheet read like the others: "
             f"{', '.join(names)}; --objectives says by which columns to rank."
         )
-    return replace(_sheet(rows, ends, ""), remarks=tuple(remarks))
+    return replace(_sheet(rows, ends, ""), hidden=hidden, remarks=tuple(remarks))
 
 
 def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
