@@ -1,6 +1,9 @@
 """The kinds of variables and columns, in pymoo's words."""
 
 from enum import Enum
+from typing import Any
+
+import numpy as np
 
 
 class Kind(str, Enum):
@@ -19,3 +22,12 @@ class Kind(str, Enum):
     """A bool."""
     CHOICE = "choice"
     """One of some options: texts, or values of several types."""
+
+
+DTYPES: dict[Kind, Any] = {
+    Kind.REAL: np.float64,
+    Kind.INTEGER: np.int64,
+    Kind.BINARY: np.bool_,
+    Kind.CHOICE: np.object_,
+}
+"""Of columns of values."""

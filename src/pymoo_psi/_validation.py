@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -31,7 +31,12 @@ def invalid(name: str, rule: str, received: object, remedy: str = "") -> Argumen
     return ArgumentValueError(_message(name, rule, received, remedy))
 
 
-def _message(name: str, rule: str, received: object, remedy: str = "") -> str:
+def wrong_type(name: str, rule: str, received: object, remedy: str = "") -> ArgumentTypeError:
+    """Compose the error for a value of a type that cannot be used; the caller raises it."""
+    return ArgumentTypeError(_message(name, rule, received, remedy))
+
+
+def _message(name: str, rule: str, received: object, remedy: str) -> str:
     text = f"{name} must be {rule}, got {_shown(received)}"
     return f"{text}; {remedy}" if remedy else text
 
@@ -52,7 +57,7 @@ def integer(name: str, value: object, *, minimum: int) -> int:
     # bool is a subclass of int, but a True among counts is a mistake. numbers.Integral, not int:
     # NumPy's integers are registered there.
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise ArgumentTypeError(_message(name, f"an integer >= {minimum}", value))
+        raise wrong_type(name, f"an integer >= {minimum}", value)
     if value < minimum:
         raise invalid(name, f"an integer >= {minimum}", int(value))
     return int(value)
@@ -71,21 +76,36 @@ def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Ki
     if not isinstance(value, kind):
         article = "an" if kind.__name__[0] in "AEIOU" else "a"
         received = Received(type(value).__name__ if value is not None else "None")
-        raise ArgumentTypeError(_message(name, f"{article} {kind.__name__}", received, remedy))
+        raise wrong_type(name, f"{article} {kind.__name__}", received, remedy)
+    return value
+
+
+def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[Any, Any]:
+    """Return ``value``; it must map what is said, such as "names to units"."""
+    if not isinstance(value, Mapping):
+        hint = f"; {remedy}" if remedy else ""
+        raise ArgumentTypeError(f"{name} must map {what}, got {_shown(value)}{hint}")
+    return value
+
+
+def collection(name: str, value: object, rule: str, remedy: str = "") -> Collection[Any]:
+    """Return ``value``; it must be a list or the like, which a text, of letters, is not."""
+    if isinstance(value, str) or not isinstance(value, Collection):
+        raise wrong_type(name, rule, value, remedy)
     return value
 
 
 def boolean(name: str, value: object) -> bool:
     """Return ``value`` as a ``bool``; numbers and strings are not accepted."""
     if not isinstance(value, (bool, np.bool_)):
-        raise ArgumentTypeError(_message(name, "True or False", value))
+        raise wrong_type(name, "True or False", value)
     return bool(value)
 
 
 def finite_number(name: str, value: object) -> float:
     """Return ``value`` as a ``float``; it must be a finite real number."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise ArgumentTypeError(_message(name, "a finite number", value))
+        raise wrong_type(name, "a finite number", value)
     number = float(value)
     if not math.isfinite(number):
         raise invalid(name, "a finite number", number)
@@ -105,7 +125,7 @@ def known_name(name: str, value: object, names: Collection[str], remedy: str = "
     options = ", ".join(repr(option) for option in sorted(names))
     rule = f"one of {options}" if names else "left out, as there is nothing to choose from"
     if not isinstance(value, str):
-        raise ArgumentTypeError(_message(name, rule, value, remedy))
+        raise wrong_type(name, rule, value, remedy)
     if value not in names:
         # F1 for f1 differs in all its letters
         folded = {option.casefold(): option for option in names}
@@ -129,9 +149,8 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
         ) from error
     # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
-        raise ArgumentTypeError(
-            _message(name, "an array of real numbers", Received(f"dtype {array.dtype}"), remedy)
-        )
+        found = Received(f"dtype {array.dtype}")
+        raise wrong_type(name, "an array of real numbers", found, remedy)
     return array.astype(np.float64, copy=False)
 
 

@@ -146,9 +146,7 @@ def arriving(
                     stored = memory.recall(model.layout, numbers)
                 if len(stored):
                     yield stored.rows(keep.mask(stored)), len(stored), 0
-                if len(stored) == 0:
-                    missing.append(rows)
-                elif len(stored) < len(rows):
+                if len(stored) < len(rows):
                     missing.append(start + np.flatnonzero(~np.isin(numbers, stored.numbers)))
         blocks = stack.enter_context(
             closing(_evaluated(model, points, missing, block_size, n_jobs))

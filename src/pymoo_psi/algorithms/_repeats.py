@@ -6,6 +6,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from pymoo_psi.evaluation._outputs import values_of_table
 from pymoo_psi.parallel._outcome import Values
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._designs import design_keys
@@ -31,10 +32,7 @@ class Repeats:
 
     def learn(self, tests: TestTable) -> None:
         """Take the results of tests from a study."""
-        for i, key in enumerate(design_keys(tests.X)):
-            values: Values = {name: getattr(tests, name)[i] for name in "FGH"}
-            values["failure"] = tests.reasons.get(int(tests.numbers[i]), "")
-            values |= zip(tests.layout.outputs, tests.outputs[i].tolist(), strict=True)
+        for key, values in zip(design_keys(tests.X), values_of_table(tests), strict=True):
             self.learned.setdefault(key, values)
 
     def met(self, rows: list[int], X: NDArray[Any]) -> tuple[list[int], list[tuple[int, Values]]]:

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from pymoo_psi._validation import Received, boolean, integer, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, boolean, integer, invalid, known_name, wrong_type
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import call_of
 from pymoo_psi.sequences import lp_tau
@@ -60,9 +59,7 @@ def uniform_sampling(sampling: object) -> UniformSampling | None:
     if sampling is None:
         return None
     if not isinstance(sampling, UniformSampling):
-        raise ArgumentTypeError(
-            f"sampling must be LPTauSampling() or QMCSampling(...), got {sampling!r:.80}"
-        )
+        raise wrong_type("sampling", "LPTauSampling() or QMCSampling(...)", sampling)
     # Numbers in table and study are those of PSI: a second origin would make them ambiguous.
     if isinstance(sampling, LPTauSampling) and sampling.first != 1:
         raise invalid(
@@ -139,16 +136,6 @@ class QMCSampling(UniformSampling):
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
 
-    @property
-    def randomised(self) -> bool:
-        """Whether the points depend on a seed.
-
-        Example:
-            >>> QMCSampling("halton").randomised, QMCSampling("halton", scramble=False).randomised
-            (True, False)
-        """
-        return self.scramble or self.engine not in EXTENDABLE
-
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:
@@ -195,12 +182,12 @@ def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) ->
     """Return what a study must know of its points, so that the same ones come again."""
     if isinstance(sampling, LPTauSampling):
         return f"LP-tau from point {sampling.first}"
-    if isinstance(sampling, QMCSampling) and not sampling.randomised:
+    name = getattr(sampling, "engine", type(sampling).__name__)
+    if isinstance(sampling, QMCSampling) and not sampling.scramble and name in EXTENDABLE:
         return sampling.engine
     if seed is None:
         raise invalid(
             "seed", "given where a study has randomised points", seed, "they must come again"
         )
-    name = getattr(sampling, "engine", type(sampling).__name__)
     count = "" if name in EXTENDABLE else f" of {n_points} points"
     return f"{name}{count}, seed {seed}"

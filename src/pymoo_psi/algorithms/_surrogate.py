@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.algorithms._investigate import Investigation
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.storage._database import Proposal
@@ -142,12 +141,11 @@ class SurrogatePSI(PSI):
             units=units,
             **kwargs,
         )
-        if start is not None and not isinstance(start, TestTable):
-            raise ArgumentTypeError(f"start must be a TestTable, got {start!r:.80}")
-        if start is not None and len(start) == 0:
-            raise invalid("start", "a table with tests", Received("none"))
-        if start is not None and n_points is not None:
-            raise invalid("n_points", "left out where there is a start", n_points)
+        if start is not None:
+            if len(instance("start", start, TestTable)) == 0:
+                raise invalid("start", "a table with tests", Received("none"))
+            if n_points is not None:
+                raise invalid("n_points", "left out where there is a start", n_points)
         self._given = start
         self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
         self._n_uniform = 0  # tests before the first round
@@ -307,20 +305,20 @@ class SurrogatePSI(PSI):
         """
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
         n, names, sign = len(table), _outputs(table), _signs(table)
-        parts = [(made, k + 1) for k, made in enumerate(self._rounds)]
+        rounds, sizes = self._rounds, [len(made.points) for made in self._rounds]
         told = {f"{name}_{what}" for name in names for what in ("predicted", "deviation")}
         if taken := [name for name in names if name in {"round", "surrogate", *told}]:
             rule = "named unlike the columns of predictions"
             raise invalid("the criteria and constraints", rule, taken[0])
         columns: dict[str, Any] = {"test_point": table.numbers}
-        columns["round"] = np.repeat([k for _, k in parts], [len(m.points) for m, _ in parts])[:n]
-        kinds = np.repeat([m.kind for m, _ in parts], [len(m.points) for m, _ in parts])[:n]
-        columns["surrogate"], columns["status"] = kinds, table.status
+        columns["round"] = np.repeat([k + 1 for k in range(len(rounds))], sizes)[:n]
+        columns["surrogate"] = np.repeat([made.kind for made in rounds], sizes)[:n]
+        columns["status"] = table.status
         found = np.hstack([table.F, table.G, table.H])
         found[table.status == "failed"] = np.nan
         none = np.zeros((0, len(names)))
-        predicted = np.vstack([none, *(m.predicted for m, _ in parts)])[:n]
-        deviation = np.vstack([none, *(m.deviation for m, _ in parts)])[:n]
+        predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
+        deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
         for j, name in enumerate(names):
             columns[name] = found[:, j] * sign[j]
             columns[f"{name}_predicted"] = predicted[:, j] * sign[j]

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import integer, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import collection, integer, invalid
 from pymoo_psi.storage import Study
 from pymoo_psi.storage._database import LAST, told
 from pymoo_psi.storage._share import ALL, Share
@@ -141,9 +140,8 @@ def retried(retry: str | Collection[int]) -> frozenset[int] | None:
     """Return the numbers of failed tests to evaluate once more; ``None`` for ``"failed"``, all."""
     if retry == "failed":
         return None
-    if isinstance(retry, str) or not isinstance(retry, Collection):
-        raise ArgumentTypeError(f"retry must be 'failed' or numbers of test points, got {retry!r}")
-    return frozenset(integer("a number in retry", number, minimum=1) for number in retry)
+    numbers = collection("retry", retry, "'failed' or numbers of test points")
+    return frozenset(integer("a number in retry", number, minimum=1) for number in numbers)
 
 
 class _Terminated(KeyboardInterrupt):

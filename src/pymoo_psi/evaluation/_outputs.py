@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi.parallel._outcome import Values
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._layout import RESERVED, is_writable
 
@@ -65,3 +66,11 @@ def table_of_values(
         columns = ", ".join(table.layout.columns)
         warnings.warn(f"units names {unknown[0]!r}, but the columns are {columns}", stacklevel=2)
     return table
+
+
+def values_of_table(tests: TestTable) -> list[Values]:
+    """Return the values of each test as its evaluation has given them."""
+    names = ("F", "G", "H", *tests.layout.outputs, "failure")
+    reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+    rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Collection, Hashable, Mapping
 from itertools import count
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +24,8 @@ from pymoo_psi.evaluation._evaluator import (
 )
 from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, retried, stored_at_termination
-from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values
-from pymoo_psi.parallel._outcome import Result
+from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values, values_of_table
+from pymoo_psi.parallel._outcome import Result, Values
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
@@ -197,8 +197,8 @@ class Recorded(WrappedProblem):
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
                 if first:
                     self._evaluate(X, matrix, sorted(first.values()))
-        model = self._model
-        out = self._answers.values(keys, [model.n_obj, model.n_ieq_constr, model.n_eq_constr])
+        numbers, values = zip(*(known[key] for key in keys), strict=True)
+        out = columns_of_values(self._model, list(values)) | {"test_point": np.array(numbers)}
         _require_kept(return_values_of, {*return_values_of} - {*out})
         if "test_point" not in return_values_of:
             del out["test_point"]
@@ -265,54 +265,32 @@ class Recorded(WrappedProblem):
         self.n_evaluated += len(tests)
 
 
-class _Test(NamedTuple):
-    """A stored test.
-
-    Attributes:
-        number: Its number.
-        values: Its F, G, H and outputs.
-        outputs: The names of these.
-        reason: Why it failed; empty if it did not.
-    """
-
-    number: int
-    values: NDArray[np.float64]
-    outputs: tuple[str, ...]
-    reason: str
-
-    def output(self, name: str, start: int) -> float:
-        """Return an output, NaN if it has none; ``start`` is the index of the first one."""
-        return self.values[start + self.outputs.index(name)] if name in self.outputs else np.nan
-
-
 class _Answers:
     """The tests of a study that this process knows, by design: what is in the file, no more.
 
     Copies are one, as pymoo copies a problem with every generation of a history.
 
     Attributes:
-        tests: By design what is known of it.
+        tests: By design the number of its first test, and its values.
         first: The first number that may be missing here.
     """
 
     def __init__(self) -> None:
-        self.tests: dict[Hashable, _Test] = {}
+        self.tests: dict[Hashable, tuple[int, Values]] = {}
         self.first = 1
         self._numbers: set[int] = set()  # of tests, from the first one on that is missing
         self._again: dict[Hashable, int] = {}  # numbers of those that are to be evaluated again
 
     def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
         """Add tests, some of which are to be evaluated again; one of a known number is not new."""
-        values = np.hstack([tests.F, tests.G, tests.H, tests.outputs])
-        outputs = tests.layout.outputs
-        for i, (number, key) in enumerate(zip(tests.numbers.tolist(), _keys(tests.X), strict=True)):
-            if again is not None and again[i]:
-                if key not in self.tests:
-                    self._again[key] = number
-            else:
-                test = _Test(number, values[i], outputs, tests.reasons.get(number, ""))
-                self.tests.setdefault(key, test)
+        once_more = np.zeros(len(tests), dtype=bool) if again is None else again
+        rows = (tests.numbers.tolist(), _keys(tests.X), values_of_table(tests), once_more.tolist())
+        for number, key, values, unknown in zip(*rows, strict=True):
+            if not unknown:
+                self.tests.setdefault(key, (number, values))
                 self._again.pop(key, None)
+            elif key not in self.tests:
+                self._again[key] = number
             self._numbers.add(number)
         while self.first in self._numbers:
             self._numbers.remove(self.first)
@@ -322,17 +300,6 @@ class _Answers:
         """Return the numbers of designs to be evaluated: those that they have, or free ones."""
         free = (n for n in count(self.first) if n not in self._numbers)
         return [self._again[key] if key in self._again else next(free) for key in keys]
-
-    def values(self, keys: list[Hashable], sizes: list[int]) -> dict[str, Any]:
-        """Return the values of designs as :func:`evaluate_designs` does, with their numbers."""
-        tests = [self.tests[key] for key in keys]
-        ends = np.cumsum(sizes)
-        rows = np.array([test.values[: ends[-1]] for test in tests])
-        out: dict[str, Any] = dict(zip("FGH", np.split(rows, ends[:-1], axis=1), strict=True))
-        for name in dict.fromkeys(name for test in tests for name in test.outputs):
-            out[name] = np.array([test.output(name, ends[-1]) for test in tests])
-        out["failure"] = np.fromiter((test.reason for test in tests), object)
-        return out | {"test_point": np.array([test.number for test in tests])}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self

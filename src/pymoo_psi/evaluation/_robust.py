@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, finite_number, integer, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import (
+    Received,
+    collection,
+    finite_number,
+    integer,
+    invalid,
+    known_name,
+    wrong_type,
+)
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
 from pymoo_psi.problems._design_space import DesignSpace, design_space, own_names
@@ -122,8 +129,8 @@ class Robust(WrappedProblem):
         criteria: str | Sequence[str] = "mean",
         failure_probability: float = 0.0,
     ) -> None:
-        tolerances = _mapping("tolerances", tolerances)
-        uncertainty = _mapping("uncertainty", uncertainty)
+        tolerances = _by_name("tolerances", tolerances)
+        uncertainty = _by_name("uncertainty", uncertainty)
         n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
         n_tolerances = len(tolerances)
         if not tolerances and not uncertainty:
@@ -141,9 +148,7 @@ class Robust(WrappedProblem):
         self._columns = [_real_variable(name, self.space, own) for name in tolerances]
         if len(set(self._columns)) < len(tolerances):  # by both its names
             raise invalid("tolerances", "given once for a variable", list(tolerances))
-        if isinstance(relative, str) or not isinstance(relative, Collection):
-            raise ArgumentTypeError(f"relative must be a list of variables, got {relative!r:.80}")
-        for name in relative:
+        for name in collection("relative", relative, "a list of variables"):
             known_name("relative", name, tolerances)
         self._relative = np.array([name in relative for name in tolerances], dtype=bool)
         self.criteria = _statistics(criteria, nominal.n_obj)
@@ -304,9 +309,9 @@ class _Within:
         return self.half * (2 * q - 1)
 
 
-def _mapping(argument: str, given: Any) -> Mapping[str, Any]:
+def _by_name(argument: str, given: Any) -> Mapping[str, Any]:
     if given is not None and not isinstance(given, Mapping):
-        raise ArgumentTypeError(f"{argument} must be a mapping by names, got {given!r:.80}")
+        raise wrong_type(argument, "a mapping by names", given)
     return given or {}
 
 
@@ -316,10 +321,8 @@ def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[A
         require_problem(problem)
         return [problem]
     if isinstance(problem, Problem) or not callable(problem):
-        raise ArgumentTypeError(
-            f"problem must be a function of {', '.join(names)} that returns a pymoo problem where "
-            f"uncertainty is given, got {problem!r:.80}"
-        )
+        rule = f"a function of {', '.join(names)} that returns a pymoo problem"
+        raise wrong_type("problem", f"{rule} where uncertainty is given", problem)
     make: Callable[..., Any] = problem
     problems = [make(**dict(zip(names, row, strict=True))) for row in parameters.tolist()]
     for made in problems:
@@ -339,9 +342,8 @@ def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int
     column = shown.index(name) if name in shown else space.names.index(name)
     variable = space.variables[column]
     if variable.kind is not Kind.REAL:
-        raise ArgumentTypeError(
-            f"tolerances must be of real variables, got {name!r}, which is {variable.kind.value}"
-        )
+        found = Received(f"{name!r}, which is {variable.kind.value}")
+        raise wrong_type("tolerances", "of real variables", found)
     if variable.fixed:
         remedy = "fix it outside: Restricted(Robust(problem, ...), box)"
         raise invalid("tolerances", "of variables that are not fixed", name, remedy)
@@ -352,7 +354,7 @@ def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
     """Return the statistic of each criterion, checked."""
     texts = [criteria] * m if isinstance(criteria, str) else criteria
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
-        raise ArgumentTypeError(f"criteria must be a text or a list of them, got {criteria!r:.80}")
+        raise wrong_type("criteria", "a text or a list of them", criteria)
     if len(texts) != m:
         raise invalid("criteria", f"{m} statistics, one for each criterion", list(texts))
     for text in texts:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import (
     Received,
+    collection,
     finite_array,
     integer,
     invalid,
@@ -58,11 +59,7 @@ class Objectives:
             F = _numbers(F)
         values = objective_matrix("F", F).copy()
         n, m = values.shape
-        if isinstance(maximize, (str, int)) or not isinstance(maximize, Collection):
-            raise ArgumentTypeError(
-                f"maximize must be a list of objectives, got {maximize!r:.80}; one goes into a "
-                f"list too"
-            )
+        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         sign = np.ones(m)
         sign[[_column("maximize", entry, m, names) for entry in maximize]] = -1.0
         if names is None:

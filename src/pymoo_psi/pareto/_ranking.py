@@ -32,8 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._tables import Shown, latex_table
-from pymoo_psi._validation import Received, boolean, integer, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, boolean, collection, integer, invalid
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
@@ -161,10 +160,8 @@ class EfficiencyRanking(Shown):
         values, shape = shown.values, self.objectives.values.shape
         if values.shape != shape:
             raise invalid("F", f"of shape {shape}", Received(f"shape {values.shape}"))
-        names = list(shown.names) if names is None else names
-        if not isinstance(names, Collection) or isinstance(names, str):
-            raise ArgumentTypeError(f"names must be a list of {shape[1]} names, got {names!r:.80}")
-        columns = list(names)
+        given = shown.names if names is None else names
+        columns = list(collection("names", given, f"a list of {shape[1]} names"))
         if len(columns) != shape[1]:
             raise invalid("names", f"{shape[1]} names", columns)
         if taken := [name for name in columns if name in RANKING_COLUMNS]:

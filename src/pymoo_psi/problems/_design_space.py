@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 Array = NDArray[np.float64]
@@ -43,6 +43,7 @@ class Variable:
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind is Kind.REAL:
+            # of a point 1, which no sequence has, rounding may lie above the bound
             return np.minimum(self.lower + (self.upper - self.lower) * points, self.upper)
         # n values share [0, 1) in n equal parts; the last one is upper, of a point 1 too
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
@@ -141,9 +142,6 @@ class DesignSpace:
             every = np.zeros((len(points), len(free)))
             every[:, free] = points
             points = every
-        if self.continuous:
-            # of a point 1, which no sequence has, rounding may lie above the bound
-            return np.minimum(self.lower + (self.upper - self.lower) * points, self.upper)
         columns = [v.values(column) for v, column in zip(self.variables, points.T, strict=True)]
         kinds = {column.dtype for column in columns}
         result = np.empty(points.shape, dtype=kinds.pop() if len(kinds) == 1 else object)
@@ -222,9 +220,7 @@ def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
 def _vector_space(problem: Any) -> DesignSpace:
     kinds = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
     if problem.vtype not in kinds:
-        raise ArgumentTypeError(
-            f"vtype of {problem.name()} must be float, int or bool, got {problem.vtype!r}"
-        )
+        raise wrong_type(f"vtype of {problem.name()}", "float, int or bool", problem.vtype)
     kind = kinds[problem.vtype]
     ends = []
     for end, default in ((problem.xl, 0.0), (problem.xu, 1.0)):
@@ -252,10 +248,8 @@ def _named_space(problem: Any) -> DesignSpace:
             options = tuple(variable.options)
             variables.append(Variable(str(name), Kind.CHOICE, 0.0, len(options) - 1.0, options))
         else:
-            raise ArgumentTypeError(
-                f"variable {name!r} of {problem.name()} must be Real, Integer, Binary or a Choice "
-                f"with options, got {variable!r:.80}"
-            )
+            where = f"variable {name!r} of {problem.name()}"
+            raise wrong_type(where, "Real, Integer, Binary or a Choice with options", variable)
     return DesignSpace(tuple(variables), named=True)
 
 

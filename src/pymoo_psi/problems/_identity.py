@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import collection, invalid, known_name, mapping
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout
 
@@ -46,11 +45,8 @@ def problem_layout(
         rule = f"a list with what the problem says itself, {', '.join(told)}"
         remedy = f"add {lost[0]!r}, or change the problem's attribute"
         raise invalid("maximize", rule, maximize, remedy)
-    if isinstance(maximize, str) or not isinstance(maximize, Collection):
-        example = "such as ['efficiency']; one goes into a list too"
-        raise ArgumentTypeError(
-            f"maximize must be a list of criteria, {example}, got {maximize!r:.80}"
-        )
+    rule = "a list of criteria, such as ['efficiency']"
+    collection("maximize", maximize, rule, "one goes into a list too")
     kinds = [variable.kind for variable in space.variables]
     discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
     plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
@@ -70,12 +66,8 @@ def problem_layout(
 def _mapping(argument: str, given: Mapping[str, str] | None, attribute: Any) -> Mapping[str, str]:
     """Return what is told of a problem's columns: by the argument, or else by its attribute."""
     told = given if given is not None else {} if attribute is None else attribute
-    if not isinstance(told, Mapping):
-        whose = argument if given is not None else f"the attribute {argument} of the problem"
-        raise ArgumentTypeError(
-            f"{whose} must map names to texts, got {told!r:.80}; see the argument {argument} of PSI"
-        )
-    return told
+    whose = argument if given is not None else f"the attribute {argument} of the problem"
+    return mapping(whose, told, "names to texts", f"see the argument {argument} of PSI")
 
 
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.problem import Problem
 from pymoo.operators.selection.tournament import TournamentSelection
 
+from pymoo_psi._validation import wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 
@@ -49,8 +50,8 @@ def require_known_keywords(
 def require_problem(problem: object) -> None:
     """Refuse anything that is not a pymoo problem."""
     if not isinstance(problem, Problem):
-        hint = "; pass an instance, not the class" if isinstance(problem, type) else ""
-        raise ArgumentTypeError(f"problem must be a pymoo Problem, got {problem!r:.80}{hint}")
+        hint = "pass an instance, not the class" if isinstance(problem, type) else ""
+        raise wrong_type("problem", "a pymoo Problem", problem, hint)
 
 
 def call_of(made: object) -> str:

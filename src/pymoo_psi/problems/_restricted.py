@@ -19,8 +19,8 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     real_array,
+    wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -95,17 +95,15 @@ class Restricted(WrappedProblem):
         space = design_space(problem)
         own = own_names(problem, space)
         given = _by_name(box, tuple(own.values()))
-        # Messages have the names that the user has.
+        # Messages and the box have the names that the user has.
         parts = {
-            v.name: _part(replace(v, name=own[v.name]), given[own[v.name]])
+            v.name: _part(v, own[v.name], given[own[v.name]])
             for v in space.variables
             if own[v.name] in given
         }
-        variables = tuple(
-            replace(parts[v.name], name=v.name) if v.name in parts else v for v in space.variables
-        )
+        variables = tuple(parts.get(v.name, v) for v in space.variables)
         self.space = replace(space, variables=variables)
-        self.box = {part.name: _told(part) for part in parts.values()}
+        self.box = {own[name]: _told(part) for name, part in parts.items()}
         if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
@@ -122,9 +120,10 @@ class Restricted(WrappedProblem):
         self.n_var = len(free.variables)
         if space.named:
             self.vars = {v.name: _pymoo_variable(problem.vars[v.name], v) for v in free.variables}
-            for side in ("lb", "ub"):
-                ends = {name: getattr(v, side, None) for name, v in self.vars.items()}
-                setattr(self, {"lb": "xl", "ub": "xu"}[side], ends)
+            self.xl, self.xu = (
+                {name: getattr(v, side, None) for name, v in self.vars.items()}
+                for side in ("lb", "ub")
+            )
         else:
             self.xl = None if problem.xl is None else free.lower
             self.xu = None if problem.xu is None else free.upper
@@ -177,9 +176,9 @@ def _by_name(box: Any, variables: Sequence[str]) -> dict[str, Any]:
     """Return what is given for each variable by name; of two arrays, where they are not NaN."""
     if isinstance(box, Mapping):
         return {known_name("a variable of box", name, variables): box[name] for name in box}
-    rule = "a mapping from variables to bounds or values, or the two arrays of refined_bounds"
     if not isinstance(box, Sequence) or isinstance(box, str) or len(box) != 2:
-        raise ArgumentTypeError(f"box must be {rule}, got {box!r:.80}")
+        rule = "a mapping from variables to bounds or values, or the two arrays of refined_bounds"
+        raise wrong_type("box", rule, box)
     lower, upper = (
         real_array(f"{side} bounds of box", b)
         for side, b in zip(("lower", "upper"), box, strict=True)
@@ -196,16 +195,17 @@ def _by_name(box: Any, variables: Sequence[str]) -> dict[str, Any]:
     return {name: pair for name, pair in zip(variables, ends, strict=True) if pair != (None, None)}
 
 
-def _part(variable: Variable, given: Any) -> Variable:
+def _part(variable: Variable, called: str, given: Any) -> Variable:
     """Return what is left of a variable.
 
     Args:
         variable: The whole of it.
+        called: Its name for messages.
         given: A tuple of bounds, a value, or a list of options.
     """
     if variable.kind is Kind.CHOICE:
-        return _some_options(variable, given)
-    name, fixed = f"{variable.name} of box", not isinstance(given, tuple)
+        return _some_options(variable, called, given)
+    name, fixed = f"{called} of box", not isinstance(given, tuple)
     if variable.kind is Kind.BINARY:
         value = boolean(name, given)
         if not variable.lower <= value <= variable.upper:
@@ -233,7 +233,7 @@ def _part(variable: Variable, given: Any) -> Variable:
     return replace(variable, lower=lower, upper=upper)
 
 
-def _some_options(variable: Variable, given: Any) -> Variable:
+def _some_options(variable: Variable, called: str, given: Any) -> Variable:
     """Return a choice among a list of its options, in their own order, or fixed at one of them."""
     wanted = given if isinstance(given, (list, set, frozenset)) else [given]
     # By type, too: 1, 1.0 and True are equal, and options all the same.
@@ -241,10 +241,10 @@ def _some_options(variable: Variable, given: Any) -> Variable:
     for option in wanted:
         if (type(option), option) not in pairs:
             rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
-            raise invalid(f"{variable.name} of box", rule, option)
+            raise invalid(f"{called} of box", rule, option)
     kept = tuple(o for kind, o in pairs if any(type(w) is kind and w == o for w in wanted))
     if not kept:
-        raise invalid(f"{variable.name} of box", "of one option or more", given)
+        raise invalid(f"{called} of box", "of one option or more", given)
     if len(kept) == 1:
         return _fixed(variable, kept[0])
     return replace(variable, upper=len(kept) - 1.0, options=kept)

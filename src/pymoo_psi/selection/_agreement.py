@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi._validation import Received, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.selection._selectors import RankingSelector
 
@@ -202,18 +201,14 @@ def choices_of(
     return chosen
 
 
-def _require_selectors(selectors: object) -> None:
+def _require_selectors(selectors: Mapping[str, Any]) -> None:
     if not isinstance(selectors, Mapping):
-        raise ArgumentTypeError(
-            f"selectors must be a mapping from names to selectors, got {selectors!r:.80}"
-        )
+        raise wrong_type("selectors", "a mapping from names to selectors", selectors)
     if not selectors:
         raise invalid("selectors", "one or more", selectors)
     for name, selector in selectors.items():
         if isinstance(selector, type) or not callable(getattr(selector, "do", None)):
-            raise ArgumentTypeError(
-                f"selectors[{name!r}] must be an object with .do(F), got {selector!r:.80}"
-            )
+            raise wrong_type(f"selectors[{name!r}]", "an object with .do(F)", selector)
 
 
 def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Received, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._ranking import front_of
 from pymoo_psi.pareto._rounding import unit_lengths
@@ -65,10 +64,8 @@ class McdmMethod(Indicator):
     def __init__(self, method: Any, *, weights: ArrayLike | None = None) -> None:
         super().__init__()
         if isinstance(method, type) or not callable(method) or not hasattr(method, "rank"):
-            raise ArgumentTypeError(
-                f"method must be a method of pymcdm such as pymcdm.methods.TOPSIS(), "
-                f"got {method!r:.80}"
-            )
+            rule = "a method of pymcdm such as pymcdm.methods.TOPSIS()"
+            raise wrong_type("method", rule, method)
         self.method = method
         self.weights = None if weights is None else checked_weights(weights)
 

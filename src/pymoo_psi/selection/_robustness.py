@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, known_name
+from pymoo_psi._validation import (
+    Received,
+    boolean,
+    integer,
+    invalid,
+    job_count,
+    known_name,
+    wrong_type,
+)
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel._tasks import in_order, in_parallel
 from pymoo_psi.pareto import Robustness
@@ -85,7 +93,7 @@ def robustness(
         0  0.20  0.1          0.000     2.589
     """
     if not callable(make_problem):
-        raise ArgumentTypeError(f"make_problem must be callable, got {make_problem!r:.80}")
+        raise wrong_type("make_problem", "callable", make_problem)
     normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
     n_jobs = job_count("n_jobs", n_jobs)
     designs = _designs(X)
@@ -135,10 +143,7 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
         ``(n_scenarios, k)`` values, a column for each parameter.
     """
     if not isinstance(uncertainty, Mapping):
-        raise ArgumentTypeError(
-            f"uncertainty must be a mapping from parameters to distributions, "
-            f"got {uncertainty!r:.80}"
-        )
+        raise wrong_type("uncertainty", "a mapping from parameters to distributions", uncertainty)
     if not uncertainty:
         raise invalid("uncertainty", "one or more parameters", uncertainty)
     n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)

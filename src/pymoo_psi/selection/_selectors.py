@@ -20,12 +20,13 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import (
     Received,
     boolean,
+    collection,
     finite_array,
     finite_number,
     integer,
     invalid,
+    wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
 from pymoo_psi.pareto._compromise import highest_achievement, nearest_compromise
 from pymoo_psi.pareto._knee import knee
@@ -159,7 +160,7 @@ class CompromiseProgramming(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         if isinstance(p, bool) or not isinstance(p, numbers.Real):
-            raise ArgumentTypeError(f"p must be a number from 1 to inf, got {p!r:.80}")
+            raise wrong_type("p", "a number from 1 to inf", p)
         try:
             self.p = float(p)
         except OverflowError:  # an integer beyond floats
@@ -237,9 +238,7 @@ class Lexicographic(RankingSelector):
 
     def __init__(self, order: Collection[Any], *, tolerance: float = 0.0) -> None:
         super().__init__()
-        if isinstance(order, (str, int)) or not isinstance(order, Collection):
-            raise ArgumentTypeError(f"order must be a list of objectives, got {order!r:.80}")
-        self.order = tuple(order)
+        self.order = tuple(collection("order", order, "a list of objectives"))
         if not self.order or len(set(self.order)) < len(self.order):
             raise invalid("order", "one or more objectives, each once", list(self.order))
         self.tolerance = finite_number("tolerance", tolerance)

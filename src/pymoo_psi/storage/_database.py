@@ -42,7 +42,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.errors import (
     StudyAccessError,
@@ -70,7 +70,6 @@ _TYPES = {
     Kind.BINARY: "BOOLEAN",
     Kind.CHOICE: "TEXT",
 }
-_DTYPES = {Kind.REAL: np.float64, Kind.INTEGER: np.int64, Kind.BINARY: np.bool_}
 _FRONT = {
     "number": "INTEGER PRIMARY KEY",
     "status": "TEXT",
@@ -624,7 +623,7 @@ def _columns_of(rows: Sequence[tuple[Any, ...]], head: Head) -> Columns:
     result: Columns = {"test_point": number}
     for (name, kind), cell in zip(_kinds(head).items(), values, strict=True):
         texts = kind is Kind.CHOICE
-        result[name] = np.fromiter(cell, object) if texts else cell.astype(_DTYPES[kind])
+        result[name] = np.fromiter(cell, object) if texts else cell.astype(DTYPES[kind])
     for i, names in enumerate(zeros):
         for name in () if names is None else json.loads(names):
             result[name][i] = -0.0

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, integer, invalid, wrong_type
 from pymoo_psi.storage import _database as database
 
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
@@ -47,9 +46,7 @@ class Share:
             ArgumentTypeError: It is no pair of integers.
         """
         if not isinstance(value, (tuple, list)) or len(value) != 2:
-            raise ArgumentTypeError(
-                f"share must be a pair (k, n), the k-th of n parts, got {value!r:.80}"
-            )
+            raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
         of = integer("n of share=(k, n)", value[1], minimum=1)
         part = integer("k of share=(k, n)", value[0], minimum=1)
         if part > of:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._files import whole_file
+from pymoo_psi._validation import wrong_type
 from pymoo_psi.errors import (
     ArgumentTypeError,
     StudyAccessError,
@@ -50,7 +51,7 @@ class Study:
 
     def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
-            raise ArgumentTypeError(f"path must be the name of a file, got {path!r:.80}")
+            raise wrong_type("path", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         self.wait = wait
         self._kinds: Sequence[str] = ()  # of the variables, for a study of the first format

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._layout import is_writable
 
@@ -22,12 +22,6 @@ _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
 INT64 = range(-(2**63), 2**63)
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
 _KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
-DTYPES: dict[Kind, Any] = {
-    Kind.REAL: np.float64,
-    Kind.INTEGER: np.int64,
-    Kind.BINARY: np.bool_,
-    Kind.CHOICE: np.object_,
-}
 
 
 def design_matrix(
@@ -49,7 +43,7 @@ def design_matrix(
     """
     if not isinstance(value, np.ndarray):
         if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
-            raise ArgumentTypeError(f"{name} must be an array or rows, got {value!r:.80}")
+            raise wrong_type(name, "an array or rows", value)
         # Iterating over a frame gives its names; its rows are designs whose variables have these.
         rows = getattr(value, "to_dict", None)
         value = list(value) if rows is None else rows("records")

@@ -15,9 +15,9 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table._designs import DTYPES, common_dtype
+from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
 

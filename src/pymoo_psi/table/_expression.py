@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, invalid, known_name, wrong_type
 from pymoo_psi.table._designs import real_column
 
 Array = NDArray[np.float64]
@@ -79,7 +78,7 @@ class Expression:
             ArgumentTypeError: It is no text.
         """
         if not isinstance(text, str):
-            raise ArgumentTypeError(f"an expression must be text, got {text!r:.80}")
+            raise wrong_type("an expression", "text", text)
         if len(text) > _LONGEST:
             rule, found = f"of at most {_LONGEST} characters", Received(f"{len(text)}")
             raise invalid("an expression", rule, found)

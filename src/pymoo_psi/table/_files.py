@@ -23,10 +23,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import boolean, integer, real
-from pymoo_psi.table._designs import DTYPES
 from pymoo_psi.table._exchange import (
     Columns,
     Head,

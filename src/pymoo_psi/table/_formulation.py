@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import Received, invalid, known_name, real_array
+from pymoo_psi._validation import Received, invalid, known_name, real_array, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
@@ -91,7 +91,7 @@ class Formulation:
             raise invalid("maximize and minimize", "of different columns", both[0])
         for group in ("limits", "computed"):
             if not isinstance(entries := getattr(self, group), Mapping):
-                raise ArgumentTypeError(f"{group} must be a mapping by column, got {entries!r:.80}")
+                raise wrong_type(group, "a mapping by column", entries)
             column_names(group, tuple(entries))
             object.__setattr__(self, group, dict(entries))
         limits = {name: _plain(name, limit) for name, limit in self.limits.items()}

@@ -16,7 +16,9 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
+    mapping,
     real_array,
+    wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._feasibility import EQ_TOLERANCE
@@ -304,7 +306,7 @@ def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
 
 def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
     if isinstance(kinds, str) or not isinstance(kinds, Sequence):
-        raise ArgumentTypeError(f"kinds must be a list of kinds, got {kinds!r:.80}")
+        raise wrong_type("kinds", "a list of kinds", kinds)
     words = [kind.value for kind in Kind]
     known = tuple(Kind(known_name("kinds", kind, words)) for kind in kinds)
     if len(known) not in (0, n_var):
@@ -314,9 +316,7 @@ def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
 
 def _unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
-    if not isinstance(units, Mapping):
-        rule = "units must map columns to units, such as {'mass': 'kg'}"
-        raise ArgumentTypeError(f"{rule}, got {units!r:.80}")
+    mapping("units", units, "columns to units, such as {'mass': 'kg'}")
     for name, unit in units.items():
         if not isinstance(name, str) or not isinstance(unit, str):
             found = f"{unit!r:.40} for {name!r:.40}"
@@ -338,10 +338,10 @@ def _known_experiments(experiments: Any) -> tuple[tuple[str, int], ...]:
 def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
     """Return names as texts that every file can hold."""
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise ArgumentTypeError(f"{group} must be a list of names, got {names!r:.80}")
+        raise wrong_type(group, "a list of names", names)
     for name in names:
         if not isinstance(name, str):
-            raise ArgumentTypeError(f"{group} must be names, got {name!r:.80}")
+            raise wrong_type(group, "names", name)
         if not name or not is_writable(name):
             raise invalid(group, "names of at least one Unicode character", name)
     return tuple(str(name) for name in names)

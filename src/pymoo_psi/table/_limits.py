@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, invalid, known_name, mapping, wrong_type
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, Limits
 
@@ -30,10 +29,7 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     """
     if limits is None:
         return {}
-    if not isinstance(limits, Mapping):
-        raise ArgumentTypeError(
-            f"limits must map columns to numbers, such as {{'f1': 2.5}}, got {limits!r:.80}"
-        )
+    mapping("limits", limits, "columns to numbers, such as {'f1': 2.5}")
     found: Bounds = {}
     for key, limit in limits.items():
         name = _limited(key, layout)
@@ -70,9 +66,7 @@ def ends(name: str, limit: Any) -> tuple[float, float]:
     """
     pair = limit if isinstance(limit, (tuple, list)) else (None, limit)
     if len(pair) != 2 or limit is None:
-        raise ArgumentTypeError(
-            f"the limit on {name!r} must be a number or a pair (lower, upper), got {limit!r:.80}"
-        )
+        raise wrong_type(f"the limit on {name!r}", "a number or a pair (lower, upper)", limit)
     low, high = _number(name, pair[0], -np.inf), _number(name, pair[1], np.inf)
     if low > high:
         raise invalid(f"the limit on {name!r}", "(lower, upper) in rising order", limit)
@@ -125,7 +119,7 @@ def _number(name: str, limit: Any, open_end: float) -> float:
     if limit is None:
         return open_end
     if isinstance(limit, (bool, np.bool_)) or not isinstance(limit, numbers.Real):
-        raise ArgumentTypeError(f"the limit on {name!r} must be a number, got {limit!r:.80}")
+        raise wrong_type(f"the limit on {name!r}", "a number", limit)
     if isinstance(limit, int) and abs(limit) >= 2**1023:
         raise invalid(f"the limit on {name!r}", "within what float64 reaches", limit)
     # Infinity is an end that is open; NaN would reject all designs unsaid.

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, finite_array, invalid, real_array
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, finite_array, invalid, real_array, wrong_type
 from pymoo_psi.table._designs import design_row
 from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._layout import Layout, is_writable
@@ -44,9 +43,7 @@ class Prototype:
     def checked(self, layout: Layout) -> Prototype:
         """Return the prototype with read-only arrays that fit the layout."""
         if not isinstance(self.name, str) or not is_writable(self.name):
-            raise ArgumentTypeError(
-                f"the prototype's name must be Unicode text, got {self.name!r:.80}"
-            )
+            raise wrong_type("the prototype's name", "Unicode text", self.name)
         arrays: dict[str, NDArray[Any]] = {
             "x": design_row("x of the prototype", self.x, layout.variables),
             "f": finite_array("f of the prototype", self.f).copy(),

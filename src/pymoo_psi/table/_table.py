@@ -30,7 +30,9 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
+    mapping,
     real_array,
+    wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EfficiencyRanking, Explanation, nondominated
@@ -605,8 +607,8 @@ class TestTable(Shown):
         if chosen.size == 0 and chosen.dtype != bool:
             chosen = chosen.astype(np.intp)
         if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
-            found = f"dtype {chosen.dtype}, shape {chosen.shape}"
-            raise ArgumentTypeError(f"selection must be a mask or indices, got {found}")
+            found = Received(f"dtype {chosen.dtype}, shape {chosen.shape}")
+            raise wrong_type("selection", "a mask or indices", found)
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
@@ -748,8 +750,8 @@ class TestTable(Shown):
             4             refined       2  2.0   False
         """
         if not isinstance(experiments, Mapping) or not experiments:
-            rule = "experiments must be tables by name, such as {'coarse': a, 'refined': b}"
-            raise ArgumentTypeError(f"{rule}, got {experiments!r:.80}")
+            rule = "tables by name, such as {'coarse': a, 'refined': b}"
+            raise wrong_type("experiments", rule, experiments)
         origins: list[tuple[str, int]] = []
         before, last = [], 0  # the number before each table's first test point
         for name, table in experiments.items():
@@ -1143,9 +1145,7 @@ def _widths(layout: Layout) -> dict[str, int]:
 
 def _with_outputs(layout: Layout, n: int, outputs: Mapping[str, ArrayLike]) -> tuple[Layout, Array]:
     """Return a layout with the names of n tests' outputs, and ``(n, k)`` their values."""
-    if not isinstance(outputs, Mapping):
-        rule = "outputs must map names to values of each test"
-        raise ArgumentTypeError(f"{rule}, got {outputs!r:.80}")
+    mapping("outputs", outputs, "names to values of each test")
     names = tuple(dict.fromkeys((*layout.outputs, *outputs)))
     values = np.full((n, len(names)), np.nan)
     for j, name in enumerate(names):
@@ -1179,7 +1179,7 @@ def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     except ValueError as error:  # lists of unequal length
         raise ArgumentTypeError(f"numbers must be integers from 1: {error}") from error
     if np.ma.is_masked(value) or (array.size and array.dtype.kind not in "iu"):
-        raise ArgumentTypeError(f"numbers must be integers from 1, got dtype {array.dtype}")
+        raise wrong_type("numbers", "integers from 1", Received(f"dtype {array.dtype}"))
     if array.ndim != 1:
         raise invalid("numbers", "one-dimensional", Received(f"shape {array.shape}"))
     numbers = np.array(array, dtype=np.int64)
@@ -1202,8 +1202,7 @@ def _require_distinct(numbers: NDArray[np.int64]) -> None:
 
 def _reason_texts(reasons: Mapping[int, str]) -> dict[int, str]:
     """Return reasons of failures by number of the test point, as texts that files can hold."""
-    if not isinstance(reasons, Mapping):
-        raise ArgumentTypeError(f"reasons must map test points to texts, got {reasons!r:.80}")
+    mapping("reasons", reasons, "test points to texts")
     return {
         integer("a test point of reasons", number, minimum=1): _readable(str(text))
         for number, text in reasons.items()

@@ -141,27 +141,25 @@ def histogram(
         (array([0. , 0.5, 1. ]), array([1, 2]), array([1, 1]))
     """
     bins = integer("bins", bins, minimum=1)
-    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
-    values: tuple[Any, ...] = ()
-    others = table.layout.columns[len(table.layout.variables) :]
-    if isinstance(variable, str) and variable in others:
-        place = table.column(variable)
+    layout, values = table.layout, ()
+    every = np.ones(len(table), dtype=bool)
+    masks = (every, table.feasible(limits), table.pareto(limits))
+    if isinstance(variable, str) and variable in layout.columns[len(layout.variables) :]:
+        name, place = variable, table.column(variable)
         known = np.isfinite(place)
         shown = known & masks[1] if (known & masks[1]).any() else known
         edges = _equal_bins(*_range(place[shown], np.nan, np.nan), bins)
-        tested, feasible, pareto = (_counts(place[mask & known], edges) for mask in masks)
-        return Histogram(variable, edges, values, tested, feasible, pareto)
-    j = table.layout.variable(variable)
-    column = table.X[:, j]
-    if table.kinds[j] is Kind.REAL:
-        place = column.astype(np.float64)
-        edges = _equal_bins(*_range(place, table.layout.lower[j], table.layout.upper[j]), bins)
     else:
-        options, ranks = value_ranks(column)
-        values, place = tuple(options), ranks.astype(np.float64)
-        edges = np.asarray(np.arange(len(values) + 1) - 0.5, dtype=np.float64)
-    tested, feasible, pareto = (_counts(place[mask], edges) for mask in masks)
-    return Histogram(table.layout.variables[j], edges, values, tested, feasible, pareto)
+        j = layout.variable(variable)
+        name, place, known = layout.variables[j], table.X[:, j], every
+        if table.kinds[j] is Kind.REAL:
+            place = place.astype(np.float64)  # of variables of several kinds it is objects
+            edges = _equal_bins(*_range(place, layout.lower[j], layout.upper[j]), bins)
+        else:
+            options, place = value_ranks(place)
+            values, edges = tuple(options), np.arange(-0.5, len(options))
+    counts = (_counts(place[mask & known], edges) for mask in masks)
+    return Histogram(name, edges, values, *counts)
 
 
 def dependence(
