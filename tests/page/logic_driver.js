@@ -16,7 +16,7 @@ function drag({payload, states}) {
 
 // A decision of these designs, and what it is to the page with other criteria, senses and units.
 function foreign(data) {
-  const state = Logic.initial(data)
+  const state = Logic.initial(data).state
   const ranking = Logic.ranked(data, Logic.left(data, state).mask)
   const written = JSON.parse(Logic.decisionFile(data, state, ranking, null, "2026-01-31"))
   const {criteria} = written

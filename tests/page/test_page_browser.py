@@ -267,7 +267,7 @@ def test_ranks_and_verdict_are_those_of_python(opened):
         """(sets) => sets.map(({payload, limits}) => {
             const {Logic} = decisionPage
             const data = Logic.decode(payload)
-            const left = Logic.left(data, {...Logic.initial(data), limits})
+            const left = Logic.left(data, {...Logic.initial(data).state, limits})
             const ranking = Logic.ranked(data, left.mask)
             const verdict = Logic.verdict(data, ranking)
             return [[...ranking.rows].map((row) => [data.ids[row], ranking.rank[row]]),
@@ -703,7 +703,7 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
         low = float(rng.normal() * 10.0 ** rng.integers(-12, 13))
         high = low + abs(low) * float(10.0 ** rng.uniform(-8, 4))
         scales.append({"low": low, "high": high, "log": low > 0 and bool(rng.integers(2))})
-    told = opened.page.evaluate("(all) => all.map((s) => Charts.tick_texts(s, 5))", scales)
+    told = opened.page.evaluate("(all) => all.map((s) => Charts.tickTexts(s, 5))", scales)
     raised = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
     for scale, ticks in zip(scales, told, strict=True):
         assert 0 < len(ticks["values"]) < 21

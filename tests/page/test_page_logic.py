@@ -452,7 +452,7 @@ def test_a_decision_about_something_else_is_not_opened(answers):
     """As the commands refuse it: its limits would mean something else here."""
     for answer in answers:
         *same, unit, turned, named, fewer, none, wrong, normalized, number = answer["foreign"]
-        assert same == [{"state": answer["initial"], "remarks": []}] * 2
+        assert same == [answer["initial"]] * 2
         others = (unit, turned, named, fewer, none, wrong, normalized, number)
         assert all(one["state"] is None and len(one["remarks"]) == 1 for one in others)
         assert "is in t, here in kg" in unit["remarks"][0]
@@ -461,10 +461,22 @@ def test_a_decision_about_something_else_is_not_opened(answers):
         assert "here not" in normalized["remarks"][0]
 
 
+def test_what_no_longer_fits_at_the_opening_is_told(cases):
+    case = cases[0]
+    gone = {"pins": ["nobody", case.payload["labels"][0]], "preference": {"weights": {"gone": 1}}}
+    asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": gone}}
+    (answer,) = in_node([asked])
+    assert answer["initial"]["state"]["pins"] == []
+    assert answer["initial"]["remarks"] == [
+        "pins names 2 designs that the page does not have: left out.",
+        "A weight on gone, which is no such column: left out.",
+    ]
+
+
 def test_hostile_addresses_change_nothing(cases, answers):
     for answer in answers:
         for text, found in zip(HOSTILE, answer["checked"], strict=True):
-            assert found["state"] == answer["initial"], text
+            assert found["state"] == answer["initial"]["state"], text
             unknown = '"__proto__": {' in text  # an entry that no state has is not even looked at
             assert bool(found["remarks"]) != unknown, text
         assert not answer["polluted"]

@@ -90,7 +90,7 @@ const Charts = (() => {
     }
   }
 
-  const value_at = ({low, high, log}, share) =>
+  const valueAt = ({low, high, log}, share) =>
     log ? low * (high / low) ** share : low + (high - low) * share
 
   // Steps of 1, 2 or 5 times a power of ten; on a log axis over decades powers of ten.
@@ -116,7 +116,7 @@ const Charts = (() => {
 
   // Ticks as texts, and the power of ten by which a name is followed: 1.2 with "×10⁶" reads better
   // in a narrow column than 1200000.
-  function tick_texts(scale, most, texts) {
+  function tickTexts(scale, most, texts) {
     if (texts) {
       const known = [...texts.keys()].filter((k) => k >= scale.low && k <= scale.high)
       const every = Math.ceil(known.length / most)
@@ -216,12 +216,12 @@ const Charts = (() => {
     let density = null // what is drawn of what is left, see cloud
     const {size, clean, top} = layers(plot, 3, () => model && draw(true))
 
-    const x_of = (j) => ((j + 0.5) * size.width) / axes.length
+    const xOf = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
     const height = () => size.height - TOP - BOTTOM
     // Of a criterion to be maximised the greatest value is at the bottom: down is better.
     const flipped = (column) => column.role === "criterion" && column.maximize
-    const share_at = (column, y) => {
+    const shareAt = (column, y) => {
       const up = Math.min(1, Math.max(0, (size.height - BOTTOM - y) / height()))
       return flipped(column) ? 1 - up : up
     }
@@ -234,7 +234,7 @@ const Charts = (() => {
       }
     }
 
-    function set_axes(columns) {
+    function setAxes(columns) {
       axes = columns
       // Every axis needs room for its name and numbers; beyond that the chart scrolls.
       parent.style.minWidth = `${76 * columns.length}px`
@@ -276,7 +276,7 @@ const Charts = (() => {
         let pen = false
         places.forEach(([values, at], j) => {
           const known = values[row] === values[row]
-          if (known) pen ? g.lineTo(x_of(j), at(values[row])) : g.moveTo(x_of(j), at(values[row]))
+          if (known) pen ? g.lineTo(xOf(j), at(values[row])) : g.moveTo(xOf(j), at(values[row]))
           pen = known
         })
         g.stroke()
@@ -300,8 +300,8 @@ const Charts = (() => {
       const image = former?.image ?? g.createImageData(width, height)
       const counts = former?.counts ?? new Uint16Array(width * height)
       const drawn = new Set(rows)
-      count_lines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
-      if (former) count_lines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
+      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
+      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
       const shades = Uint32Array.from({length: 256}, (_, k) =>
         (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
@@ -311,9 +311,9 @@ const Charts = (() => {
       return {image, counts, drawn}
     }
 
-    function count_lines(counts, width, rows, step) {
+    function countLines(counts, width, rows, step) {
       for (let j = 0; j + 1 < axes.length; j++) {
-        const [x0, x1] = [x_of(j), x_of(j + 1)].map((x) => Math.round(x * devicePixelRatio))
+        const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
         for (const row of rows) {
           if (left[row] !== left[row] || right[row] !== right[row]) continue
@@ -332,11 +332,11 @@ const Charts = (() => {
       }
     }
 
-    function draw_context() {
+    function drawContext() {
       plain(clean(0), model.context, CONTEXT)
     }
 
-    function draw_left() {
+    function drawLeft() {
       const g = clean(1)
       const {selected} = model
       const others = []
@@ -350,18 +350,18 @@ const Charts = (() => {
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
       }
-      draw_marks(g)
+      drawMarks(g)
     }
 
     // Above all lines, so that the numbers can be read.
-    function draw_axes() {
+    function drawAxes() {
       const g = clean(2)
       axes.forEach((column, j) => {
-        const [x, at, scale] = [x_of(j), placed(column), model.scale(column)]
+        const [x, at, scale] = [xOf(j), placed(column), model.scale(column)]
         g.strokeStyle = "#7D8590"
         g.lineWidth = 1
         g.beginPath(), g.moveTo(x, TOP), g.lineTo(x, size.height - BOTTOM), g.stroke()
-        const told = tick_texts(scale, column.texts ? 14 : 5, column.texts)
+        const told = tickTexts(scale, column.texts ? 14 : 5, column.texts)
         told.values.forEach((value, k) => {
           g.beginPath(), g.moveTo(x - 3, at(value)), g.lineTo(x + 3, at(value))
           g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
@@ -372,7 +372,7 @@ const Charts = (() => {
       })
     }
 
-    function draw_marks(g) {
+    function drawMarks(g) {
       for (const {row, look} of model.marks) {
         const {colour} = LOOKS[look]
         const width = look === "6" ? 3 : 2
@@ -388,10 +388,10 @@ const Charts = (() => {
         const [a, b] = [at(limit[0] ?? low), at(limit[1] ?? high)]
         g.fillStyle = ACCENT
         g.globalAlpha = 0.28
-        g.fillRect(x_of(j) - 6, Math.min(a, b), 12, Math.abs(a - b))
+        g.fillRect(xOf(j) - 6, Math.min(a, b), 12, Math.abs(a - b))
         g.globalAlpha = 1
         for (const [end, y] of [[limit[0], a], [limit[1], b]]) {
-          if (end !== null) g.fillRect(x_of(j) - 8, y - 1, 16, 2)
+          if (end !== null) g.fillRect(xOf(j) - 8, y - 1, 16, 2)
         }
       })
     }
@@ -401,14 +401,14 @@ const Charts = (() => {
       // Distances are measured from the U and N of what is left: they move with the limits.
       if (all || axes.some((column) => column.role === "geometric")) {
         density = null
-        draw_context()
-        draw_axes()
+        drawContext()
+        drawAxes()
       }
-      draw_left()
+      drawLeft()
     }
 
     // The row whose line passes nearest to a point, within a few pixels.
-    function row_at(x, y) {
+    function rowAt(x, y) {
       const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / size.width - 0.5))
       const j = Math.min(Math.floor(position), Math.max(0, axes.length - 2))
       const sides = [axes[j], axes[Math.min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
@@ -426,26 +426,26 @@ const Charts = (() => {
       const j = nearest(x)
       const column = axes[j]
       // On a touch screen a drag scrolls the page: only from the axis itself it is a brush.
-      if (Math.abs(x - x_of(j)) > 16 || column.texts) {
-        return {move: () => 0, up: (u, v, moved) => !moved && on.pick(row_at(u, v))}
+      if (Math.abs(x - xOf(j)) > 16 || column.texts) {
+        return {move: () => 0, up: (u, v, moved) => !moved && on.pick(rowAt(u, v))}
       }
-      const from = share_at(column, y)
+      const from = shareAt(column, y)
       const ends = (to) => [from, to].sort((a, b) => a - b).map((share, k) =>
-        share === k ? null : value_at(model.scale(column), share))
+        share === k ? null : valueAt(model.scale(column), share))
       return {
-        move: (_, v) => on.limit(column, ends(share_at(column, v)), false),
+        move: (_, v) => on.limit(column, ends(shareAt(column, v)), false),
         // A click on the axis takes its limit away.
-        up: (_, v, moved) => on.limit(column, moved ? ends(share_at(column, v)) : [null, null], true),
+        up: (_, v, moved) => on.limit(column, moved ? ends(shareAt(column, v)) : [null, null], true),
       }
     })
     top.addEventListener("pointermove", (event) => {
       if (event.buttons || !model) return
       const j = nearest(event.offsetX)
-      top.style.cursor = Math.abs(event.offsetX - x_of(j)) <= 16 && !axes[j].texts ? "ns-resize" : "default"
-      on.hover(row_at(event.offsetX, event.offsetY), event.clientX, event.clientY)
+      top.style.cursor = Math.abs(event.offsetX - xOf(j)) <= 16 && !axes[j].texts ? "ns-resize" : "default"
+      on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {set_axes, draw: (next, all) => { model = next; draw(all) }}
+    return {setAxes, draw: (next, all) => { model = next; draw(all) }}
   }
 
   // A scatter plot of two columns. A drag selects what is in the box, or zooms to it.
@@ -474,13 +474,13 @@ const Charts = (() => {
     }
     const inside = ([u, v]) => u >= LEFT - 2 && u <= size.width - RIGHT + 2 && v >= TOP - 2 && v <= size.height - BOTTOM + 2
 
-    function draw_context() {
+    function drawContext() {
       const g = clean(0)
       const [across, up] = scales()
-      const ty = tick_texts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
+      const ty = tickTexts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
       LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10)))
       const [w, h] = frame()
-      const tx = tick_texts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
+      const tx = tickTexts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
         const u = LEFT + px(value) * w
@@ -505,7 +505,7 @@ const Charts = (() => {
       on.factors(tx.factor, ty.factor)
     }
 
-    function draw_left() {
+    function drawLeft() {
       const g = clean(1)
       const at = placed()
       const {selected} = model
@@ -524,7 +524,7 @@ const Charts = (() => {
       }
     }
 
-    function draw_box() {
+    function drawBox() {
       const g = clean(2)
       if (!box) return
       const [a, b, c, d] = box
@@ -538,11 +538,11 @@ const Charts = (() => {
 
     function draw(all) {
       if (!size.width || !x) return
-      if (all) draw_context()
-      draw_left()
+      if (all) drawContext()
+      drawLeft()
     }
 
-    function row_at(u, v) {
+    function rowAt(u, v) {
       const at = placed()
       let [best, least] = [-1, 9]
       for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
@@ -554,11 +554,11 @@ const Charts = (() => {
     }
 
     drag(top, (u, v) => ({
-      move: (a, b) => { box = [u, v, a, b]; draw_box() },
+      move: (a, b) => { box = [u, v, a, b]; drawBox() },
       up: (a, b, moved) => {
         box = null
-        draw_box()
-        if (!moved) return on.pick(row_at(a, b))
+        drawBox()
+        if (!moved) return on.pick(rowAt(a, b))
         const [left, right] = [u, a].sort((p, q) => p - q)
         const [above, below] = [v, b].sort((p, q) => p - q)
         if (!zooming) {
@@ -570,21 +570,21 @@ const Charts = (() => {
         const [across, up] = scales()
         const within = (share) => Math.min(1, Math.max(0, share))
         zoom = [
-          {low: value_at(across, within((left - LEFT) / w)), high: value_at(across, within((right - LEFT) / w))},
-          {low: value_at(up, within(1 - (below - TOP) / h)), high: value_at(up, within(1 - (above - TOP) / h))},
+          {low: valueAt(across, within((left - LEFT) / w)), high: valueAt(across, within((right - LEFT) / w))},
+          {low: valueAt(up, within(1 - (below - TOP) / h)), high: valueAt(up, within(1 - (above - TOP) / h))},
         ]
         draw(true)
         on.zoomed(true)
       },
     }))
     top.addEventListener("pointermove", (event) => {
-      if (!event.buttons && model) on.hover(row_at(event.offsetX, event.offsetY), event.clientX, event.clientY)
+      if (!event.buttons && model) on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
     return {
-      set_axes: (across, up) => { [x, y, zoom] = [across, up, null]; on.zoomed(false) },
+      setAxes: (across, up) => { [x, y, zoom] = [across, up, null]; on.zoomed(false) },
       draw: (next, all) => { model = next; draw(all) },
-      zoom_out: () => { zoom = null; draw(true); on.zoomed(false) },
+      zoomOut: () => { zoom = null; draw(true); on.zoomed(false) },
       zooming: (yes) => { zooming = yes },
       spot: (row) => placed()(row),
     }
@@ -619,5 +619,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, BINS, broken, icon, raised, parallel, scatter, bins, histogram, place, value_at, tick_texts}
+  return {LOOKS, BINS, broken, icon, raised, parallel, scatter, bins, histogram, place, valueAt, tickTexts}
 })()

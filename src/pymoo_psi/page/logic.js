@@ -18,6 +18,7 @@ const STEP = 0.01
 const PARTS = 64 // of each criterion's order, see `Dominators`: 32 to 256 are as fast, more take memory
 const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
 const MOST_PINS = 5
+const RANKS = [0, 1, 2, 3, 4, 5, 6]
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
 
 // ---------------------------------------------------------------------------------------- the data
@@ -73,18 +74,11 @@ function called(data, row) {
 // ------------------------------------------------------------------------ order, rounding, dominance
 
 // The rows in the order of their values, NaN last; equal ones stay as they are.
+//
+// A radix sort of the bits: a comparing function takes ten times as long for 100 000 rows. The upper
+// halves of the numbers tell nearly all apart; what they leave in disorder is mended by insertion,
+// or if that is much, the lower halves are sorted before.
 function argsort(values, rows) {
-  const n = rows.length
-  if (n >= 2048) return radixSorted(values, rows)
-  const missing = (x) => (Number.isNaN(x) ? 1 : 0)
-  return rows.slice().sort((a, b) =>
-    missing(values[a]) - missing(values[b]) || values[a] - values[b] || 0)
-}
-
-// The same by a radix sort of the bits: a comparing function takes ten times as long for 100 000
-// rows. The upper halves of the numbers tell nearly all apart; what they leave in disorder is
-// mended by insertion, or if that is much, the lower halves are sorted before.
-function radixSorted(values, rows) {
   const n = rows.length
   const numbers = new Float64Array(n)
   for (let k = 0; k < n; k++) numbers[k] = values[rows[k]] + 0 // + 0: -0 equals 0
@@ -619,7 +613,7 @@ function byColumn(data, column) {
 function order(data, ranking, state) {
   const {by, name, down} = state.order
   const {pareto, rank, mask, isBest} = ranking
-  const hasRank = [0, 1, 2, 3, 4, 5, 6].map((r) => state.ranks === null || state.ranks.includes(r))
+  const hasRank = RANKS.map((r) => state.ranks === null || state.ranks.includes(r))
   const shows = (i) => mask[i] &&
     (pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated)
   const joined = (...lists) => {
@@ -1250,7 +1244,8 @@ const byName = (entries = []) => {
   return object
 }
 
-const initial = (data) => checked(data, data.opens_with ?? {}).state
+// The state that the page opens with, and what of it does not fit.
+const initial = (data) => checked(data, data.opens_with)
 
 const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
 const isEnd = (value) => value === null || (typeof value === "number" && Number.isFinite(value))
@@ -1265,29 +1260,28 @@ function checked(data, anything) {
   if (!isObject(anything)) dropped("What should be a state is none")
 
   // The entries of a mapping by names of columns for which `accepts` says true.
-  const entries = (key, columnFits, accepts, what) => {
-    const value = given(key)
+  const entries = (value, columnFits, accepts, what) => {
     if (value === undefined) return byName()
-    if (!isObject(value)) return dropped(`${key} is no mapping`), byName()
+    if (!isObject(value)) return dropped(`${what} that is none`), byName()
     return byName(Object.entries(value).filter(([name, entry]) => {
       const column = data.by.get(name)
       const fits = column !== undefined && column.name === name && columnFits(column)
       if (!fits) dropped(`${what} on ${shown(name)}, which is no such column`)
-      else if (!accepts(entry, column)) dropped(`${what} on ${shown(name)}, which is none`)
-      return fits && accepts(entry, column)
+      else if (!accepts(entry)) dropped(`${what} on ${shown(name)}, which is none`)
+      return fits && accepts(entry)
     }))
   }
   const isNumber = (column) => column.texts === null && column.role !== "geometric"
   const isText = (column) => column.texts !== null
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every(isEnd) &&
     !(pair[0] !== null && pair[1] !== null && pair[0] > pair[1])
-  const limits = entries("limits", isNumber, isPair, "A limit")
+  const limits = entries(given("limits"), isNumber, isPair, "A limit")
   for (const name of Object.keys(limits)) {
     if (limits[name].every((end) => end === null)) delete limits[name]
     else limits[name] = [...limits[name]]
   }
   const areTexts = (list) => Array.isArray(list) && list.every((text) => typeof text === "string")
-  const categories = entries("categories", isText, areTexts, "A choice of categories")
+  const categories = entries(given("categories"), isText, areTexts, "A choice of categories")
   for (const [name, allowed] of Object.entries(categories)) {
     // Texts that no design has any more allow none; if no text is known, the choice is foreign.
     const {texts} = data.by.get(name)
@@ -1315,30 +1309,18 @@ function checked(data, anything) {
     return dropped(`${what} ${shown(id)}, which the page does not have`), null
   }
 
-  const list = (key, accepts) => {
-    const value = given(key) ?? null
-    if (value === null) return null
-    const fits = Array.isArray(value) && value.length <= data.columns.length && value.every(accepts)
-    if (!fits) dropped(`${key}, which does not fit`)
-    return fits ? [...new Set(value)] : null
+  let ranks = given("ranks") ?? null
+  if (ranks !== null && !(Array.isArray(ranks) && ranks.every((rank) => RANKS.includes(rank)))) {
+    dropped("ranks, which do not fit")
+    ranks = null
   }
-  const ranks = list("ranks", (r) => Number.isInteger(r) && r >= 0 && r <= 6)
   const order = given("order")
-  const orders = {rank: true, preference: true, column: isObject(order) && data.by.has(order.name)}
-  const ordered = isObject(order) && Object.hasOwn(orders, order.by) && orders[order.by]
+  const by = isObject(order) ? order.by : null
+  const ordered = by === "rank" || by === "preference" || (by === "column" && data.by.has(order.name))
   if (order !== undefined && !ordered) dropped("order, which does not fit")
 
-  const wish = isObject(given("preference")) ? given("preference") : {}
-  const wishes = (key, accepts) => {
-    if (!Object.hasOwn(wish, key)) return byName()
-    if (!isObject(wish[key])) return dropped(`preference.${key} is no mapping`), byName()
-    return byName(Object.entries(wish[key]).filter(([name, value]) => {
-      const fits = data.by.get(name)?.role === "criterion" && Number.isFinite(value) &&
-        accepts(value)
-      if (!fits) dropped(`preference.${key} of ${shown(name)}, which does not fit`)
-      return fits
-    }))
-  }
+  const {weights, aspiration} = isObject(given("preference")) ? given("preference") : {}
+  const isCriterion = ({role}) => role === "criterion"
   const axes = isObject(given("axes")) ? given("axes") : {}
   const axisNames = (key) => {
     const value = Object.hasOwn(axes, key) ? axes[key] : []
@@ -1352,18 +1334,18 @@ function checked(data, anything) {
     limits,
     categories,
     kept: designs("kept", Infinity),
-    ranks,
+    ranks: ranks && [...new Set(ranks)],
     dominated: given("dominated") === true,
     pins: designs("pins", MOST_PINS) ?? [],
     base: design("base", "The base of the comparison"),
     chosen: design("chosen", "The chosen design"),
     order: ordered
-      ? {by: order.by, ...(order.by === "column" ? {name: order.name} : {}),
-        down: order.down === true}
+      ? {by, ...(by === "column" ? {name: order.name} : {}), down: order.down === true}
       : {by: "rank", down: false},
     preference: {
-      weights: wishes("weights", (weight) => weight >= 0),
-      aspiration: wishes("aspiration", () => true),
+      weights: entries(weights, isCriterion, (weight) => Number.isFinite(weight) && weight >= 0,
+        "A weight"),
+      aspiration: entries(aspiration, isCriterion, Number.isFinite, "A wished value"),
     },
     axes: {order: axisNames("order"), hidden: axisNames("hidden"), zoom: axes.zoom === true},
     reason: typeof reason === "string" ? reason.slice(0, 10000) : "",

@@ -1,6 +1,6 @@
 // The decision page: controls, texts and the table. logic.js says what is left, ranked and best;
-// charts.js draws. The state is one frozen-in-use value: every control makes a new one through
-// change(), and everything on the page is told from it by update(), at most once a frame.
+// charts.js draws. The state is one value that nothing changes in place: every control makes a new
+// one through change(), and all of the page is told from it by update(), at most once a frame.
 //
 // Texts of the user's (names, units, labels, reasons) become text nodes or values, never markup.
 "use strict"
@@ -9,10 +9,9 @@ const page = (() => {
   const data = Logic.decode(payload)
   const MOST_DRAWN = 1000 // designs in a chart; more lines are a blur, and take longer than a frame
   const $ = (id) => document.getElementById(id)
-  const count_text = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
+  const countText = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
-  const numeric = data.columns.filter((column) => column.role !== "geometric" && !column.texts)
   const limitable = data.columns.filter((column) => column.role !== "geometric")
 
   // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
@@ -29,7 +28,7 @@ const page = (() => {
   function make(tag, properties = {}, ...children) {
     const element = document.createElement(tag)
     for (const [name, value] of Object.entries(properties)) {
-      if (name.includes("-") || name === "role" || name === "for" || name === "list") element.setAttribute(name, value)
+      if (name.includes("-") || name === "role") element.setAttribute(name, value)
       else element[name] = value
     }
     element.append(...children.flat().filter((child) => child !== null && child !== undefined))
@@ -71,12 +70,13 @@ const page = (() => {
 
   // The state, its history and its address.
 
-  let state = Logic.initial(data)
+  const initial = Logic.initial(data)
+  let {state} = initial
   const past = Logic.history(state)
   let left, ranking, verdict, order
   let filtered = "" // the part of the state that left and ranking were made from
   let selected = new Set()
-  const step = {count: 0, last: 0, total: 0}
+  const step = {last: 0} // milliseconds of the last update
 
   // Take a new state; done tells that the user's hand rests, so that undo comes back to here.
   let dragging = false
@@ -91,17 +91,17 @@ const page = (() => {
 
   // At once, so that nothing is lost, but not for every repeat of a key that is held: browsers
   // refuse hundreds of addresses in ten seconds.
-  let address_waits = 0
-  let address_written = -Infinity
+  let addressWaits = 0
+  let addressWritten = -Infinity
   function commit() {
     past.push(state)
-    clearTimeout(address_waits)
-    const rest = address_written + 80 - performance.now()
-    rest > 0 ? address_waits = setTimeout(remember, rest) : remember()
+    clearTimeout(addressWaits)
+    const rest = addressWritten + 80 - performance.now()
+    rest > 0 ? addressWaits = setTimeout(remember, rest) : remember()
   }
   function remember() {
-    clearTimeout(address_waits)
-    address_written = performance.now()
+    clearTimeout(addressWaits)
+    addressWritten = performance.now()
     try { history.replaceState(null, "", Logic.toHash(state)) } catch { /* a sandbox without an address */ }
   }
 
@@ -135,7 +135,7 @@ const page = (() => {
   // Everything on the page from the state.
   function update(everything = false) {
     const start = performance.now()
-    const keep_focus = focus_kept()
+    const keepFocus = focusKept()
     waiting = false
     const filter = JSON.stringify([state.limits, state.categories, state.kept])
     const moved = filter !== filtered || everything
@@ -144,29 +144,28 @@ const page = (() => {
       left = Logic.left(data, state)
       ranking = Logic.ranked(data, left.mask)
       verdict = Logic.verdict(data, ranking)
-      think_later()
+      thinkLater()
     }
     order = Logic.order(data, ranking, state)
     if (selected.size) {
       const kept = [...selected].filter((row) => left.mask[row])
       if (kept.length !== selected.size) selected = new Set(kept)
     }
-    show_limits()
-    show_counts()
-    if (!waits("verdict")) show_verdict()
-    if (!waits("compare")) show_compare()
-    show_preference()
-    show_charts(everything)
+    showLimits()
+    showCounts()
+    if (!waits("verdict")) showVerdict()
+    if (!waits("compare")) showCompare()
+    showPreference()
+    showCharts(everything)
     if (!waits("designs")) table.show()
-    if (!waits("steps")) show_steps()
-    keep_focus()
-    Object.assign(step, {count: step.count + 1, last: performance.now() - start})
-    step.total += step.last
+    if (!waits("steps")) showSteps()
+    keepFocus()
+    step.last = performance.now() - start
   }
 
   // Buttons are made anew or disabled: who works by keys stays on the one that was pressed, or
   // else at the first beside it.
-  function focus_kept() {
+  function focusKept() {
     const told = (element) => element.getAttribute("aria-label") ?? element.textContent
     const element = document.activeElement
     const place = element?.closest("section .bar, section, .actions")
@@ -182,7 +181,7 @@ const page = (() => {
 
   // What takes longer than a frame waits until the hand rests.
   let thinking = 0
-  function think_later() {
+  function thinkLater() {
     clearTimeout(thinking)
     $("cautions").replaceChildren()
     thinking = setTimeout(() => {
@@ -196,23 +195,23 @@ const page = (() => {
 
   // Penalties and the like, which the ranks must count, but a reader would not.
   function outliers({column, count, worst, ends}) {
-    const limit = limit_of(column) ?? [null, null]
-    const leave = () => set_limit(column, ends.map((end, k) => end ?? limit[k]), true)
-    return make("p", {className: "caution"}, `${count === 1 ? "1 Pareto-optimal design is" : `${count_text(count)} Pareto-optimal designs are`} far from all others in ` +
+    const limit = limitOf(column) ?? [null, null]
+    const leave = () => setLimit(column, ends.map((end, k) => end ?? limit[k]), true)
+    return make("p", {className: "caution"}, `${count === 1 ? "1 Pareto-optimal design is" : `${countText(count)} Pareto-optimal designs are`} far from all others in ` +
       `${column.name} (${readable(Logic.short(worst, 4))}): perhaps a failure. Its range, by which all are ranked, is stretched. `,
     make("button", {className: "small", textContent: count === 1 ? "Leave it out" : "Leave them out", onclick: leave}))
   }
 
   // Designs.
 
-  const row_of = (id) => data.rowOf.get(id) ?? -1
-  const is_prototype = (row) => row >= data.n
+  const rowOf = (id) => data.rowOf.get(id) ?? -1
+  const isPrototype = (row) => row >= data.n
   const called = (row) => Logic.called(data, row)
-  const chosen_row = () => (state.chosen === null ? -1 : row_of(state.chosen))
-  const pinned = () => state.pins.map(row_of).filter((row) => row >= 0)
+  const chosenRow = () => (state.chosen === null ? -1 : rowOf(state.chosen))
+  const pinned = () => state.pins.map(rowOf).filter((row) => row >= 0)
 
   function look(row) {
-    if (is_prototype(row)) return "prototype"
+    if (isPrototype(row)) return "prototype"
     if (!ranking.pareto[row]) return "dominated"
     if (ranking.isBest[row]) return "6"
     return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
@@ -244,7 +243,7 @@ const page = (() => {
     return value === 0 ? "0 %" : value < 1 ? "< 1 %" : value > 9999 ? "> 9999 %" : `${Math.round(value)} %`
   }
 
-  function show_verdict() {
+  function showVerdict() {
     const words = $("verdict-words")
     $("verdict-table").hidden = !verdict
     if (!verdict) {
@@ -278,17 +277,17 @@ const page = (() => {
       const {whole, ties} = verdict
       renew($("verdict-more"),
         ...(whole ? [make("p", {className: "whole"}, readable(whole.sentence), " ", ...toggles(whole.row).slice(1))] : []),
-        ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${count_text(ties.length - 5)} more` : ""}.`})] : []))
+        ...(ties && ties.length > 1 ? [make("p", {textContent: `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${countText(ties.length - 5)} more` : ""}.`})] : []))
     }
-    const row = chosen_row()
-    const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rank_text(row)
+    const row = chosenRow()
+    const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rankText(row)
     renew($("chosen"), ...(row < 0
       ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
       : ["Chosen: ", make("strong", {textContent: called(row)}), make("span", {className: left.mask[row] ? "" : "warning", textContent: ` (${where}) `}),
         make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
     const told = row >= 0 ? row : verdict?.row ?? -1
     const parts = told < 0 ? [] : data.columns.filter((column) => column.role === "variable")
-      .map((column) => `${column.name} = ${cell_text(column, told)}${column.unit ? ` ${column.unit}` : ""}`)
+      .map((column) => `${column.name} = ${cellText(column, told)}${column.unit ? ` ${column.unit}` : ""}`)
     renew($("chosen-variables"), parts.length ? `Variables of ${called(told)}: ${parts.join(", ")}.` : "")
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
@@ -307,21 +306,21 @@ const page = (() => {
     const [most] = [...rejects.keys()].sort((a, b) => only.get(b) - only.get(a) || rejects.get(b) - rejects.get(a))
     if (most === undefined) return "reset the page."
     const alone = only.get(most)
-    return `widen the limits, first of all that on ${most}, which ${alone ? `alone rejects ${count_text(alone)}` : `rejects ${count_text(rejects.get(most))}`}.`
+    return `widen the limits, first of all that on ${most}, which ${alone ? `alone rejects ${countText(alone)}` : `rejects ${countText(rejects.get(most))}`}.`
   }
 
-  function show_counts() {
+  function showCounts() {
     const dominated = left.count - ranking.front.length
     renew($("count"), left.count === 0 ? "No design is left"
-      : `${count_text(left.count)} of ${count_text(data.n)} designs within the limits, ${count_text(ranking.front.length)} Pareto-optimal`)
+      : `${countText(left.count)} of ${countText(data.n)} designs within the limits, ${countText(ranking.front.length)} Pareto-optimal`)
     $("count").classList.toggle("warning", left.count === 0)
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", !past.canUndo)
     $("redo").setAttribute("aria-disabled", !past.canRedo)
     const shown = selected.size || order.length
-    renew($("export"), `Export ${count_text(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
+    renew($("export"), `Export ${countText(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
     $("export").disabled = shown === 0
-    renew($("selection"), [`${count_text(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${count_text(selected.size)} selected` : ""].filter(Boolean).join(", "))
+    renew($("selection"), [`${countText(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${countText(selected.size)} selected` : ""].filter(Boolean).join(", "))
     $("clear").disabled = selected.size === 0
     $("keep").disabled = selected.size === 0 && state.kept === null
     renew($("keep"), state.kept !== null && selected.size === 0 ? "Keep all again" : "Keep selected only")
@@ -330,13 +329,13 @@ const page = (() => {
     for (const box of $("ranks").querySelectorAll("input")) {
       const rank = box.value
       box.checked = rank === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(rank))
-      renew(box.parentElement.querySelector("b"), count_text(rank === "dominated" ? dominated : counts[rank]))
+      renew(box.parentElement.querySelector("b"), countText(rank === "dominated" ? dominated : counts[rank]))
     }
   }
 
   // Comparison: what it holds and against what is Logic.compared's.
 
-  function show_compare() {
+  function showCompare() {
     const parts = Logic.compared(data, ranking, state)
     const rows = parts.map(({row}) => row)
     const hint = $("compare-hint")
@@ -356,7 +355,7 @@ const page = (() => {
         k > 0 ? make("div", {className: "roles", textContent: sums.filter(([sum]) => sum).map(([sum, word]) => `${sum} ${word}`).join(", ")}) : null,
         make("div", {className: "tools"},
           k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, title: "Compare the others against it", onclick: () => change({base: id})}) : null,
-          out ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => take_out(id)}) : null))
+          out ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => takeOut(id)}) : null))
     })
     // Made anew: Chromium draws sticky cells that stay, and have moved, off by a pixel.
     $("compare-table").replaceChildren(
@@ -376,10 +375,10 @@ const page = (() => {
       })))
   }
 
-  const take_out = (id) => change({pins: state.pins.filter((other) => other !== id), base: state.base === id ? null : state.base})
+  const takeOut = (id) => change({pins: state.pins.filter((other) => other !== id), base: state.base === id ? null : state.base})
 
   // What a step gives and costs, the three most of each.
-  function step_text({gains}) {
+  function stepText({gains}) {
     const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
       const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
       const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
@@ -391,8 +390,8 @@ const page = (() => {
   }
 
   // For the chosen design, or else the best, the cheapest step to improve each criterion.
-  function show_steps() {
-    const chosen = chosen_row()
+  function showSteps() {
+    const chosen = chosenRow()
     const row = chosen >= 0 && left.mask[chosen] && ranking.pareto[chosen] ? chosen : verdict?.row ?? -1
     $("steps").hidden = row < 0
     if (row < 0) return
@@ -400,16 +399,16 @@ const page = (() => {
     const {steps} = row === verdict.row ? verdict : Logic.explain(data, ranking, row)
     $("steps").hidden = steps.length === 0
     renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
-      make("th", {scope: "row"}, Charts.broken(next.names.join(", "))), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${step_text(next)}`),
+      make("th", {scope: "row"}, Charts.broken(next.names.join(", "))), make("td", {title: readable(next.text)}, make("strong", {textContent: next.label}), `: ${stepText(next)}`),
       make("td", {}, next.row >= 0 ? toggles(next.row).slice(1) : null)))))
   }
 
   // Limits: number fields, a slider with two ends, the histogram behind it.
 
-  const limit_of = (column) => own(state.limits, column.name)
+  const limitOf = (column) => own(state.limits, column.name)
   const controls = new Map()
 
-  function set_limit(column, limit, done) {
+  function setLimit(column, limit, done) {
     const {[column.name]: _, ...others} = state.limits
     const empty = limit[0] === null && limit[1] === null
     change({limits: empty ? others : {...others, [column.name]: limit}}, done)
@@ -426,16 +425,16 @@ const page = (() => {
     return text.length <= 9 ? text : readable(value.toExponential(2))
   }
 
-  const has_values = (column) => column.values.some(Number.isFinite)
+  const hasValues = (column) => column.values.some(Number.isFinite)
 
   const STEPS = 1000 // finer than a pixel of the track
-  function limit_control(column) {
-    if (column.texts) return category_control(column)
+  function limitControl(column) {
+    if (column.texts) return categoryControl(column)
     const [low, high] = column.range
     const name = column.label
     if (!(high > low)) {
       const all = column.beyond ? "all Pareto-optimal designs" : "all"
-      return make("p", {className: "constant", textContent: `${name}: ${has_values(column) ? `${written(column, low)} for ${all}` : "no values"}`})
+      return make("p", {className: "constant", textContent: `${name}: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`})
     }
     const scale = {low, high, log: column.log}
     const field = (k) => {
@@ -444,12 +443,12 @@ const page = (() => {
         "aria-label": `${name}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`})
       input.addEventListener("change", () => {
         const {value, wrong: why} = Logic.typed(input.value, column)
-        const next = [...(limit_of(column) ?? [null, null])]
+        const next = [...(limitOf(column) ?? [null, null])]
         next[k] = value
         const wrong = why ?? (next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : "")
         // What is wrong stays to be mended, until this limit is set otherwise.
-        control.wrong[k] = wrong && {why: wrong, beside: JSON.stringify(limit_of(column))}
-        wrong ? soon() : set_limit(column, next, true)
+        control.wrong[k] = wrong && {why: wrong, beside: JSON.stringify(limitOf(column))}
+        wrong ? soon() : setLimit(column, next, true)
       })
       return input
     }
@@ -457,11 +456,11 @@ const page = (() => {
       const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${name}, ${k ? "upper" : "lower"} limit`})
       // A limit at the end of its track limits nothing; the one in hand stops at the other.
       const moved = (done) => {
-        const other = limit_of(column)?.[1 - k] ?? null
+        const other = limitOf(column)?.[1 - k] ?? null
         const at = Number(input.value)
-        let value = at === (k ? STEPS : 0) ? null : rounded(column, Charts.value_at(scale, at / STEPS))
+        let value = at === (k ? STEPS : 0) ? null : rounded(column, Charts.valueAt(scale, at / STEPS))
         if (value !== null && other !== null && (k ? value < other : value > other)) value = other
-        set_limit(column, k ? [other, value] : [value, other], done)
+        setLimit(column, k ? [other, value] : [value, other], done)
       }
       input.addEventListener("input", () => moved(false))
       input.addEventListener("change", () => moved(true))
@@ -480,43 +479,43 @@ const page = (() => {
   }
 
   const MOST_BOXES = 200 // names of designs have no boxes: nobody ticks them, and thousands slow every step
-  function category_control(column) {
+  function categoryControl(column) {
     const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
     const found = column.texts.filter((_, k) => known.has(k))
     const texts = found.length > MOST_BOXES ? [] : found
     const boxes = texts.map((text) => make("input", {type: "checkbox", value: text}))
-    const tick = (on) => { for (const box of boxes) box.checked = on; take_boxes() }
-    const take_boxes = () => {
+    const tick = (on) => { for (const box of boxes) box.checked = on; takeBoxes() }
+    const takeBoxes = () => {
       const {[column.name]: _, ...others} = state.categories
       const allowed = boxes.filter((other) => other.checked).map((other) => other.value)
       change({categories: allowed.length === boxes.length ? others : {...others, [column.name]: allowed}})
     }
-    for (const box of boxes) box.addEventListener("change", take_boxes)
+    for (const box of boxes) box.addEventListener("change", takeBoxes)
     const note = make("p", {className: "hint note"})
     controls.set(column, {column, boxes, note})
     return make("fieldset", {className: "limit categories"}, make("legend", {textContent: column.label}),
       boxes.length > 6 ? make("div", {className: "bar"}, [["All", true], ["None", false]].map(([textContent, on]) =>
         make("button", {className: "small", textContent, "aria-label": `${textContent} of ${column.label}`, onclick: () => tick(on)}))) : null,
       make("div", {className: "boxes"}, texts === found ? boxes.map((box, k) => make("label", {}, box, texts[k] || "(missing)"))
-        : make("span", {className: "hint", textContent: `${count_text(found.length)} different texts, too many to tick`})), note)
+        : make("span", {className: "hint", textContent: `${countText(found.length)} different texts, too many to tick`})), note)
   }
 
   function notes(column) {
     const {rejects, relax} = left
     const told = []
-    if (rejects.has(column.name)) told.push(`rejects ${count_text(rejects.get(column.name))}`)
+    if (rejects.has(column.name)) told.push(`rejects ${countText(rejects.get(column.name))}`)
     const ends = relax.get(column.name)
-    if (ends?.low) told.push(`from ${written(column, ends.low.value)} on it would bring back ${count_text(ends.low.back)}`)
-    if (ends?.high) told.push(`up to ${written(column, ends.high.value)} it would bring back ${count_text(ends.high.back)}`)
-    if (column.clipped > 0) told.push(`${count_text(column.clipped)} beyond the ends of the slider`)
+    if (ends?.low) told.push(`from ${written(column, ends.low.value)} on it would bring back ${countText(ends.low.back)}`)
+    if (ends?.high) told.push(`up to ${written(column, ends.high.value)} it would bring back ${countText(ends.high.back)}`)
+    if (column.clipped > 0) told.push(`${countText(column.clipped)} beyond the ends of the slider`)
     return told.join("; ")
   }
 
-  function show_limits() {
+  function showLimits() {
     for (const control of controls.values()) {
       const {column, fields, thumbs, note, boxes, wrong = []} = control
       // Of a group that is folded nothing is seen.
-      const limit = limit_of(column)
+      const limit = limitOf(column)
       const group = note.closest("details")
       const told = wrong.map((one) => (one && one.beside === JSON.stringify(limit) ? one.why : ""))
       if (boxes) {
@@ -537,7 +536,7 @@ const page = (() => {
         })
         // Where both ends meet at the right, the lower one is the one that can still move.
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
-        if (!group || group.open) show_histogram(control)
+        if (!group || group.open) showHistogram(control)
       }
       renew(note, [...told, notes(column)].filter(Boolean).join(" "))
       note.classList.toggle("warning", told.some(Boolean))
@@ -548,7 +547,7 @@ const page = (() => {
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => {
-      const [low, high] = limit_of(column) ?? [null, null]
+      const [low, high] = limitOf(column) ?? [null, null]
       const allowed = own(state.categories, column.name)
       if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
       if (low === null && high === null) return []
@@ -556,11 +555,11 @@ const page = (() => {
       return [low === null ? `${column.name} at most ${high}${unit}` : high === null ? `${column.name} at least ${low}${unit}`
         : `${column.name} from ${low} to ${high}${unit}`]
     })
-    if (state.kept !== null) lines.push(`only ${count_text(state.kept.length)} designs, kept by hand`)
+    if (state.kept !== null) lines.push(`only ${countText(state.kept.length)} designs, kept by hand`)
     renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {textContent: text})))
   }
 
-  function show_histogram(control) {
+  function showHistogram(control) {
     if (!control.bins) {
       control.bins = Charts.bins(Logic.values(data, ranking, control.column), control.scale)
       control.all = new Uint32Array(Charts.BINS)
@@ -573,14 +572,14 @@ const page = (() => {
     control.draw(control.all, counts)
   }
 
-  function build_limits() {
+  function buildLimits() {
     const groups = [["criterion", "Criteria"], ["variable", "Variables"], ["output", "Further outputs"]]
     for (const [role, text] of groups) {
       const columns = limitable.filter((column) => column.role === role)
       if (!columns.length) continue
       const open = role === "criterion" || limitable.length <= 6
       $("limit-groups").append(make("details", {open, ontoggle: (event) => event.target.open && soon()},
-        make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b", {className: "hint"})), columns.map(limit_control)))
+        make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b", {className: "hint"})), columns.map(limitControl)))
     }
     const ranks = [["6", "rank 6, best"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
     for (const [rank, text] of ranks) {
@@ -596,8 +595,8 @@ const page = (() => {
     $("ranks").append(make("p", {className: "key"}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned"))
     const {count: failed, reasons} = data.failed
     const told = data.remarks.filter((text) => !text.startsWith("Warning"))
-    if (failed) told.push(`${count_text(failed)} tests failed${reasons.length ? `: ${reasons.map(([why, many]) => `${why} (${many})`).join(", ")}` : ""}. They are not on the page.`)
-    if (data.infeasible) told.push(`${count_text(data.infeasible)} designs violate constraints. They are not on the page.`)
+    if (failed) told.push(`${countText(failed)} tests failed${reasons.length ? `: ${reasons.map(([why, many]) => `${why} (${many})`).join(", ")}` : ""}. They are not on the page.`)
+    if (data.infeasible) told.push(`${countText(data.infeasible)} designs violate constraints. They are not on the page.`)
     $("remarks").append(...told.map((text) => make("p", {className: "hint", textContent: text})))
     $("scale").textContent = data.normalize ? ", each criterion in units of its range" : ", the criteria in their own units"
   }
@@ -605,7 +604,7 @@ const page = (() => {
   // Preferences.
 
   const wishes = []
-  function build_preferences() {
+  function buildPreferences() {
     $("preference-table").append(make("thead", {}, make("tr", {}, ["Criterion", "Weight", "Wished"].map((textContent) => make("th", {textContent, scope: "col"})))))
     const body = make("tbody")
     for (const column of data.criteria) {
@@ -627,7 +626,7 @@ const page = (() => {
     $("preference-table").append(body)
   }
 
-  function show_preference() {
+  function showPreference() {
     for (const {input, kind, column} of wishes) {
       const value = own(state.preference[kind], column.name)
       const wrong = input.getAttribute("aria-invalid") === "true"
@@ -650,7 +649,7 @@ const page = (() => {
     let seed = 12345
     for (let k = n - 1; k > 0; k--) {
       seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0
-      const other = seed % (k + 1)
+      const other = Math.floor((seed / 2 ** 32) * (k + 1)) // its lower bits do have a pattern
       ;[rows[k], rows[other]] = [rows[other], rows[k]]
     }
     return rows
@@ -665,19 +664,19 @@ const page = (() => {
   }
 
   let context = []
-  let context_of = null
+  let contextOf = null
   let scales = new Map()
-  let axes_told = ""
+  let axesTold = ""
   let drawn = []
   const plots = []
 
   // The ends of an axis: the range of the Pareto set, or of what is left.
-  function scale_of(column) {
+  function scaleOf(column) {
     if (scales.has(column)) return scales.get(column)
     let [low, high] = column.texts ? [0, column.texts.length - 1] : column.range
-    if (column.role === "geometric") [low, high] = ends_of(data.whole, column)
+    if (column.role === "geometric") [low, high] = endsOf(data.whole, column)
     if (state.axes.zoom && !column.texts) {
-      const [least, most] = ends_of(ranking, column)
+      const [least, most] = endsOf(ranking, column)
       if (least < most) [low, high] = [least, most]
     }
     if (!(low <= high)) [low, high] = [0, 1]
@@ -686,7 +685,7 @@ const page = (() => {
     return scales.get(column)
   }
 
-  function ends_of(ranking, column) {
+  function endsOf(ranking, column) {
     const values = Logic.values(data, ranking, column)
     let [least, most] = [Infinity, -Infinity]
     for (const row of state.dominated ? ranking.rows : ranking.front) {
@@ -696,32 +695,32 @@ const page = (() => {
     return [least, most]
   }
 
-  function model_of_charts() {
-    const chosen = chosen_row()
+  function modelOfCharts() {
+    const chosen = chosenRow()
     const marks = []
     for (let row = data.n; row < data.total; row++) marks.push({row, look: "prototype"})
     for (const row of pinned()) marks.push({row, look: "pinned"})
     if (verdict) marks.push({row: verdict.row, look: "6"})
     if (chosen >= 0) marks.push({row: chosen, look: "chosen"})
-    return {context, left: drawn, marks, selected, look, scale: scale_of, limit: (column) => limit_of(column),
+    return {context, left: drawn, marks, selected, look, scale: scaleOf, limit: limitOf,
       values: (column) => Logic.values(data, ranking, column), everything: () => [...order]}
   }
 
-  function show_charts(everything) {
+  function showCharts(everything) {
     const dominated = state.dominated
-    const fresh = context_of !== dominated
+    const fresh = contextOf !== dominated
     if (fresh) {
       context = sample((row) => dominated || data.whole.pareto[row])
-      context_of = dominated
+      contextOf = dominated
     }
     const key = JSON.stringify(state.axes)
-    const moved = key !== axes_told
+    const moved = key !== axesTold
     const rescaled = moved || everything || (state.axes.zoom && !dragging)
     if (rescaled) scales = new Map()
     if (moved) {
-      axes_told = key
-      parallel.set_axes(axes_shown().map((name) => data.by.get(name)))
-      show_axes()
+      axesTold = key
+      parallel.setAxes(axesShown().map((name) => data.by.get(name)))
+      showAxes()
     }
     $("zoom").setAttribute("aria-pressed", String(state.axes.zoom))
     const ranks = state.ranks && new Set(state.ranks)
@@ -734,60 +733,60 @@ const page = (() => {
       for (const row of ranking.front) if (ranking.rank[row] > 0 && shown(row) && !have.has(row)) drawn.push(row)
     }
     drawn.sort((a, b) => level(a) - level(b))
-    const total = whole_count(dominated)
+    const total = wholeCount(dominated)
     renew($("drawn"), [
-      total > context.length ? `grey: ${count_text(context.length)} of ${count_text(total)} designs, a fixed sample` : "",
-      number > drawn.length ? `coloured: ${count_text(drawn.length)} of ${count_text(number)} left, every ranked one among them` : "",
+      total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
+      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} left, every ranked one among them` : "",
     ].filter(Boolean).join("; "))
-    const model = model_of_charts()
+    const model = modelOfCharts()
     const all = fresh || rescaled
     if (!waits("parallel")) parallel.draw(model, all)
     for (const plot of plots) if (!waits(plot.part)) plot.draw(model, all || plot.live())
   }
 
   // The axes of the parallel coordinates: the user's, or the criteria and the first others.
-  const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts && has_values(column))]
+  const usual = [...data.criteria, ...limitable.filter((column) => column.role !== "criterion" && !column.texts && hasValues(column))]
     .slice(0, Math.max(data.criteria.length, 8)).map((column) => column.name)
-  const axes_order = () => (state.axes.order.length ? state.axes.order : usual)
-  function axes_shown() {
+  const axesOrder = () => (state.axes.order.length ? state.axes.order : usual)
+  function axesShown() {
     const hidden = new Set(state.axes.hidden)
-    const shown = axes_order().filter((name) => !hidden.has(name))
-    return shown.length ? shown : axes_order() // an address may hide all
+    const shown = axesOrder().filter((name) => !hidden.has(name))
+    return shown.length ? shown : axesOrder() // an address may hide all
   }
 
-  const whole_count = (dominated) => (dominated ? data.n : data.whole.front.length)
+  const wholeCount = (dominated) => (dominated ? data.n : data.whole.front.length)
   const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
 
-  function move_axis(column, steps) {
-    const shown = axes_shown()
+  function moveAxis(column, steps) {
+    const shown = axesShown()
     const from = shown.indexOf(column.name)
     const to = Math.min(shown.length - 1, Math.max(0, from + steps))
     if (from < 0 || from === to) return
-    const order = axes_order().filter((name) => name !== column.name)
+    const order = axesOrder().filter((name) => name !== column.name)
     order.splice(order.indexOf(shown[to]) + (to > from ? 1 : 0), 0, column.name)
     change({axes: {...state.axes, order}})
     update()
   }
 
-  function hide_axis(column, hide) {
-    const [order, hidden] = [axes_order(), state.axes.hidden]
+  function hideAxis(column, hide) {
+    const [order, hidden] = [axesOrder(), state.axes.hidden]
     const others = hidden.filter((name) => name !== column.name)
-    if (hide && axes_shown().length <= 1) return
+    if (hide && axesShown().length <= 1) return
     change({axes: {...state.axes, order: order.includes(column.name) ? order : [...order, column.name], hidden: hide ? [...others, column.name] : others}})
     update()
   }
 
   // The same by buttons: a list of all columns, which also reaches those that are hidden.
-  function show_axes() {
-    const [order, shown] = [axes_order(), axes_shown()]
+  function showAxes() {
+    const [order, shown] = [axesOrder(), axesShown()]
     const focus = document.activeElement?.dataset.axis
     const names = [...order, ...data.columns.map((column) => column.name).filter((name) => !order.includes(name))]
     $("axes-list").replaceChildren(...names.map((name) => {
       const column = data.by.get(name)
       const on = shown.includes(name)
-      const box = make("input", {type: "checkbox", checked: on, onchange: () => hide_axis(column, on)})
+      const box = make("input", {type: "checkbox", checked: on, onchange: () => hideAxis(column, on)})
       const mover = (text, told, steps) => {
-        const button = make("button", {className: "small", textContent: text, disabled: !on, "aria-label": `Move ${column.label} to the ${told}`, onclick: () => move_axis(column, steps)})
+        const button = make("button", {className: "small", textContent: text, disabled: !on, "aria-label": `Move ${column.label} to the ${told}`, onclick: () => moveAxis(column, steps)})
         button.dataset.axis = `${told} ${column.field}`
         return button
       }
@@ -801,18 +800,18 @@ const page = (() => {
     tip.hidden = row === undefined || row < 0
     if (tip.hidden) return
     const lines = data.columns.filter((column) => column.role !== "geometric").slice(0, 16)
-    tip.replaceChildren(make("strong", {textContent: called(row)}), ` ${rank_text(row)}`, make("table", {}, lines.map((column) => make("tr", {},
-      make("td", {textContent: column.label}), make("td", {className: "number", textContent: cell_text(column, row)})))))
+    tip.replaceChildren(make("strong", {textContent: called(row)}), ` ${rankText(row)}`, make("table", {}, lines.map((column) => make("tr", {},
+      make("td", {textContent: column.label}), make("td", {className: "number", textContent: cellText(column, row)})))))
     const [width, height] = [tip.offsetWidth, tip.offsetHeight]
     tip.style.left = `${Math.max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
   }
 
   const parallel = Charts.parallel($("parallel-chart"), {
-    limit: set_limit, move: move_axis, hide: (column) => hide_axis(column, true), pick: choose, hover,
+    limit: setLimit, move: moveAxis, hide: (column) => hideAxis(column, true), pick: choose, hover,
   })
 
-  function build_scatter(section, name, x, y) {
+  function buildScatter(section, name, x, y) {
     const columns = {x, y}
     const factors = make("span", {className: "hint"})
     const out = make("button", {className: "small", textContent: "Whole", title: "Back to the whole range", disabled: true})
@@ -826,15 +825,15 @@ const page = (() => {
       element.addEventListener("change", () => {
         columns[axis] = data.columns.find((column) => column.field === element.value)
         told()
-        plot.set_axes(columns.x, columns.y)
-        plot.draw(model_of_charts(), true)
+        plot.setAxes(columns.x, columns.y)
+        plot.draw(modelOfCharts(), true)
       })
       return make("label", {}, axis, element)
     }
     const area = make("div", {className: "plot"})
     section.append(make("div", {className: "bar"}, select("y"), select("x"), factors, zoom, out), area)
     const plot = Charts.scatter(area, {
-      select: (rows) => select_rows(rows), pick: choose, hover,
+      select: selectRows, pick: choose, hover,
       zoomed: (yes) => { out.disabled = !yes },
       factors: (across, up) => { factors.textContent = [up && `y ${up}`, across && `x ${across}`].filter(Boolean).join(" ") },
     })
@@ -846,24 +845,24 @@ const page = (() => {
       zoom.setAttribute("aria-pressed", String(on))
       plot.zooming(on)
     })
-    out.addEventListener("click", plot.zoom_out)
-    plot.set_axes(x, y)
+    out.addEventListener("click", plot.zoomOut)
+    plot.setAxes(x, y)
     // Distances are measured from the U and N of what is left: their context moves with the limits.
     plot.live = () => columns.x.role === "geometric" || columns.y.role === "geometric"
     plot.part = section.id
     plots.push(plot)
   }
 
-  function select_rows(rows) {
+  function selectRows(rows) {
     selected = new Set(rows)
     soon()
   }
 
   // The table: only the rows in view are in the document.
 
-  const cell_text = (column, row) => written(column, Logic.values(data, ranking, column)[row])
-  const rank_text = (row) => {
-    if (is_prototype(row)) return "prototype"
+  const cellText = (column, row) => written(column, Logic.values(data, ranking, column)[row])
+  const rankText = (row) => {
+    if (isPrototype(row)) return "prototype"
     if (!ranking.mask[row]) return "outside the limits"
     if (!ranking.pareto[row]) return "dominated"
     return ranking.rank[row] === 0 ? "unranked" : `rank ${ranking.rank[row]}`
@@ -890,10 +889,10 @@ const page = (() => {
     for (let row = 0; row < data.total; row++) labels = Math.max(labels, data.ids[row].length)
     const columns = [
       {text: data.label_name, width: labels, order: null, cell: (row) => data.ids[row], field: "label"},
-      {text: "rank", width: 13, order: {by: "rank", down: false}, cell: rank_text, field: "rank"},
+      {text: "rank", width: 13, order: {by: "rank", down: false}, cell: rankText, field: "rank"},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column), number: !column.texts,
-        order: {by: "column", name: column.name, down: false}, cell: (row) => cell_text(column, row), field: column.field})),
+        order: {by: "column", name: column.name, down: false}, cell: (row) => cellText(column, row), field: column.field})),
     ]
     for (const column of columns) column.pixels = Math.ceil(Math.max(7.4 * column.width + 22, Math.min(7.2 * column.text.length + 34, 150), 62))
     const wide = columns.reduce((sum, column) => sum + column.pixels, 0)
@@ -929,7 +928,7 @@ const page = (() => {
     // Lines are used again, and only what differs is written: new elements would be styled and laid
     // out at every step.
     const lines = []
-    function new_line() {
+    function newLine() {
       const cells = columns.map((column) => {
         const text = document.createTextNode("")
         const cell = make("div", {className: column.number ? "cell number" : "cell", role: "gridcell"}, text)
@@ -951,7 +950,7 @@ const page = (() => {
         line.look = look(row)
         cells[1].parentElement.replaceChildren(Charts.icon(line.look), cells[1])
       }
-      const marks = [row === chosen_row() ? "chosen" : "", selected.has(row) ? "selected" : "", k === cursor ? "cursor" : "", state.pins.includes(data.ids[row]) ? "pinned" : ""]
+      const marks = [row === chosenRow() ? "chosen" : "", selected.has(row) ? "selected" : "", k === cursor ? "cursor" : "", state.pins.includes(data.ids[row]) ? "pinned" : ""]
       const told = `${k} ${marks.join(" ")}`
       if (line.told === told) return
       line.told = told
@@ -969,7 +968,7 @@ const page = (() => {
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
       const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT) + 2)
       const count = Math.max(0, last - first)
-      while (lines.length < count) lines.push(new_line())
+      while (lines.length < count) lines.push(newLine())
       for (let k = 0; k < count; k++) fill(lines[k], first + k)
       if (body.childElementCount !== count) body.replaceChildren(...lines.slice(0, count).map((line) => line.element))
       box.setAttribute("aria-rowcount", order.length + 1)
@@ -991,10 +990,10 @@ const page = (() => {
       show()
     }
 
-    const by_page = () => Math.max(1, Math.floor(box.clientHeight / HEIGHT) - 2)
+    const byPage = () => Math.max(1, Math.floor(box.clientHeight / HEIGHT) - 2)
     const keys = {
-      ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + by_page()),
-      PageUp: () => go(cursor - by_page()), Home: () => go(0), End: () => go(order.length - 1),
+      ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + byPage()),
+      PageUp: () => go(cursor - byPage()), Home: () => go(0), End: () => go(order.length - 1),
       ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
       Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
       " ": () => toggle(order[cursor]),
@@ -1005,7 +1004,7 @@ const page = (() => {
       event.preventDefault()
       action()
     })
-    const toggle = (row) => select_rows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
+    const toggle = (row) => selectRows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
     body.addEventListener("click", (event) => {
       const element = event.target.closest(".row")
       if (!element) return
@@ -1047,8 +1046,8 @@ const page = (() => {
     $("reset").addEventListener("click", () => {
       for (const control of controls.values()) control.wrong &&= ["", ""]
       for (const {input} of wishes) input.setAttribute("aria-invalid", "false")
-      select_rows([])
-      change(Logic.initial(data))
+      selectRows([])
+      change(initial.state)
     })
     $("save").addEventListener("click", () => {
       const name = `${stem}-decision.json`
@@ -1065,7 +1064,7 @@ const page = (() => {
       if (opened.state) change(opened.state)
     })
     $("print").addEventListener("click", () => print())
-    addEventListener("beforeprint", date_record)
+    addEventListener("beforeprint", dateRecord)
     $("export").addEventListener("click", () => {
       const rows = selected.size ? [...order].filter((row) => selected.has(row)) : [...order]
       download(Logic.csv(data, rows, ranking), "text/csv", `${stem}-${selected.size ? "selected" : "shown"}.csv`)
@@ -1080,7 +1079,7 @@ const page = (() => {
       selected = new Set()
       change({kept})
     })
-    $("clear").addEventListener("click", () => select_rows([]))
+    $("clear").addEventListener("click", () => selectRows([]))
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
     $("reason").addEventListener("change", commit)
     addEventListener("hashchange", () => take(Logic.fromHash(location.hash) ?? {}))
@@ -1094,10 +1093,10 @@ const page = (() => {
         $(key === "y" || event.shiftKey ? "redo" : "undo").click()
       }
     })
-    addEventListener("keydown", (event) => { if (event.key === "Escape" && selected.size) select_rows([]) })
+    addEventListener("keydown", (event) => { if (event.key === "Escape" && selected.size) selectRows([]) })
   }
 
-  function date_record() {
+  function dateRecord() {
     $("record-foot").textContent = `${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
   }
 
@@ -1106,27 +1105,27 @@ const page = (() => {
   $("verdict-more").before(make("div", {id: "cautions"}))
   const header = document.querySelector("header")
   new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
-  build_limits()
-  build_preferences()
+  buildLimits()
+  buildPreferences()
   const mus = data.columns.filter((column) => column.role === "geometric")
-  const [first, second] = [data.criteria, numeric.filter((column) => column.role === "variable")]
-  build_scatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
-  build_scatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
+  const [first, second] = [data.criteria, limitable.filter((column) => column.role === "variable" && !column.texts)]
+  buildScatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
+  buildScatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
   wire()
-  say(data.remarks.filter((text) => text.startsWith("Warning")))
+  say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
   if (location.hash.length > 1) take(Logic.fromHash(location.hash) ?? {})
   update(true)
-  date_record()
+  dateRecord()
   document.body.classList.toggle("many", data.criteria.length > 6) // so that a print has one page
   document.body.dataset.ready = "yes"
 
   return {
-    Logic, data, step, ready: performance.now(), update, select: select_rows,
+    Logic, data, step, ready: performance.now(), update, select: selectRows,
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
-    get resting() { return !waiting && thinking === 0 }, plots, scale: scale_of,
+    get resting() { return !waiting && thinking === 0 }, plots, scale: scaleOf,
   }
 })()
 window.decisionPage = page
