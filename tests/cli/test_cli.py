@@ -14,13 +14,14 @@ import pymoo_psi
 from pymoo_psi import (
     PSI,
     FailureTolerant,
+    PsiError,
     Recorded,
     SurrogatePSI,
     TestTable,
     VectorizedSphereChute,
     rank_of_efficiency,
 )
-from pymoo_psi.cli import _reproduce, main
+from pymoo_psi.cli import _compare, _reproduce, main
 from tests.table.exact_csv import EXACT
 
 
@@ -216,6 +217,19 @@ def test_solve_by_nsga3_continues_a_study(capsys, tmp_path):
     assert run(capsys, "export", study, "--out", tmp_path / "all.csv")[0] == 0
     code, _, err = run(capsys, "solve", "osy", "--points", 64, "--study", study)
     assert (code, "an algorithm (Recorded)" in err) == (2, True)
+
+
+def test_a_comparison_with_surrogates_says_first_that_it_takes_long(capsys, monkeypatch):
+    def stopped(*arguments, **options):
+        raise PsiError("stopped")
+
+    monkeypatch.setattr(_compare, "compare", stopped)
+    words = ["compare", "bnh", "--evaluations", "32,64", "--seeds", 3, "--algorithms"]
+    code, printed, _ = run(capsys, *words, "psi,surrogate")
+    assert code == 2
+    assert printed.startswith("6 runs of surrogate: ")
+    assert "Fewer --evaluations or --seeds shorten it." in printed
+    assert run(capsys, *words, "psi,nsga3")[1] == ""
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(capsys, tmp_path, monkeypatch):

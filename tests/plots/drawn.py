@@ -14,11 +14,11 @@ def shown(figure):
     return [ax for ax in figure.axes if ax.axison]
 
 
-def assert_whole(figure):
-    """Nothing leaves the page, and its legends lie on no axes."""
+def assert_whole(figure, *, draw=False):
+    """Nothing leaves the page, and its legends lie on no axes; a page that no test saves is drawn."""
     canvas = FigureCanvasAgg(figure)
     renderer = canvas.get_renderer()
-    if any(ax.name == "3d" for ax in figure.axes):
+    if draw or any(ax.name == "3d" for ax in figure.axes):
         canvas.draw()  # only drawing looks at a space from its side
     elif (engine := figure.get_layout_engine()) is not None:
         engine.execute(figure)  # what is where, at two thirds of the cost of drawing it as well

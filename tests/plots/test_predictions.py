@@ -31,7 +31,7 @@ def test_every_proposal_is_where_it_was_expected_and_found(frame):
     np.testing.assert_array_equal(drawn, frame[["f1_predicted", "f1"]][:19])
     assert texts(figure) == ["gaussian process", "radial functions"]
     assert figure.get_suptitle() == "Beams\n19 proposals in 2 rounds, the later the darker"
-    assert_whole(figure)
+    assert_whole(figure, draw=True)
 
 
 def test_what_cannot_be_drawn_is_told(frame):

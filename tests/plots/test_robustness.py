@@ -29,7 +29,7 @@ def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
     title = figure.get_suptitle()
     assert title.startswith("Forty chutes\nuncertain: mu from 0.3")
     assert ", c from 0.2" in title
-    assert_whole(figure)
+    assert_whole(figure, draw=True)
 
 
 def test_all_designs_stand_under_their_rows_if_there_are_no_more(result):

@@ -275,7 +275,7 @@ def test_a_section_shows_the_feasible_part_the_design_and_the_limit(cut):
     assert np.isfinite(feasible.get_ydata()).tolist() == [False, False, True, True, True]
     assert set(labelled(second, "test point 2").get_xdata()) == {0.25}
     assert figure.get_suptitle() == "Sphere\nsection through test point 2: 5 designs, 1 failed"
-    assert_whole(figure)
+    assert_whole(figure, draw=True)
 
 
 def test_a_section_through_a_design_of_ones_own():

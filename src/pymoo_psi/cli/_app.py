@@ -174,9 +174,9 @@ def reproduce(
     """Compute the tables of the chute's paper, compare with print."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
-    models = None if model is None else [model.value]
+    models = [each.value for each in ModelName if model in (None, each)]
     return run_reproduce(
-        out, points, jobs, figures.value, mu=mu, c=c, r=r, models=models, force=force
+        out, points, jobs, figures.value, mu=mu or (), c=c, r=r, models=models, force=force
     )
 
 

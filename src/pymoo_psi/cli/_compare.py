@@ -8,7 +8,7 @@ import pandas as pd
 from pymoo.core.problem import Problem
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import integer, job_count
+from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.cli._options import numbers_in
 from pymoo_psi.cli._output import print_frame, progress_bar, require_results, say, write_csv
 from pymoo_psi.comparison import (
@@ -20,6 +20,7 @@ from pymoo_psi.comparison import (
     report,
 )
 from pymoo_psi.comparison._runs import Run
+from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.plots import save_comparison
 
 
@@ -46,6 +47,14 @@ def run_compare(
         folder = require_results(out, files, force=force)
     # Before the runs, so that a wrong file is told at once.
     known = None if reference is None else Reference.load(reference)
+    names = [word.strip() for word in algorithms.split(",")]
+    if learn := [name for name in names if name.startswith("surrogate")]:
+        runs = counted(len(learn) * len({*budgets}) * seeds, "run")
+        say(
+            f"{runs} of {listed(learn)}: surrogates learn anew after every few designs, so that "
+            f"some hundred evaluations take up to a minute a run, and thousands far longer. Fewer "
+            f"--evaluations or --seeds shorten it."
+        )
     with progress_bar() as bar:
         task = bar.add_task(f"runs on {problem.name()}", total=None)
 
@@ -56,7 +65,7 @@ def run_compare(
             problem,
             n_evaluations=budgets,
             seeds=seeds,
-            algorithms=[word.strip() for word in algorithms.split(",")],
+            algorithms=names,
             assess=assess,
             reference=known,
             folder=None if folder is None else folder / "runs",

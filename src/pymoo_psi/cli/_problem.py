@@ -169,12 +169,8 @@ def _arguments(kind: Any) -> list[str]:
     # What a class takes as **kwargs goes to its base, up to pymoo's, whose are no user's options.
     calls = [kind]
     if isinstance(kind, type):
-        calls = [
-            vars(each).get("__init__")
-            for each in kind.__mro__
-            if each.__module__ != Problem.__module__
-        ]
-        calls = [call for call in calls if call is not None]
+        bases = [each for each in kind.__mro__ if each.__module__ != Problem.__module__]
+        calls = [vars(each)["__init__"] for each in bases if "__init__" in vars(each)]
     names: list[str] = []
     for call in calls:
         try:

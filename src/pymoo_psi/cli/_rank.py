@@ -45,21 +45,7 @@ def run_rank(
     force: bool,
     top: int,
 ) -> int:
-    """Rank the designs of a file, write all if a file is named, and print the best.
-
-    Args:
-        path: The file; see :func:`pymoo_psi.table.read_designs`.
-        columns: Its columns that are objectives, and those of them to be maximised.
-        written: How it is written.
-        decision: A decision file of the page, under whose limits the designs are ranked.
-        normalize: Measure each objective in units of its range.
-        prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
-        representatives: How many designs to print that stand for the Pareto set, if any.
-        out: Where to write all designs, CSV or JSON by its suffix.
-        figure: Where to draw the Pareto set, in the format of its suffix.
-        force: Whether to overwrite any file.
-        top: How many designs to print.
-    """
+    """Rank the designs of a file, write all if a file is named, and print the best."""
     top = integer("--top", top, minimum=1)
     if representatives is not None:
         integer("--representatives", representatives, minimum=1)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import counted, integer, job_count
-from pymoo_psi.chute import MODELS, ChuteParameters
+from pymoo_psi.chute import ChuteParameters
 from pymoo_psi.cli._output import (
     print_frame,
     progress_bar,
@@ -40,29 +40,28 @@ def run_reproduce(
     out: Path,
     points: int,
     jobs: int,
-    figures: str = "png",
+    figures: str,
     *,
-    mu: Sequence[float] | None,
+    mu: Sequence[float],
     c: float,
     r: float,
-    models: Sequence[str] | None,
+    models: Sequence[str],
     force: bool,
 ) -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
     integer("--points", points, minimum=1)
     job_count("--jobs", jobs)
-    wanted = [model for model in ("full", "rolling") if model in (models or MODELS)]
     files = ["table_6_1.csv", "table_6_2.csv", "continuous_optima.csv", "convergence.*", "figure_*"]
     require_results(out, files, force=force)
     # The full model's are the results; those of the other one only check print.
-    folders = {model: out / model if model == "rolling" else out for model in wanted}
+    folders = {model: out / model if model == "rolling" else out for model in models}
     for folder in folders.values():
         folder.mkdir(exist_ok=True)
         require_folder(folder, str(folder))
     coefficients = tuple(mu or PAPER_MU)
     with progress_bar() as bar:
         # A set of figures for each model, beside the cases.
-        total = len(wanted) * (len(coefficients) + 1)
+        total = len(models) * (len(coefficients) + 1)
         task = bar.add_task("Cases (friction coefficient, model)", total=total)
 
         def step(done: str) -> None:
@@ -75,7 +74,7 @@ def run_reproduce(
             step(f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(
-            points, mu=coefficients, c=c, r=r, models=wanted, n_jobs=jobs, on_case=advance
+            points, mu=coefficients, c=c, r=r, models=models, n_jobs=jobs, on_case=advance
         )
 
         def draw(model: str) -> str:
@@ -83,7 +82,7 @@ def run_reproduce(
             return model
 
         # Figures take most of the time, so that a second process is worth its start.
-        for _, model in in_parallel(draw, wanted, min(jobs, len(wanted)) if jobs > 0 else jobs):
+        for _, model in in_parallel(draw, models, min(jobs, len(models)) if jobs > 0 else jobs):
             step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     optima = result.continuous_optima()
@@ -98,9 +97,9 @@ def run_reproduce(
     print_frame(_stacked(table_6_1, optima), "Table 6.1: Salukvadze optima")
     print_frame(_stacked(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
     say(_HEADINGS)
-    if "rolling" in wanted:
+    if "rolling" in models:
         say("rolling: rolls from the start (Eq. 2.20); the published tables follow from it.")
-    if "full" in wanted:
+    if "full" in models:
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
         write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
@@ -110,7 +109,7 @@ def run_reproduce(
     written = [f"of the {model} model to {folder}" for model, folder in folders.items()]
     say(f"Tables written to {out}, figures {' and '.join(written)}.")
     if len(coefficients) > 1:
-        shown = shown_case(result, wanted[0]).mu
+        shown = shown_case(result, models[0]).mu
         say(f"Figures 3 to 8 are of mu = {shown:g}; for those of another give it as the only --mu.")
     # Other numbers of points have optima of their own, which say nothing about the paper's.
     return 0 if not _compared(result) or all(result.agreement().values()) else 1
