@@ -30,14 +30,8 @@ def run_page(
 ) -> int:
     """Write the page and say where it is.
 
-    Args:
-        path: The file of designs.
-        columns: What its columns are, with the limits that the page opens with.
-        written: How it is written, and but for lines to skip the prototype, too.
-        document: Variables, units, the decision with which the page opens, the heading.
-        prototype: A file of existing designs to compare with, instead of those that ``path`` has.
-        out: The HTML file to write.
-        force: Whether to overwrite any file.
+    It opens with the limits that are given, or with those of a decision. Existing designs to
+    compare with are those of the file ``prototype``, if one is given, and else those of ``path``.
     """
     decision, normalize = document.decision, not document.no_normalize
     require_output(out, (".html", ".htm"), path, prototype, decision, by="page", force=force)

@@ -33,16 +33,6 @@ def run_report(
 ) -> int:
     """Write the report and say where it is.
 
-    Args:
-        path: A study, a table of all tests, or a file of designs.
-        columns: What its columns are, and the limits.
-        written: How it is written.
-        document: Variables, units, the decision (limits, the design chosen, the reason), heading.
-        prefer: Preferences, see :mod:`pymoo_psi.cli._choice`.
-        design: Number of the test point, or row of the file, that is chosen.
-        out: The HTML file to write.
-        force: Whether to overwrite any file.
-
     Returns:
         0, or 1 if no design is feasible; the report then says what stands in the way.
     """

@@ -56,19 +56,7 @@ _LONGEST = 120  # characters of a reason, so that three of them stay readable
 
 @dataclass(frozen=True)
 class Search:
-    """How ``solve`` searches, as it is typed.
-
-    Attributes:
-        algorithm: ``"psi"``, ``"surrogate"`` or ``"nsga3"``.
-        points: How many designs are evaluated, or tested.
-        seed: Of surrogates and NSGA-III.
-        columns: The formulation: limits such as ``f1=2.5,f4<=1``, criteria, senses.
-        study: The file in which every design is kept.
-        study_key: What else the study depends on.
-        retry: ``failed``, or numbers of failed test points to be tested once more.
-        share: ``k/n``, the k-th of n parts of the points; the study is a folder then.
-        jobs: Processes for a vectorised problem.
-        sampling: Where the test points come from: ``"lptau"``, or an engine of ``QMCSampling``.
+    """How ``solve`` searches: its options as they are typed.
 
     Raises:
         ArgumentValueError: An option does not go with the algorithm, or without a study.
