@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -121,45 +121,42 @@ class SolveResult:
     """What a search ended with.
 
     Attributes:
-        layout: Names, senses and units of the columns.
-        designs: One row per Pareto-optimal design: ``test_point`` of PSI or a study, the variables.
-        F: ``(n, m)`` their objectives, all minimised.
-        outputs: What else the model gave for them.
+        front: The Pareto-optimal designs.
+        numbered: Whether their numbers are those of test points, of PSI or a study.
         counts: How many designs were tested, stored before, and failed.
         remarks: Lines to tell: why no design is feasible if none is, why designs failed.
         dominated: The tests that are feasible and dominated, where all of them are known: without
             a design of the Pareto set they may come into it.
     """
 
-    layout: Layout
-    designs: pd.DataFrame
-    F: NDArray[np.float64]
-    outputs: pd.DataFrame
+    front: TestTable
+    numbered: bool
     counts: str
     remarks: tuple[str, ...]
     dominated: TestTable | None = None
 
     def ranking(self, *, normalize: bool) -> EfficiencyRanking:
         """Return the ranking of the Pareto set, the objectives in their own sense."""
-        return self._ranked(self.F, normalize)
+        return self._ranked(self.front.F, normalize)
 
     def ranking_of_all(self, ranking: EfficiencyRanking) -> EfficiencyRanking:
         """Return that ranking with the dominated designs behind it, and what all are called."""
-        labels, F = self.labels(ranking), self.F
+        labels, F = self.labels(ranking), self.front.F
         if self.dominated is not None:
             labels += [f"test point {number}" for number in self.dominated.numbers]
             F = np.vstack([F, self.dominated.F])
         return labelled(self._ranked(F, ranking.frame.normalize), labels)
 
     def _ranked(self, F: NDArray[np.float64], normalize: bool) -> EfficiencyRanking:
-        own = pd.DataFrame(F * self.layout.sign, columns=list(self.layout.objectives))
-        more = [name for name in self.layout.objectives if name in self.layout.maximized]
+        layout = self.front.layout
+        own = pd.DataFrame(F * layout.sign, columns=list(layout.objectives))
+        more = [name for name in layout.objectives if name in layout.maximized]
         return rank_of_efficiency(own, normalize=normalize, maximize=more)
 
     def labels(self, ranking: EfficiencyRanking) -> list[str]:
         """Return what the designs are called: by test point, or by row of what is written."""
-        if "test_point" in self.designs:
-            return [f"test point {number}" for number in self.designs["test_point"]]
+        if self.numbered:
+            return [f"test point {number}" for number in self.front.numbers]
         return [f"row {place + 1}" for place in ranking.order.argsort()]
 
     def ranked(self, ranking: EfficiencyRanking) -> pd.DataFrame:
@@ -168,20 +165,23 @@ class SolveResult:
         Columns: ``test_point`` of PSI or a study, the variables, the objectives in their own
         sense, the outputs, ``mu1``, ``mu2``, ``mu3``, ``rank``.
         """
-        names = list(self.layout.objectives)
-        ranked = ranking.to_frame()
+        front, ranked = self.front, ranking.to_frame()
+        names = list(front.layout.objectives)
+        designs = {"test_point": front.numbers} if self.numbered else {}
+        designs |= dict(zip(front.layout.variables, front.X.T, strict=True))
+        outputs = pd.DataFrame({name: front.column(name) for name in self.roles.outputs})
         mu = ranked.drop(columns=[*names, "pareto"])
-        return pd.concat([self.designs, ranked[names], self.outputs, mu], axis=1).loc[ranked.index]
+        frames = [pd.DataFrame(designs), ranked[names], outputs, mu]
+        return pd.concat(frames, axis=1).loc[ranked.index]
 
     @property
     def roles(self) -> Roles:
         """What the columns are."""
-        columns = tuple(name for name in self.designs.columns if name != "test_point")
-        label = None if len(columns) == len(self.designs.columns) else "test_point"
-        outputs = tuple(map(str, self.outputs.columns))
-        names = self.layout.objectives
-        more = tuple(name for name in self.layout.maximized if name in {*names, *outputs})
-        return Roles(names, columns, label, more, outputs)
+        layout = self.front.layout
+        outputs = tuple(name for name in layout.outputs if name not in RANKING_COLUMNS)
+        more = tuple(name for name in layout.maximized if name in {*layout.objectives, *outputs})
+        label = "test_point" if self.numbered else None
+        return Roles(layout.objectives, layout.variables, label, more, outputs)
 
 
 def run_solve(
@@ -212,7 +212,8 @@ def run_solve(
     else:
         found = _by_psi(problem, search, asked)
 
-    if len(found.F) == 0:
+    layout = found.front.layout
+    if len(found.front) == 0:
         say(f"{problem.name()}: no feasible design, {found.counts}")
         for line in found.remarks:
             say(line)
@@ -223,11 +224,11 @@ def run_solve(
     frame = found.ranked(ranking)
     if target is not None:  # before anything is printed, which may fail
         numbers = list(frame.select_dtypes("number").columns)
-        units = {name: unit for name, unit in found.layout.units.items() if name in frame}
+        units = {name: unit for name, unit in layout.units.items() if name in frame}
         write_csv(frame, target, found.roles, units, numbers)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
-    label = found.layout.label
+    label = layout.label
     roles, distances = found.roles, ["mu1", "mu2", "mu3"]
     plain = [label(name) for name in (*roles.variables, *roles.objectives, *roles.outputs)]
     spare = [label(name) for name in (*roles.variables, *roles.outputs)]
@@ -235,9 +236,12 @@ def run_solve(
     shown = shown[[*shown.columns.drop(["rank", *distances]), "rank", *distances]]
     shown = shown.rename(columns=label)
     print_frame(shown, title, plain=plain, spare=[distances, spare])
-    say_choice(found.ranking_of_all(ranking), found.layout.units)
+    say_choice(found.ranking_of_all(ranking), layout.units)
     for line in found.remarks:
         say(line)
+    for name in layout.outputs:
+        if name not in roles.outputs:
+            say(f"out[{name!r}] is left out: a column of the ranking is so called")
     n_free = len(design_space(problem).free.variables)
     lptau = search.algorithm != "nsga3" and search.sampling == "lptau"
     if lptau and n_free > MAX_DIMENSIONS:
@@ -263,32 +267,14 @@ def _by_nsga3(problem: Problem, search: Search, layout: Layout) -> SolveResult:
     counts += f", {len(reasons)} failed" if reasons else ""
     failures = _failures(reasons)
     if result.F is None:  # so pymoo says that no design is feasible
-        last = _last_tests(result.pop, layout)
+        last = _tests_of(result.pop, problem, layout)
         remarks = (*_most_violated(last, "the last {}"), *failures)
-        nothing = pd.DataFrame()
-        return SolveResult(layout, nothing, np.empty((0, 0)), nothing, counts, remarks)
-    X, F = result.opt.get("X", "F")
-    designs = pd.DataFrame(design_space(problem).to_matrix(X), columns=list(layout.variables))
-    outputs = pd.DataFrame(index=designs.index)
-    if search.study is not None:
-        numbers = result.opt.get("test_point")
-        designs.insert(0, "test_point", numbers)
-        table = searched.table
-        outputs, remarks = _outputs(table.rows(np.searchsorted(table.numbers, numbers)))
-        layout, failures = table.layout, (*remarks, *failures)
-    return SolveResult(layout, designs, F, outputs, counts, failures)
-
-
-def _outputs(front: TestTable) -> tuple[pd.DataFrame, tuple[str, ...]]:
-    """Return what else the model gave for designs, and lines on what has no place among them."""
-    names = front.layout.outputs
-    kept = {name: front.column(name) for name in names if name not in RANKING_COLUMNS}
-    remarks = tuple(
-        f"out[{name!r}] is left out: a column of the ranking is so called"
-        for name in names
-        if name not in kept
-    )
-    return pd.DataFrame(kept, index=range(len(front))), remarks
+        return SolveResult(last.rows(last.pareto()), False, counts, remarks)
+    if search.study is None:
+        return SolveResult(_tests_of(result.opt, problem, layout), False, counts, failures)
+    table = searched.table
+    rows = np.searchsorted(table.numbers, result.opt.get("test_point"))
+    return SolveResult(table.rows(rows), True, counts, failures)
 
 
 @contextmanager
@@ -309,15 +295,14 @@ def _told_if_stopped(search: Search) -> Iterator[None]:
             raise
 
 
-def _last_tests(population: Any, layout: Layout) -> TestTable:
-    """Return the values of a population of a ``FailureTolerant`` as a table, without designs."""
-    F, G, H, failures = population.get("F", "G", "H", "failure")
+def _tests_of(population: Any, problem: Problem, layout: Layout) -> TestTable:
+    """Return a population of a ``FailureTolerant`` as a table."""
+    X, F, G, H, failures = population.get("X", "F", "G", "H", "failure")
     numbers = np.arange(1, len(F) + 1)
     reasons = {n: reason for n, reason in zip(numbers.tolist(), failures, strict=True) if reason}
     # The last constraint is the one that FailureTolerant has added.
-    without = replace(layout, variables=(), lower=np.zeros(0), upper=np.zeros(0), kinds=())
-    X = np.empty((len(F), 0))
-    return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=without)
+    X = design_space(problem).to_matrix(X)
+    return TestTable.of(numbers, X, F, G[:, :-1], H, reasons=reasons, layout=layout)
 
 
 def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult:
@@ -379,9 +364,6 @@ def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int
     if table.F.shape[1] == 1:
         rows = rows[:1]  # as pymoo does
     front = table.rows(rows)
-    designs = pd.DataFrame({"test_point": front.numbers})
-    for name, column in zip(table.layout.variables, front.X.T, strict=True):
-        designs[name] = column
     failed = int((table.status == "failed").sum())
     n_designs = len(table) - np.count_nonzero(table.repeats)
     different = f", {n_designs} different designs" if n_designs < len(table) else ""
@@ -394,10 +376,8 @@ def _of_table(problem: Problem, tests: TestTable, asked: Formulation, n_new: int
         remarks = (*remarks, _alone(problem, front))
     elif asked.limits and (box := box_text(table, {}, problem)):
         remarks = (*remarks, f"Where the feasible designs lie: --box {shlex.quote(box)}")
-    outputs, left_out = _outputs(front)
     dominated = table.rows(np.flatnonzero(table.eligible() & ~pareto & (table.repeats == 0)))
-    remarks = (*remarks, *left_out)
-    return SolveResult(table.layout, designs, front.F, outputs, counts, remarks, dominated)
+    return SolveResult(front, True, counts, remarks, dominated)
 
 
 def _alone(problem: Problem, front: TestTable) -> str:
