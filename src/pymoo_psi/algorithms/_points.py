@@ -84,6 +84,7 @@ class Points:
 
     def cut(self, rows: range | NDArray[np.intp]) -> Cut:
         """Return the points in some places, from 0; one at least."""
-        numbers = self._share.dealt(self._rounds.start + np.asarray(rows))
+        places = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
+        numbers = self._share.dealt(self._rounds.start + places)
         given = None if self._units is None else self._units[numbers - self._first]
         return Cut(numbers, self._n_dim, given)

@@ -28,8 +28,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import EfficiencyRanking, nondominated
-from pymoo_psi.pareto._compromise import highest_achievement, nearest_compromise
-from pymoo_psi.pareto._knee import knee
+from pymoo_psi.pareto._compromise import highest_achievement, knee, nearest_compromise
 from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._ranking import front_of, ranking_of
 from pymoo_psi.problems._pymoo import call_of
