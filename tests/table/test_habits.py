@@ -447,6 +447,11 @@ FILES = {
         {},
         "holds '90 %' in the column 'a', in %, while .* is in per cent by its format",
     ),
+    "a stray cell far away": (
+        workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")),
+        {},
+        "its cells reach from A1 to XFD1000, over four million; delete those beside the table",
+    ),
     "a sum in a workbook": (workbook([*TYPED, ["Total", 1], [3.75, 32.5]]), {}, "text among numbers"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
@@ -514,7 +519,8 @@ def test_what_a_sheet_hides_is_told(path, capsys):
 
     def hide(sheet):
         sheet.auto_filter.ref = "A2:D6"
-        sheet.row_dimensions[4].hidden = sheet.row_dimensions[6].hidden = True
+        for number in (4, 6, 20):
+            sheet.row_dimensions[number].hidden = True
         sheet.column_dimensions.group("C", "D", hidden=True)
 
     rows = [["Results"], ["m", "a", "b", "c"], *([f"V{i}", i, 9 - i, 7] for i in range(1, 5))]
@@ -522,10 +528,10 @@ def test_what_a_sheet_hides_is_told(path, capsys):
     whole = read_designs(path, skip_rows=[1])
     assert whole.values(["a"]).ravel().tolist() == [1, 2, 3, 4]
     assert whole.remarks == (
-        "2 hidden rows of the sheet read like the others: line 4, 6; --skip-rows hidden leaves such "
-        "rows out.",
-        "2 hidden columns of the sheet read like the others: b, c; --objectives says by which "
-        "columns to rank.",
+        "Read although hidden in the sheet: 2 rows (line 4, 6); --skip-rows hidden leaves such rows "
+        "out.",
+        "Read although hidden in the sheet: 2 columns (b, c); --objectives says by which columns to "
+        "rank.",
     )
     part = read_designs(path, skip_rows=["hidden", 1])
     assert part.values(["a"]).ravel().tolist() == [1, 3]

@@ -69,7 +69,8 @@ def run_page(
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
         old = read(replace(written, skip_rows=None, sheet=None), prototype)
-        existing, remarks = _named_designs(old, roles.objectives), [*remarks, *old.remarks]
+        existing = _named_designs(old, roles.objectives)
+        remarks += [f"{prototype.name}: {remark}" for remark in old.remarks]
     names = [*roles.objectives, *roles.variables, *roles.outputs]
     unseen = [name for name in file.names if name not in (*names, roles.label)]
     if unseen and file.known is None:  # else the file tells what its other columns are

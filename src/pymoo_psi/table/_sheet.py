@@ -166,11 +166,10 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
             raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
         return {sheet.title: sheet for sheet in book.worksheets}
 
-    tables = {title: list(sheet.iter_rows()) for title, sheet in loaded(data_only=False).items()}
     filled = {
-        title: table
-        for title, table in tables.items()
-        if any(cell.value is not None for row in table for cell in row)
+        title: sheet
+        for title, sheet in loaded(data_only=False).items()
+        if any(cell.value is not None for row in sheet.iter_rows() for cell in row)
     }
     if name is not None:
         filled = {name: filled[known_name("sheet", name, filled)]}
@@ -178,14 +177,22 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
     if len(filled) != 1:
         what = f"{len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
         raise UnfitError(f"it has {what}; name the one with the designs by --sheet")
-    ((title, table),) = filled.items()
-    sheet = table[0][0].parent
+    ((title, sheet),) = filled.items()
+    # As objects they take 1 GB. One stray cell at the far end is enough.
+    if sheet.max_row * sheet.max_column > 4_000_000:
+        raise UnfitError(
+            f"its cells reach from {sheet.dimensions.replace(':', ' to ')}, over four million; "
+            f"delete those beside the table, or save the sheet as CSV"
+        )
+    table = list(sheet.iter_rows())
     # A formula and its value are never loaded both at once.
     formulas = any(cell.data_type == "f" for row in table for cell in row)
     values = list(loaded(data_only=True)[title].iter_rows()) if formulas else table
     hidden = {number for number, row in sheet.row_dimensions.items() if row.hidden}
-    skipped = {*skip_rows, *(hidden if "hidden" in skip_rows else ())} - {"hidden"}
+    skipped = {*skip_rows} - {"hidden"}
     _require_lines(skipped, len(table))
+    if "hidden" in skip_rows:
+        skipped |= hidden
     rows, ends = [], []
     for number, cells in enumerate(zip(table, values, strict=True), start=1):
         row = list(map(_typed, *cells))
@@ -194,22 +201,24 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
             ends.append(number)
     if not rows:
         raise UnfitError(_EMPTY)
-    remarks = []
-    if lines := [str(number) for number in ends[1:] if number in hidden]:
-        told = ", ".join(lines[:6]) + (", …" if len(lines) > 6 else "")
-        remarks.append(
-            f"{counted(len(lines), 'hidden row')} of the sheet read like the others: line {told}; "
-            f"--skip-rows hidden leaves such rows out."
-        )
     groups = [group for group in sheet.column_dimensions.values() if group.hidden]
-    if names := [
+    names = [
         str(cell)
         for j, cell in enumerate(rows[0], start=1)
         if cell != "" and any(group.min <= j <= group.max for group in groups)
-    ]:
+    ]
+    lines = [str(number) for number in ends[1:] if number in hidden]
+    remarks = []
+    if lines:
+        told = ", ".join(lines[:6]) + (", …" if len(lines) > 6 else "")
         remarks.append(
-            f"{counted(len(names), 'hidden column')} of the sheet read like the others: "
-            f"{', '.join(names)}; --objectives says by which columns to rank."
+            f"Read although hidden in the sheet: {counted(len(lines), 'row')} (line {told}); "
+            f"--skip-rows hidden leaves such rows out."
+        )
+    if names:
+        remarks.append(
+            f"Read although hidden in the sheet: {counted(len(names), 'column')} "
+            f"({', '.join(names)}); --objectives says by which columns to rank."
         )
     return replace(_sheet(rows, ends, ""), hidden=hidden, remarks=tuple(remarks))
 
