@@ -113,15 +113,11 @@ def is_number(cell: Any) -> bool:
     return not is_blank(cell) and _number(cell) is not None
 
 
-def is_numberlike(cell: Any) -> bool:
-    """Say whether a cell is a number, or what a human may take for one."""
-    if not isinstance(cell, str):
-        return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+def _is_numberlike(text: str) -> bool:
+    """Say whether a human may take a text for a number."""
     # Cut, as a longer text is no number, and how it begins is all that a glance takes in.
-    text = cell.strip().translate(_MINUS)[:_LONGEST]
-    return bool(_INFINITE.fullmatch(text)) or bool(
-        _NUMBERLIKE.match(text) and not _DATE.fullmatch(text)
-    )
+    text = text.strip().translate(_MINUS)[:_LONGEST]
+    return bool(_NUMBERLIKE.match(text)) and not _DATE.fullmatch(text)
 
 
 class PerCent(float):
@@ -327,8 +323,9 @@ def _read(scan: _Scan, marks: Marks, of_file: set[str], points: bool) -> Column:
 def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
     """Return the numbers of a column by row, none if it is text; refuse what is neither."""
     numbers = {i: number for i, number in enumerate(scan.found) if number is not None}
-    for i in scan.texts:
-        if isinstance(scan.cells[i], str) and _FORMULA.match(scan.cells[i]):
+    texts = {i: scan.cells[i] for i in scan.texts if isinstance(scan.cells[i], str)}
+    for i, text in texts.items():
+        if _FORMULA.match(text):
             remedy = "save the file with values, as a spreadsheet program does"
             raise _UnreadableError(i, "a formula without its value", remedy)
     # One number is enough: taken for text, the column would silently be no objective.
@@ -340,12 +337,11 @@ def _numbers_of(scan: _Scan) -> dict[int, _Number | float]:
         raise _UnreadableError(scan.texts[0], "text among numbers", remedy)
     # Text throughout is fine, unless a reader would see numbers in it: leaving such a column out
     # changes the ranking without a word.
-    for i in scan.texts:
-        if is_numberlike(scan.cells[i]):
+    for i, text in texts.items():
+        if _is_numberlike(text):
+            what = "like a number, but none that can be read for certain"
             remedy = "write the number alone, or name the objectives by --objectives"
-            raise _UnreadableError(
-                i, "like a number, but none that can be read for certain", remedy
-            )
+            raise _UnreadableError(i, what, remedy)
     # Nothing is converted: numbers stay those that the file shows, so that mm beside m is refused.
     units = {i: getattr(number, "unit", "") for i, number in numbers.items()}
     first = next(iter(units.values()), "")

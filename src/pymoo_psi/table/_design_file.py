@@ -90,8 +90,10 @@ class Roles:
     outputs: tuple[str, ...] = ()
 
 
-def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) -> Roles:
-    """Return the roles of the columns of a file that does not tell them.
+def _guessed_roles(
+    names: Sequence[str], holds_numbers: Callable[[str], bool]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the objectives and variables of a file that does not tell them.
 
     With columns f1, f2, … these are the objectives, and x1, x2, … (or u1, u2, …) the variables.
     Otherwise all columns of numbers are objectives. Numbers and names of designs never are, nor
@@ -108,7 +110,7 @@ def guessed_roles(names: Sequence[str], holds_numbers: Callable[[str], bool]) ->
     # One column called f1 without any x1 is no numbering, and says nothing about the others.
     if not ("f1" in numbered and (variables or len(numbered) > 1)):
         numbered, variables = [name for name in free if holds_numbers(name)], []
-    return Roles(tuple(numbered), tuple(variables), labels[0] if labels else None)
+    return tuple(numbered), tuple(variables)
 
 
 def roles_head(
@@ -128,7 +130,7 @@ def roles_head(
         roles: What the columns are.
         units: Units of columns by name.
     """
-    guessed = guessed_roles(names, holds_numbers).objectives
+    guessed, _ = _guessed_roles(names, holds_numbers)
     if guessed == roles.objectives and not roles.maximize and not any(units.values()):
         return {}
     return {
@@ -288,7 +290,7 @@ class DesignFile:
         found = self.known
         if found is None:
             asked = self._holds_numbers if objectives is None else lambda name: False
-            found = replace(guessed_roles(self.names, asked), label=self.label)
+            found = Roles(*_guessed_roles(self.names, asked), self.label)
         chosen = found.objectives if objectives is None else tuple(objectives)
         kept = found.variables if variables is None else tuple(variables)
         if variables is None:
@@ -683,10 +685,7 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
     frame = table.rows(feasible).to_frame().reset_index()
     # Of feasible designs these say nothing; a ranking adds a pareto of its own.
     frame = frame.drop(columns=["status", "violated", "reason", "pareto"])
-    columns = {
-        str(name): replace(_column(frame[name].tolist()), unit=layout.units.get(str(name), ""))
-        for name in frame.columns
-    }
+    columns = _in_units({str(n): _column(frame[n].tolist()) for n in frame.columns}, layout.units)
     remarks = [f"{missing}."] if missing else []
     if others:
         are = "is" if n == 1 else "are"
@@ -864,12 +863,8 @@ def _with_roles(file: DesignFile, line: str) -> DesignFile:
         tuple(name for name in group if name in file.columns)
         for group in (variables, outputs, maximized)
     )
-    columns = {
-        name: replace(column, unit=units[name]) if name in units else column
-        for name, column in file.columns.items()
-    }
     roles = Roles(objectives, kept, file.label, more, others)
-    return replace(file, columns=columns, known=roles)
+    return replace(file, columns=_in_units(file.columns, units), known=roles)
 
 
 def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
@@ -899,10 +894,7 @@ def _of_json(path: Path, text: str, marks: Marks) -> DesignFile:
         what = "its designs are missing, lack columns, or hold what no table can"
         raise UnfitError(f"{what}, or its objectives are named twice; rank the designs anew")
     columns = {name: [row[name] for row in rows] for name in rows[0]}
-    read = {
-        name: replace(column, unit=units.get(name, column.unit))
-        for name, column in read_columns(columns, marks).items()
-    }
+    read = _in_units(read_columns(columns, marks), units)
     file = DesignFile(path, read, np.arange(1, len(rows) + 1))
     others = tuple(name for name in maximized if name not in objectives)
     return replace(file, known=Roles(tuple(objectives), (), file.label, tuple(maximized), others))
@@ -913,6 +905,11 @@ def _column(cells: list[Any]) -> Column:
     if all(isinstance(cell, (int, float)) and not isinstance(cell, bool) for cell in cells):
         return Column(cells, np.array(cells, dtype=np.float64))
     return Column(cells)
+
+
+def _in_units(columns: Mapping[str, Column], units: Mapping[str, str]) -> dict[str, Column]:
+    """Return columns in the units that are told, the others in those of their cells."""
+    return {n: replace(column, unit=units.get(n, column.unit)) for n, column in columns.items()}
 
 
 def _rows_of(column: Column, rows: NDArray[np.intp]) -> Column:
