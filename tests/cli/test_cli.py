@@ -83,7 +83,7 @@ def test_another_chute_is_reproduced_and_compared_with_nothing(
     code, printed, _ = run(capsys, "reproduce", "--out", tmp_path, "--points", 32, *words)
     assert code == 0
     assert printed.startswith(told)
-    assert ("this chute c = 0.5 and r = 0.1" in printed) == ("--c" in words)
+    assert ("this run mu = 0.4 with c = 0.5 and r = 0.1" in printed) == ("--c" in words)
     # The columns tell mu; the comment what else is not the paper's chute.
     remark = (tmp_path / "table_6_1.csv").read_text().partition("model,mu")[0].rstrip()
     assert remark == ("# chute with c = 0.5 and r = 0.1" if "--c" in words else "")

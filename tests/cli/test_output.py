@@ -213,3 +213,15 @@ def test_an_error_is_broken_between_words_on_a_terminal_and_one_line_elsewhere(c
     lines = capsys.readouterr().err.splitlines()
     assert max(map(len, lines)) <= 40 or "<=" in max(lines, key=len)  # a limit stays whole
     assert " ".join(lines) == line.rstrip()
+
+
+@pytest.mark.parametrize("algorithm", ["psi", "surrogate", "nsga3"])
+def test_a_log_shows_that_a_run_goes_on(capsys, monkeypatch, algorithm):
+    """Without a terminal there is no bar, and a slow model would run for hours without a word."""
+    words = ["solve", "bnh", "--points", "20", "--algorithm", algorithm]
+    assert (main(words), capsys.readouterr().err) == (0, "")  # in less than a minute
+    monkeypatch.setattr(_output, "_EVERY", 0.0)
+    assert main(words) == 0
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last.startswith("20 of 20 evaluated")
+    assert ("feasible, 0 failed" in last) == (algorithm != "nsga3")

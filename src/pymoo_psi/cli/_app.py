@@ -181,7 +181,9 @@ def reproduce(
 
 
 _CHUTE = (
-    "Arguments of the chute: --mu 0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), "
+    "Of the chute x1 is the slope tan α, x2 the speed of the floor; f1 the time, f2 the energy "
+    "balance, f3 = x1, f4 = x2. "
+    "Its arguments: --mu 0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), "
     "--model full or rolling."
 )
 

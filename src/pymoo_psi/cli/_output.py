@@ -11,10 +11,11 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryFile
+from time import monotonic
 from typing import Any, Literal
 
 import pandas as pd
@@ -40,6 +41,7 @@ from pymoo_psi.pareto._sentences import wrapped
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, roles_head
 
+_EVERY = 60.0  # seconds between the lines of a log that show that a run goes on
 _LISTED = 6  # names that a line tells; of more the first and the last one
 
 
@@ -194,6 +196,7 @@ class _RunDisplay:
     def __init__(self, bar: Progress, task: TaskID, asked: Formulation) -> None:
         self.bar, self.task, self.asked = bar, task, asked
         self.tested = self.feasible = self.failed = 0
+        self.due = monotonic() + _EVERY
 
     def block(self, tests: TestTable) -> None:
         """Show more tests that have arrived; a column that they lack ends the run here."""
@@ -201,12 +204,19 @@ class _RunDisplay:
         self.tested += len(table)
         self.feasible += int(table.feasible().sum())
         self.failed += int((table.status == "failed").sum())
-        note = f"{self.feasible} feasible, {self.failed} failed"
-        self.bar.update(self.task, completed=self.tested, note=note)
+        self._show(self.tested, f"{self.feasible} feasible, {self.failed} failed")
 
     def evaluations(self, algorithm: Any) -> None:
         """Show the evaluations of any algorithm."""
-        self.bar.update(self.task, completed=algorithm.evaluator.n_eval)
+        self._show(algorithm.evaluator.n_eval)
+
+    def _show(self, done: int, note: str = "") -> None:
+        self.bar.update(self.task, completed=done, note=note)
+        if self.bar.disable and monotonic() >= self.due:  # no terminal, but perhaps a log
+            self.due = monotonic() + _EVERY
+            of = f"{done} of {self.bar.tasks[0].total:.0f} evaluated"
+            with suppress(OSError):
+                print(", ".join(filter(None, (of, note))), file=sys.stderr, flush=True)
 
 
 class _Rate(ProgressColumn):

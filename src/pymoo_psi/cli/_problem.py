@@ -23,6 +23,7 @@ from pymoo_psi.problems import Restricted, VectorizedSphereChute
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 
+_WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
 
 
@@ -156,9 +157,11 @@ def _made(name: str, make: Any, kind: Any, options: ProblemOptions) -> Problem:
             raise
         reason = f"{type(error).__name__}: {error}"
         reason += f"; its arguments: {', '.join(taken)}" if taken else ""
+        reason += "" if isinstance(kind, type) else f"; {_WRAPPED}"
         raise invalid("PROBLEM", "one that can be made", name, reason) from error
     if not isinstance(problem, Problem):
-        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}")
+        told = f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}"
+        raise ArgumentTypeError(f"{told}; {_WRAPPED}")
     return problem
 
 

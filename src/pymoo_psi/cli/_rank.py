@@ -139,8 +139,12 @@ def _print(
         sense = "maximise" if name in roles.maximize else "minimise"
         unit = f" {units[name]}" if name in units else ""
         say(f"  {sense} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
-    others = [name for name in best.columns if name not in (*names, *RANKING_COLUMNS, "row")]
     number = [] if "row" in names else ["row"]
+    # Tests go by their numbers; that these are their rows, too, need not be told.
+    if roles.label in best and [*map(str, best[roles.label])] == [*map(str, best["row"])]:
+        number = [roles.label]
+    taken = (*number, *names, *RANKING_COLUMNS, "row")
+    others = [name for name in best.columns if name not in taken]
     distances = ["mu1", "mu2", "mu3"]
     shown = best[[*number, *others, *names, "rank", *distances, "pareto"]]
     known = [name for name in (*number, *others, *names) if name in file.columns]

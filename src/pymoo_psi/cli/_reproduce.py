@@ -30,8 +30,8 @@ _PAPER = ChuteParameters(mu=PAPER_MU[0])
 
 # What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
 _HEADINGS = """mu: friction coefficient
-design: number of the LPτ test point; 'printed' is the paper's row, 'continuous' the best test \
-point polished inside the box, against the same U and N
+design: number of the LPτ test point; 'printed' is the paper's row, 'continuous' what a local \
+search in the box found from the best test point on, with the same U
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 to U: distance to the ideal point U, plain, as in the paper (solve and rank: --no-normalize)"""
 
@@ -186,9 +186,11 @@ def _verdict(result: Reproduction) -> str:
     if not all(case.printed for case in result.cases):
         known = ", ".join(map(str, PAPER_MU))
         own = result.cases[0].parameters
+        mu = ", ".join(f"{value:g}" for value in dict.fromkeys(case.mu for case in result.cases))
         return (
             f"Not compared: of such a chute nothing is published; the paper has mu = {known} with "
-            f"c = {_PAPER.c} and r = {_PAPER.r}, this chute c = {own.c:g} and r = {own.r:g}."
+            f"c = {_PAPER.c} and r = {_PAPER.r}, this run mu = {mu} with "
+            f"c = {own.c:g} and r = {own.r:g}."
         )
     if not result.comparable():
         return (

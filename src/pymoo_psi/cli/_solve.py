@@ -236,6 +236,8 @@ def run_solve(
     shown = shown[[*shown.columns.drop(["rank", *distances]), "rank", *distances]]
     shown = shown.rename(columns=label)
     print_frame(shown, title, plain=plain, spare=[distances, spare])
+    if out is None and len(frame) > _SHOWN:
+        say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
     say_choice(found.ranking_of_all(ranking), layout.units)
     for line in found.remarks:
         say(line)

@@ -356,8 +356,8 @@ class Reproduction(Shown):
             "f2, f3, f4 equal at four decimals": same
             and bool((abs(difference[:, 1:]) < 1e-9).all()),
             "f1 within 6e-4 of print": same and bool((abs(f1) <= 6e-4).all()),
-            "M5 empty for mu = 0.6": len(last.ranking.subset(5)) == 0,
-            "no rank-4 design with smaller f4 for mu = 0.6": len(last.cheaper(4)) == 0,
+            "no design of rank 5 for mu = 0.6": len(last.ranking.subset(5)) == 0,
+            "none of rank 4 with a smaller f4 for mu = 0.6": len(last.cheaper(4)) == 0,
         }
 
 

@@ -298,8 +298,8 @@ def _limits(case: Case) -> Iterator[Part]:
         constraint = name in layout.constraints
         text = name if constraint else _limit(case, name, lower, upper)
         last = _reached(case, name, lower, upper) if none else _gain(case, best[: 2 * m])
-        rows.append((text, f"{rejects}", f"{alone}", last if none or alone else "nothing"))
-    head = ("constraint or limit", "rejects", "it alone", "without it the best would be")
+        rows.append((text, f"{rejects}", f"{alone}", last if none or alone else "as they are"))
+    head = ("constraint or limit", "rejects", "it alone", "without it the best values would be")
     if none:
         head = (*head[:3], "nearest value")
     yield Cells(head, tuple(rows))
