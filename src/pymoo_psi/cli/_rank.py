@@ -141,7 +141,7 @@ def _print(
         say(f"  {sense} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
     number = [] if "row" in names else ["row"]
     # Tests go by their numbers; that these are their rows, too, need not be told.
-    if roles.label in best and [*map(str, best[roles.label])] == [*map(str, best["row"])]:
+    if roles.label is not None and [*map(str, best[roles.label])] == [*map(str, best["row"])]:
         number = [roles.label]
     taken = (*number, *names, *RANKING_COLUMNS, "row")
     others = [name for name in best.columns if name not in taken]
