@@ -160,8 +160,8 @@ def _made(name: str, make: Any, kind: Any, options: ProblemOptions) -> Problem:
         reason += "" if isinstance(kind, type) else f"; {_WRAPPED}"
         raise invalid("PROBLEM", "one that can be made", name, reason) from error
     if not isinstance(problem, Problem):
-        told = f"PROBLEM {name} must give a pymoo Problem, got {problem!r:.80}"
-        raise ArgumentTypeError(f"{told}; {_WRAPPED}")
+        received = f"got {problem!r:.80}; {_WRAPPED}"
+        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, {received}")
     return problem
 
 
