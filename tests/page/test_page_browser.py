@@ -683,6 +683,14 @@ def test_hovering_tells_label_and_values(reader):
     assert reader.state["chosen"] == reader.ask(f"D.data.ids[{best}]")
 
 
+def test_a_scatter_plot_says_where_it_gets_better(reader):
+    for x, arrow in (("c0", "\u2199"), ("c2", "\u2198"), ("c3", None), ("c0", "\u2199")):
+        reader.page.get_by_label("First plot, x axis").select_option(x)  # strength: maximised
+        told = reader.text("#scatter-a .bar .hint")
+        assert ("better" in told) == (arrow is not None)
+        assert arrow is None or arrow in told
+
+
 def test_a_scatter_plot_zooms_and_goes_back(reader):
     reader.page.locator("#scatter-a").get_by_text("Drag zooms").click()
     size = len(reader.selected)

@@ -283,8 +283,8 @@ const page = (() => {
     const where = row < 0 ? "" : verdict && row === verdict.row ? "the best compromise" : rankText(row)
     renew($("chosen"), ...(row < 0
       ? ["No design is chosen yet.", make("span", {className: "screen", textContent: " Choose one here, in the table or by a click in a chart."})]
-      : ["Chosen: ", make("strong", {textContent: called(row)}), make("span", {className: left.mask[row] ? "" : "warning", textContent: ` (${where}) `}),
-        make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
+      : ["Chosen: ", make("strong", {textContent: called(row)}), " ", make("span", {className: left.mask[row] ? "" : "warning", textContent: `(${where})`}),
+        " ", make("button", {className: "small", textContent: "Take back", onclick: () => change({chosen: null})})]))
     const told = row >= 0 ? row : verdict?.row ?? -1
     const parts = told < 0 ? [] : data.columns.filter((column) => column.role === "variable")
       .map((column) => `${column.name} = ${cellText(column, told)}${column.unit ? ` ${column.unit}` : ""}`)
@@ -352,7 +352,7 @@ const page = (() => {
       const out = state.pins.includes(id) || state.base === id
       return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span", {className: "label", textContent: called(row)}),
         make("div", {className: "roles", textContent: [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")}),
-        k > 0 ? make("div", {className: "roles", textContent: sums.filter(([sum]) => sum).map(([sum, word]) => `${sum} ${word}`).join(", ")}) : null,
+        k > 0 ? make("div", {className: "roles", textContent: sums.map(([sum, word]) => `${sum} ${word}`).join(", ")}) : null,
         make("div", {className: "tools"},
           k > 0 ? make("button", {className: "small", textContent: "as base", "aria-label": `Compare against ${called(row)}`, title: "Compare the others against it", onclick: () => change({base: id})}) : null,
           out ? make("button", {className: "small", textContent: "×", "aria-label": `Take ${called(row)} out of the comparison`, title: "Take out", onclick: () => takeOut(id)}) : null))
@@ -382,7 +382,7 @@ const page = (() => {
     const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
       const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
       const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
-        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit ? ` ${unit}` : ""} (${percent(share)})`)
+        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit && `\u00a0${unit}`} (${percent(share).replace(" ", "\u00a0")})`)
       const more = told.length - parts.length
       return told.length ? `${word} ${parts.join(", ")}${more ? ` and less in ${more} more` : ""}` : ""
     })
@@ -835,7 +835,10 @@ const page = (() => {
     const plot = Charts.scatter(area, {
       select: selectRows, pick: choose, hover,
       zoomed: (yes) => { out.disabled = !yes },
-      factors: (across, up) => { factors.textContent = [up && `y ${up}`, across && `x ${across}`].filter(Boolean).join(" ") },
+      factors: (across, up) => {
+        const better = columns.x.role === "criterion" && columns.y.role === "criterion" ? `better: ${"↙↘↖↗"[columns.x.maximize + 2 * columns.y.maximize]}` : ""
+        factors.textContent = [up && `y ${up}`, across && `x ${across}`, better].filter(Boolean).join(" ")
+      },
     })
     const told = () => area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
     area.setAttribute("role", "img")
