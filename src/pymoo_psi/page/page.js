@@ -382,7 +382,7 @@ const page = (() => {
     const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
       const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
       const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
-        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit && `\u00a0${unit}`} (${percent(share).replace(" ", "\u00a0")})`)
+        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit && `\u00a0${unit}`} (${percent(share).replaceAll(" ", "\u00a0")})`)
       const more = told.length - parts.length
       return told.length ? `${word} ${parts.join(", ")}${more ? ` and less in ${more} more` : ""}` : ""
     })
