@@ -207,6 +207,7 @@ def test_the_command(capsys, tmp_path):
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds 'n/e' in the column 'b', text among numbers"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
+        ("a,b\n1,2\n3,1\n", ["--units", "a=kg,a=g"], "--units must be given once for each column"),
         ("a,b\n1,2\n3,1\n", ["--limits", "a>=4"], "--limits must be kept by one design or more, got none of 2"),
         ("a,b\n1,2\n3,1\n", ["--limits", "c=2"], "--limits must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,1\n", ["--out", "absent/page.html"], "No such file or directory"),

@@ -86,16 +86,9 @@ def run_compare(
 def _for_print(summary: pd.DataFrame) -> pd.DataFrame:
     columns = [*INDICATORS, "n_nondominated", "seconds"]
     frame = summary[["evaluations", "algorithm", "runs", *columns]].copy()
-    frame.insert(
-        4,
-        "quartiles",
-        [
-            "" if runs == 1 else f"{low:.4f} to {high:.4f}"
-            for runs, low, high in zip(
-                summary["runs"], summary["hypervolume_q1"], summary["hypervolume_q3"], strict=True
-            )
-        ],
-    )
+    quartiles = summary[["runs", "hypervolume_q1", "hypervolume_q3"]].to_numpy(float)
+    texts = ["" if runs == 1 else f"{low:.4f} to {high:.4f}" for runs, low, high in quartiles]
+    frame.insert(4, "quartiles", texts)
     frame["n_nondominated"] = frame["n_nondominated"].round().astype(int)
     return frame.rename(
         columns={"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}

@@ -452,7 +452,7 @@ def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
     """Return the units of columns, each entry ``name=unit``.
 
     Raises:
-        ArgumentValueError: A part is no such pair, or there is no such column.
+        ArgumentValueError: A part is no such pair, there is no such column, or it is named twice.
 
     Example:
         >>> units_in(["mass=kg", "time, s=s"], ["mass", "time, s"])
@@ -464,7 +464,9 @@ def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
         name, equals, unit = (text.strip() for text in part.rpartition("="))
         if not (name and equals):
             raise invalid("--units", "of the form name=unit,name=unit", Received(part or "nothing"))
-        units[known_name("--units", name, known)] = unit
+        if known_name("--units", name, known) in units:
+            raise invalid("--units", "given once for each column", Received(part))
+        units[name] = unit
     return units
 
 

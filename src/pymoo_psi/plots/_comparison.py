@@ -137,11 +137,9 @@ def _budget_of(comparison: Comparison, evaluations: int | None) -> int:
 
 def _rows_of(comparison: Comparison, algorithm: str, evaluations: int) -> list[int]:
     """Return the indices of the runs of an algorithm with one budget."""
-    return [
-        i
-        for i, run in enumerate(comparison.runs)
-        if (run.task.algorithm, run.task.n_evaluations) == (algorithm, evaluations)
-    ]
+    frame = comparison.measures
+    chosen = (frame["algorithm"] == algorithm) & (frame["evaluations"] == evaluations)
+    return np.flatnonzero(chosen).tolist()
 
 
 def reference_front(comparison: Comparison) -> Array:
