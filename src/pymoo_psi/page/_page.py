@@ -180,7 +180,7 @@ def decision_page(
         limits=bounds,
         opens_with=opens_with,
         remarks=remarks,
-        failed=Counter(lost) + Counter(failed or {}),
+        failed=lost + Counter(failed or {}),
         infeasible=infeasible,
     )
 
@@ -206,7 +206,7 @@ def _check_columns(
 
 def _complete(
     frame: pd.DataFrame, F: NDArray[np.float64], objectives: Sequence[str]
-) -> tuple[pd.DataFrame, NDArray[np.float64], dict[str, int]]:
+) -> tuple[pd.DataFrame, NDArray[np.float64], Counter[str]]:
     """Return the designs with all objectives, these, and how many lack which first."""
     known = np.isfinite(F)
     kept = known.all(axis=1)
@@ -214,11 +214,7 @@ def _complete(
         rule = "of one design or more with a finite value of every objective"
         raise invalid("frame", rule, Received(f"none in {len(F)} rows"))
     first = (~known[~kept]).argmax(axis=1)
-    lost = {
-        f"no finite {name}": int((first == j).sum())
-        for j, name in enumerate(objectives)
-        if (first == j).any()
-    }
+    lost = Counter(f"no finite {objectives[j]}" for j in np.sort(first).tolist())
     return frame.iloc[np.flatnonzero(kept)], F[kept], lost
 
 
