@@ -314,6 +314,11 @@ FILES = {
         {},
         {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]},
     ),
+    "statistics beyond all numbers": (
+        "m,a,b\nA,1.6e308,4\nB,1.7e308,3\nMean,-1.7e308,9\n",
+        {},
+        {"a": [1.6e308, 1.7e308, -1.7e308], "b": [4, 3, 9]},
+    ),
     "a design without cost": ("m,a,b\nA,0,4\nB,0,3\nMax,0,2\n", {}, {"a": [0, 0, 0], "b": [4, 3, 2]}),
     # Titles, units, comments, headers
     "a title": (

@@ -813,7 +813,8 @@ def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     least, most = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
     with np.errstate(over="ignore"):
         mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
-    found = {"mean": mean, "median": np.nanmedian(F, axis=0), "least": least, "greatest": most}
+        median = np.nanmedian(F, axis=0)
+    found = {"mean": mean, "median": median, "least": least, "greatest": most}
     statistics = {name: np.where(least < most, values, np.nan) for name, values in found.items()}
     # The sum of one number beside zeros is that number, and no sign of a sum.
     total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
@@ -834,7 +835,8 @@ def _shares(
     texts = ["0" if x != x else str(cell).strip() for cell, x in zip(cells, row, strict=True)]
     digits = [int(Decimal(text).as_tuple().exponent) for text in texts]
     within = 1e-9 * np.abs(row) + [float(f"5e{digit - 1}") for digit in digits]
-    off = {name: np.abs(values - row) - within for name, values in statistics.items()}
+    with np.errstate(over="ignore"):
+        off = {name: np.abs(values - row) - within for name, values in statistics.items()}
     known = {name: gap[~np.isnan(gap)] <= 0 for name, gap in off.items()}
     return {name: float(equal.mean()) for name, equal in known.items() if len(equal)}
 
