@@ -667,6 +667,13 @@ def test_axes_are_moved_and_hidden_by_keys_and_buttons(reader):
     reader.page.click("#axes summary")
 
 
+def test_an_address_that_hides_all_axes_hides_none(reader):
+    names = reader.ask("D.data.columns.map((column) => column.name)")
+    reader.set(axes={"order": [], "hidden": names, "zoom": False})
+    assert reader.page.locator(".heads button").count() > 3
+    reader.brush("#parallel-chart .plot", (0.3, 0.3), (0.3, 0.3))  # a click between axes
+
+
 def test_hovering_tells_label_and_values(reader):
     best = reader.ask("D.verdict.row")
     reader.until("D.resting")

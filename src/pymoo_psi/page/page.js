@@ -621,7 +621,7 @@ const page = (() => {
         wishes.push({input, kind, column})
         return make("td", {}, input)
       })
-      body.append(make("tr", {}, make("th", {scope: "row", textContent: column.label}), inputs))
+      body.append(make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), inputs))
     }
     $("preference-table").append(body)
   }
@@ -638,7 +638,7 @@ const page = (() => {
     if (!($("preferences").open || on || used) || !verdict) return renew($("preference-words"))
     const [first] = Logic.preference(data, ranking, state.preference).best
     renew($("preference-words"), "First by your preferences: ", make("strong", {textContent: called(first)}),
-      first === verdict.row ? ", also the best compromise. " : ". ", ...toggles(first))
+      first === verdict.row ? ", also the best compromise. " : ". ", ...toggles(first).flatMap((button) => [button, " "]))
   }
 
   // Charts.
