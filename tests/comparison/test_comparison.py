@@ -284,6 +284,14 @@ def test_runs_on_another_problem_are_refused(tmp_path):
         compare(VectorizedSphereChute(0.4), **arguments)
 
 
+def test_the_report_tells_the_optimum_in_the_senses_of_the_criteria():
+    problem = get_problem("bnh")
+    problem.names, problem.maximize = {"f1": "mass", "f2": "gain"}, ["gain"]
+    result = compare(problem, n_evaluations=16, algorithms=["psi"], polish=False)
+    mass, minus_gain = result.reference.optimum
+    assert f"mass = {mass:.6g}, gain = {-minus_gain:.6g}." in report(result)
+
+
 def test_names_that_look_alike_have_files_of_their_own(tmp_path):
     algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2", "x" * 300: "psi"}
     compare(get_problem("bnh"), n_evaluations=16, seeds=[1], algorithms=algorithms, folder=tmp_path)

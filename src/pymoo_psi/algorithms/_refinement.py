@@ -29,7 +29,7 @@ class Refinement:
 
     Attributes:
         x: ``(n_var,)`` the refined design.
-        f: ``(m,)`` its objectives.
+        f: ``(m,)`` its objectives as the problem has them, all minimised.
         distance: Its distance μ1 to the utopian point U.
         start: ``(n_var,)`` the design it started from.
         start_distance: The distance μ1 of that one: how far the best test point was from U.
@@ -66,7 +66,8 @@ def refine(
     U, N and the scale stay those of ``ranking``, so that the result is the optimum that the
     ranked set approximates. The method is that of Nelder and Mead, as the criteria may have kinks
     (f2 of the chute is an absolute value), restarted because a simplex may collapse at a bound.
-    Designs that fail or violate a constraint are passed over.
+    Designs that fail or violate a constraint are passed over. Limits, under which a table was
+    ranked, are not known here: the refined design may exceed them.
 
     Args:
         problem: A pymoo problem with a box of continuous variables.

@@ -259,11 +259,12 @@ def compare(
         algorithms: Names, or a mapping from names of your own to such names, to pymoo algorithms,
             or to functions that take the number of evaluations and return one:
             ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
-            algorithm is copied for each run. The names are ``"psi"``,
-            ``"nsga3"``, ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
-            NSGA-III), ``"psi-scrambled"`` and ``"psi-scrambled+nsga3"`` (scrambled Sobol' points
+            algorithm is copied for each run. The names are ``"psi"``, ``"surrogate"``
+            (:class:`pymoo_psi.SurrogatePSI`, for some hundred evaluations), ``"nsga3"``,
+            ``"psi+nsga3"`` (half the budget for PSI, whose best designs start NSGA-III); these but
+            ``"nsga3"`` with ``-scrambled`` behind ``psi`` or ``surrogate`` (scrambled Sobol' points
             for the LPτ points, which begin with the corner and the middle of the box, where many
-            test problems have optimal designs), and pymoo's ``"nsga2"``, ``"unsga3"``,
+            test problems have optimal designs); and pymoo's ``"nsga2"``, ``"unsga3"``,
             ``"moead"``, ``"sms"`` and ``"spea2"``.
         assess: What is measured. ``"evaluated"``: the non-dominated feasible designs among all
             that a run evaluated, for every algorithm alike, which gives one that returns only its

@@ -130,7 +130,8 @@ def _table(comparison: Comparison) -> list[str]:
 
 
 def _method(comparison: Comparison) -> list[str]:
-    reference = comparison.reference
+    reference, layout = comparison.reference, comparison.layout
+    optimum = zip(layout.objectives, reference.optimum * layout.sign + 0.0, strict=True)
     assessed = {
         "evaluated": "the non-dominated feasible designs among all that a run evaluated",
         "returned": "the designs that the algorithm returned",
@@ -143,7 +144,7 @@ def _method(comparison: Comparison) -> list[str]:
         f"{REFERENCE_POINT} in every scaled objective.",
         "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
         "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
-        f"({', '.join(f'{value:.6g}' for value in reference.optimum)}).",
+        f"{', '.join(f'{name} = {value:.6g}' for name, value in optimum)}.",
         "- Differences are tested by Mann-Whitney's U with exact p values, by the exact sign test "
         "where one algorithm is deterministic; p values are corrected by Holm's method "
         "over all pairs and budgets of an indicator; the effect is the probability that a run of "

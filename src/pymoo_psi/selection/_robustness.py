@@ -46,7 +46,8 @@ def robustness(
 
     In every scenario the designs are evaluated by the problem of that scenario and ranked by
     efficiency among themselves. A design that is infeasible there, or has an objective that is
-    not finite, is left out of that ranking.
+    not finite, is left out of that ranking. A model that raises ends it: where designs may fail,
+    ``make_problem`` returns ``FailureTolerant(problem)``, and they count as infeasible.
 
     Args:
         make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
