@@ -178,7 +178,7 @@ class SurrogatePSI(PSI):
         self._investigation = Investigation(plan, self.stop, whole=False)
         if given is not None:
             given = _of_this_run(given, self.table)
-            self.table = self.table.extended(given)  # which refuses other columns
+            self.table = self.table.extended(given)
             self.memory.keep(given)
             self._blocks = [len(given)]
             self._investigation.aim(given.numbers, plan.space.points(given.X))
@@ -379,6 +379,9 @@ def _of_this_run(given: TestTable, table: TestTable) -> TestTable:
             if theirs.get(name) != ours.get(name):
                 what = Received(f"{name} {theirs.get(name)!r:.60}, here {ours.get(name)!r:.60}")
                 raise invalid("start", "tests of the same problem", what)
+    if difference := table.layout.difference(given.layout):
+        rule = "tests with the names, senses, units and bounds of this run"
+        raise invalid("start", rule, Received(difference))
     return replace(given, problem=ours)
 
 
