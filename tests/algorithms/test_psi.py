@@ -322,6 +322,20 @@ def test_a_design_whose_limited_output_is_not_finite_is_no_result(gauge):
     assert not result.pop.get("FEAS").any()
 
 
+@pytest.mark.filterwarnings("ignore:out.'heat'. is not kept in the table:UserWarning")
+@pytest.mark.parametrize("other", ["n/a", [1.0, 2.0], np.ma.array([1.0], mask=[True])])
+def test_what_is_no_number_for_one_design_costs_no_other_its_number(other):
+    class Told(Gauged):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            out["heat"] = other if x[0] > 0.5 else np.array([x[1]])
+
+    table = investigate(Told(1.0, 2), 16)
+    expected = np.where(table.X[:, 0] > 0.5, np.nan, table.X[:, 1])
+    np.testing.assert_array_equal(table.column("heat"), expected)
+    assert investigate(Told(1.0, 2), 16, block_size=1).equals(table)
+
+
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 def test_blocks_do_not_decide_whether_a_limited_output_is_known(keep):
     limits = {"heat": 2.0}

@@ -332,7 +332,7 @@ def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> A
 def value_column(values: list[Any]) -> NDArray[Any]:
     """Return another value of all designs as an array; NaN or None where a design has none."""
     # NumPy would take what lies under the mask for the value.
-    values = [None if value is np.ma.masked else value for value in values]
+    values = [None if np.ma.is_masked(value) else value for value in values]
     present = [value for value in values if value is not None]
     if not present:
         return np.full(len(values), np.nan)

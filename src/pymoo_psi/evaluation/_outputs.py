@@ -25,8 +25,9 @@ def table_of_values(
 ) -> TestTable:
     """Return the tests of n designs with all numbers that the model gave.
 
-    What is no single number for each design, or has the name of another column, is left out with
-    a warning: the values of the other columns count, and a run is not to end for it.
+    What is no single number for any design, or has the name of another column, is left out with a
+    warning: the values of the other columns count, and a run is not to end for it. What is one for
+    some designs stays theirs, whatever others of the same block have.
 
     Args:
         layout: The columns that the problem promises.
@@ -44,6 +45,8 @@ def table_of_values(
         column = np.asarray(values)
         if column.shape == (len(numbers), 1):
             column = column[:, 0]
+        if column.shape == numbers.shape and column.dtype == object:
+            column = _numbers(name, column)
         problem = ""
         if not isinstance(name, str) or not name.strip() or not is_writable(name):
             problem = "its name is no text that a file can hold"
@@ -74,3 +77,22 @@ def values_of_table(tests: TestTable) -> list[Values]:
     reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
     rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
     return [dict(zip(names, row, strict=True)) for row in rows]
+
+
+def _numbers(name: Any, cells: NDArray[Any]) -> NDArray[Any]:
+    """Return the numbers among values of designs, NaN for others; the values if there is none."""
+    found = np.full(len(cells), np.nan)
+    known = np.zeros(len(cells), dtype=bool)
+    for i, cell in enumerate(cells):
+        if isinstance(cell, (int, float, np.generic, np.ndarray)):
+            value = np.asarray(cell)
+            if value.size == 1 and value.dtype.kind in "fiub":
+                found[i], known[i] = value.item(), True
+    if not known.any():
+        return cells
+    for cell in cells[~known]:
+        if cell is not None:
+            rule = "is not kept in the table where it is no single number, such as"
+            warnings.warn(f"out[{name!r}] {rule} {cell!r:.40}", stacklevel=3)
+            break
+    return found
