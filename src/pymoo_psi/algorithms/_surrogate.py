@@ -31,6 +31,7 @@ from pymoo_psi.storage._database import Proposal
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table._table import other_problem
 
 Array = NDArray[np.float64]
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -373,16 +374,12 @@ class SurrogatePSI(PSI):
 
 def _of_this_run(given: TestTable, table: TestTable) -> TestTable:
     """Return tests as those of a run, whatever points they are of; they must be of its problem."""
-    theirs, ours = given.problem, table.problem
-    if theirs is not None and ours is not None:  # both are known
-        for name in sorted({*theirs, *ours} - {"sampling", "key"}):
-            if theirs.get(name) != ours.get(name):
-                what = Received(f"{name} {theirs.get(name)!r:.60}, here {ours.get(name)!r:.60}")
-                raise invalid("start", "tests of the same problem", what)
+    if difference := other_problem(given, table, apart_from=("sampling", "key")):
+        raise invalid("start", "tests of the same problem", Received(difference))
     if difference := table.layout.difference(given.layout):
         rule = "tests with the names, senses, units and bounds of this run"
         raise invalid("start", rule, Received(difference))
-    return replace(given, problem=ours)
+    return replace(given, problem=table.problem)
 
 
 def _outputs(table: TestTable) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any
@@ -92,8 +92,8 @@ def _taken(path: str, wait: float) -> int:
 def _attempt(lock: str) -> int | str:
     """Return the descriptor of the lock, or who has it."""
     descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
-    owned = False
-    try:
+    with ExitStack() as opened:
+        opened.callback(os.close, descriptor)
         text = os.read(descriptor, _SIZE).decode("utf-8", "replace")
         if text and not text.startswith(_MARK):
             raise StudyAccessError(
@@ -110,11 +110,8 @@ def _attempt(lock: str) -> int | str:
         owner = f"{_MARK}process {os.getpid()} on {socket.gethostname()} since {since}"
         os.lseek(descriptor, 0, os.SEEK_SET)
         os.write(descriptor, f"{owner:{_SIZE - 1}}\n".encode()[:_SIZE])
-        owned = True
+        opened.pop_all()  # it stays open as long as it is owned
         return descriptor
-    finally:
-        if not owned:
-            os.close(descriptor)
 
 
 def _lock(descriptor: int) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -645,7 +645,7 @@ class TestTable(Shown):
         # Of layouts that agree, one with kinds says more than one without, wherever it stands.
         layout = next((t.layout for t in tables if t.layout.kinds), tables[0].layout)
         for block in tables:
-            if difference := layout.difference(block.layout) or _other_problem(tables[0], block):
+            if difference := layout.difference(block.layout) or other_problem(tables[0], block):
                 raise invalid("block", "of the table's layout", Received(difference))
         numbers = np.concatenate([t.numbers for t in tables])
         _require_distinct(numbers)
@@ -692,7 +692,7 @@ class TestTable(Shown):
             if len(blank) == 0 and blank.layout.is_blank:
                 return filled.rows(np.argsort(filled.numbers))
         difference = self.layout.difference(other.layout) or _other_prototype(self, other)
-        if difference := difference or _other_problem(self, other):
+        if difference := difference or other_problem(self, other):
             raise invalid("other", "a table of the same problem", Received(difference))
         # A test point that both have must have the same result in both, or they are no one problem.
         _, mine, theirs = np.intersect1d(
@@ -1237,12 +1237,13 @@ def _other_prototype(a: TestTable, b: TestTable) -> str:
     return f"prototype {a.prototype.name!r} against {b.prototype.name!r} or its values"
 
 
-def _other_problem(a: TestTable, b: TestTable) -> str:
+def other_problem(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
     """Say in what the problems of two tables differ; empty if in nothing, or one is not known."""
     if a.problem is None or b.problem is None or a.problem is b.problem:
         return ""
     one, other = _told(a.problem), _told(b.problem)
     keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
+    keys = [key for key in keys if key not in apart_from]
     return "; ".join(f"{key} {one.get(key)} against {other.get(key)}" for key in keys)
 
 
