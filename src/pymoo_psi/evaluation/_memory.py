@@ -101,14 +101,12 @@ class Memory:
             return TestTable.empty(layout)
         first, last = int(numbers[0]), int(numbers[-1])
         stored = self.stored(layout, first, last - first + 1)
-        again = self.to_retry(stored)
-        if self.share.of > 1:  # a file may have come to hold points of other shares
-            again |= ~np.isin(stored.numbers, numbers)
-        return stored.rows(~again)
+        # the file of a share may have come to hold points of other shares
+        return stored.rows(np.isin(stored.numbers, numbers) & ~self.to_retry(stored))
 
     def stored(self, layout: Layout, first: int, count: int) -> TestTable:
         """Return what is stored of the test points from ``first`` on."""
-        if self.study is None or count == 0:
+        if self.study is None:
             return TestTable.empty(layout)
         columns = self.study.columns(first, count)
         known = kinds_of_columns(layout)
