@@ -19,7 +19,7 @@ ends by itself; verbose output, callbacks, terminations, history, ask-and-tell a
 for pymoo's own algorithms. ``res.X`` and ``res.F`` are the feasible Pareto-optimal designs,
 ``res.pop`` and ``res.algorithm.table`` hold every tested one. :func:`investigate` does the same on
 arrays, a million designs in seconds. Beyond the 51 variables of LPτ the points are SciPy's Sobol'
-points, and it is said so.
+points, and a line says so.
 
 Example:
     With a study, an investigation can be stopped, continued and extended with no loss; the first

@@ -23,7 +23,7 @@ floor speed then do not act on the motion at all (μ only bounds the slope, whic
 optima agree in f1 to f3), f2 is not the work of any force, and the times are too short: under
 ``full`` the printed designs take 10 to 14 % longer. The optimum under ``full`` makes up for the
 slip by a slope half to two thirds steeper. For a design, trust ``full``; ``rolling`` is there to
-check print.
+check the printed tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
 two quadratures remain, accurate to 1e-12. :func:`motion` takes some 0.4 million designs a second on

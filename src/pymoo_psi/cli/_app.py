@@ -62,9 +62,9 @@ Examples:
   pymoo-psi rank front.csv --top 3
   pymoo-psi page front.csv
 
-Exit code: 0 success, 1 no feasible design or the paper not matched, 2 a mistake, told in one line,
-130 interrupted. Written to a pipe or a file, tables have no width and one line a row, unless
-COLUMNS says how wide they may be.""",
+Exit code: 0 success, 1 solve or report found no feasible design, or the paper is not matched, 2 a
+mistake, told in one line, 130 interrupted. In a pipe or a file each row of a table is one line,
+however long, unless COLUMNS says how wide lines may be.""",
 )
 
 
@@ -171,7 +171,7 @@ def reproduce(
     ] = FigureFormat.png,
     force: Overwrite = False,
 ) -> int:
-    """Compute the tables of the chute's paper, compare with print."""
+    """Compute the tables of the chute's paper, and compare with them."""
     from pymoo_psi.cli._reproduce import run_reproduce
 
     models = [each.value for each in ModelName if model in (None, each)]
@@ -266,7 +266,9 @@ def compare(
     evaluations: Annotated[
         str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
     ] = "256,1024,4096",
-    seeds: Annotated[int, typer.Option(metavar="N", help="Runs of what draws at random.")] = 11,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", help="Runs of each that draws at random.")
+    ] = 11,
     algorithms: Annotated[
         str,
         typer.Option(
@@ -278,12 +280,12 @@ def compare(
         AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
     ] = AssessedName.evaluated,
     reference: Annotated[
-        Path | None, path_option("FILE.npz", "Measure against the reference of another study.")
+        Path | None, path_option("FILE.npz", "Measure against the reference of another comparison.")
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
     out: Annotated[
         Path | None,
-        path_option("DIR", "Write tables, figures, runs here; continues."),
+        path_option("DIR", "Write tables, figures, runs here; a later call goes on from them."),
     ] = None,
     force: Overwrite = False,
 ) -> int:
@@ -363,7 +365,7 @@ def combine(
     out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
     force: Overwrite = False,
 ) -> int:
-    """Join the tests of other boxes, sequences or methods in a table."""
+    """Join tests of several boxes, sequences or methods in one table."""
     from pymoo_psi.cli._merge import run_combine
 
     return run_combine(experiments, out, force=force)

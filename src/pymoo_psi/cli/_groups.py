@@ -63,8 +63,8 @@ Preferences: TypeAlias = Annotated[
     list[str] | None,
     several(
         "P",
-        "Tell another choice, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, chebyshev, knee or "
-        "tradeoff.",
+        "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, "
+        "chebyshev, knee or tradeoff.",
     ),
 ]
 DecisionFile: TypeAlias = Annotated[
@@ -103,7 +103,7 @@ class ColumnOptions:
     ] = ()
     formulation: Annotated[
         Path | None,
-        path_option("FILE.json", "All of this from a file of Formulation.to_json."),
+        path_option("FILE.json", "These options, from a file of Formulation.to_json."),
     ] = None
     criterion: Annotated[
         Sequence[str],
@@ -123,10 +123,10 @@ class FileOptions:
 
     decimal: Annotated[
         str | None,
-        typer.Option(metavar='"."|","', help="Decimal mark of the file [as its numbers tell]."),
+        typer.Option(metavar='"."|","', help="Decimal mark of the file [found from its numbers]."),
     ] = None
     thousands: Annotated[
-        str | None, typer.Option(metavar='"."|","', help="Mark between thousands, likewise.")
+        str | None, typer.Option(metavar='"."|","', help="Mark between thousands [likewise].")
     ] = None
     encoding: Annotated[
         str | None,

@@ -246,6 +246,8 @@ def _with_roles(
         raise invalid("--maximize", rule, other[0])
     # A choice that the user has made need not be told; one that was made for them must be.
     remarks = [file.told(roles)] if not objectives else []
+    if remarks and file.known is None:  # one that knows its columns needs no choice
+        remarks[0] += " (--objectives chooses others)"
     for name in typed:
         if (file.numbers(name) < 0).all():  # as in F of pymoo, which minimises
             remarks.append(

@@ -1,10 +1,10 @@
 """Evaluations: designs that fail, a study of whatever is evaluated, criteria over scenarios.
 
 A design whose evaluation raises, gives NaN or the wrong shape is kept as failed, with its reason,
-and the run goes on: with PSI as it is, with any other algorithm of pymoo, which NaN would lead
-astray, by :class:`FailureTolerant`. Failed designs are in no algorithm's ``res.F``. A model gets a
-copy of its designs, and its values count only if they have exactly the shape that the problem
-promises.
+and the run goes on. PSI does so by itself; any other algorithm of pymoo, which NaN would mislead,
+takes a :class:`FailureTolerant` problem. Failed designs are in no algorithm's ``res.F``. A model
+gets a copy of its designs, and its values count only if they have exactly the shape that the
+problem promises.
 
 Example:
     >>> import math

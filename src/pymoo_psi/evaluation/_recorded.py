@@ -59,8 +59,8 @@ class Recorded(WrappedProblem):
     ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
     unless it is to be tried again.
 
-    Copies share what is known of the study, pickles leave it behind: worker processes are sent the
-    problem within, and never the study.
+    A copy shares what is known of the study, a pickle leaves it out: worker processes get the
+    wrapped problem and never the study.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables with

@@ -1,8 +1,8 @@
 """The decision page: a ranked Pareto set to look at, limit and choose from, in one HTML file.
 
-:func:`decision_page` makes a :class:`DecisionPage`, which is what it shows as data, and the file.
-In a notebook it shows itself. ``pymoo-psi page`` makes one of a file; of a test table it takes the
-feasible designs and their roles.
+:func:`decision_page` makes a :class:`DecisionPage`: the data that the page shows, which ``save``
+writes as the file and a notebook shows at once. Of a test table it takes the feasible designs, with
+their names, senses and units. ``pymoo-psi page`` makes one of a file.
 
 Example:
     >>> from pymoo.problems import get_problem

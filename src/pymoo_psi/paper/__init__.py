@@ -3,7 +3,7 @@
 ``pymoo-psi reproduce``, or :func:`reproduce`, computes Tables 6.1 and 6.2 under both models of
 :mod:`pymoo_psi.chute`, draws Figures 2 to 8, polishes the best test point to the continuous optimum
 and compares the tables with print. Under ``rolling`` it finds the same seven designs; f2, f3 and f4
-agree to all four printed decimals, and f1 is 4e-4 to 6e-4 above print.
+agree to all four printed decimals, and f1 is 4e-4 to 6e-4 above the printed values.
 
 The Salukvadze optima of 4096 test points, plain distances; (f1, f2, f3, f4), with the number of
 the test point:

@@ -53,8 +53,8 @@ def robustness(
         make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
             number of objectives must be the same in all scenarios.
         X: ``(n, n_var)`` designs, or a list of mappings for a problem with named variables.
-            Give the whole Pareto set: U and N of a scenario are those of these designs, so that of
-            the best few alone another one may be the optimum even where nothing is uncertain.
+            Give the whole Pareto set: U and N of a scenario are taken from these designs. With only
+            the best few of them another one may be the optimum even where nothing is uncertain.
         uncertainty: For each parameter its distribution, from ``scipy.stats`` or anything else
             with the quantile function ``ppf`` or ``icdf``; the parameters are independent.
         n_scenarios: How many scenarios: LPτ points, taken through the quantile functions.
