@@ -31,7 +31,7 @@ class Counted(VectorizedSphereChute):
 @pytest.mark.parametrize("budget", [1, 5, 100, 333])
 def test_the_budget_is_used_exactly(budget):
     problem = Counted(0.4, model="rolling")
-    result = nsga3(problem, n_evaluations=budget, seed=1)
+    result = nsga3(problem, budget, seed=1)
     assert problem.count == budget == result.algorithm.evaluator.n_eval
 
 

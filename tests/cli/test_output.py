@@ -225,3 +225,10 @@ def test_a_log_shows_that_a_run_goes_on(capsys, monkeypatch, algorithm):
     last = capsys.readouterr().err.splitlines()[-1]
     assert last.startswith("20 of 20 evaluated")
     assert ("feasible, 0 failed" in last) == (algorithm != "nsga3")
+
+
+def test_a_log_shows_that_a_comparison_goes_on(capsys, monkeypatch):
+    monkeypatch.setattr(_output, "_EVERY", 0.0)
+    words = ["compare", "bnh", "--algorithms", "psi,nsga3", "--evaluations", "8", "--seeds", "2"]
+    assert main(words) == 0
+    assert capsys.readouterr().err.splitlines()[-1] == "3 of 3 runs done"

@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.cli._options import numbers_in
-from pymoo_psi.cli._output import print_frame, progress_bar, require_results, say, write_csv
+from pymoo_psi.cli._output import Log, print_frame, progress_bar, require_results, say, write_csv
 from pymoo_psi.comparison import (
     INDICATORS,
     Comparison,
@@ -56,10 +56,11 @@ def run_compare(
             f"--evaluations or --seeds shorten it."
         )
     with progress_bar() as bar:
-        task = bar.add_task(f"runs on {problem.name()}", total=None)
+        task, log = bar.add_task(f"runs on {problem.name()}", total=None), Log(bar)
 
         def advance(run: Run, ready: int, total: int) -> None:
             bar.update(task, completed=ready, total=total, description=str(run.task))
+            log.tell(f"{ready} of {total} runs done")
 
         result = compare(
             problem,

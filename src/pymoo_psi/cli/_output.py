@@ -179,6 +179,20 @@ def progress_bar(*columns: ProgressColumn) -> Progress:
     )
 
 
+class Log:
+    """Lines in place of a bar that is not shown, so that a log tells that a long run goes on."""
+
+    def __init__(self, bar: Progress) -> None:
+        self.bar, self.due = bar, monotonic() + _EVERY
+
+    def tell(self, line: str) -> None:
+        """Print a line on standard error, unless one was printed just before."""
+        if self.bar.disable and monotonic() >= self.due:
+            self.due = monotonic() + _EVERY
+            with suppress(OSError):
+                print(line, file=sys.stderr, flush=True)
+
+
 @contextmanager
 def run_bar(
     description: str, total: int, asked: Formulation | None = None
@@ -196,7 +210,7 @@ class _RunDisplay:
     def __init__(self, bar: Progress, task: TaskID, asked: Formulation) -> None:
         self.bar, self.task, self.asked = bar, task, asked
         self.tested = self.feasible = self.failed = 0
-        self.due = monotonic() + _EVERY
+        self.log = Log(bar)
 
     def block(self, tests: TestTable) -> None:
         """Show more tests that have arrived; a column that they lack ends the run here."""
@@ -212,11 +226,8 @@ class _RunDisplay:
 
     def _show(self, done: int, note: str = "") -> None:
         self.bar.update(self.task, completed=done, note=note)
-        if self.bar.disable and monotonic() >= self.due:  # no terminal, but perhaps a log
-            self.due = monotonic() + _EVERY
-            of = f"{done} of {self.bar.tasks[0].total:.0f} evaluated"
-            with suppress(OSError):
-                print(", ".join(filter(None, (of, note))), file=sys.stderr, flush=True)
+        of = f"{done} of {self.bar.tasks[0].total:.0f} evaluated"
+        self.log.tell(f"{of}, {note}" if note else of)
 
 
 class _Rate(ProgressColumn):
