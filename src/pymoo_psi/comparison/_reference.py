@@ -53,8 +53,8 @@ class Reference:
         frame: U, N and the scale.
         points: ``(k, m)`` the reference set, in the scale; none if no run found anything.
         n_union: Points it was thinned from.
-        optimum: ``(m,)`` objectives of the continuous Salukvadze optimum, the feasible design
-            nearest to U: the nearest of all points, polished by
+        optimum: ``(m,)`` objectives, all minimised, of the continuous Salukvadze optimum, the
+            feasible design nearest to U: the nearest of all points, polished by
             :func:`pymoo_psi.algorithms.refine`.
         optimum_evaluations: Evaluations that the polishing took; no algorithm is charged for them.
         problem: The problem that it is for, as JSON.
