@@ -63,7 +63,7 @@ class SurrogatePSI(PSI):
     that was interrupted or killed makes the same tests when it is called again, and a larger
     ``n_evaluations`` adds to them. Proposals are stored before they are tested.
 
-    Where a model gives infinity, or one large number, for a criterion of designs that make no sense,
+    Where a model gives infinity, or one large number, for a criterion of designs without a sense,
     surrogates take the worst value of the others for it, if several tests of the sequence show it.
 
     It pays where a test takes seconds or more, and where many variables leave most of the space
