@@ -235,6 +235,22 @@ def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
     assert workers.wait(pid) == 0
 
 
+def test_an_answer_is_asked_again_if_the_study_is_written_meanwhile(tmp_path):
+    path, counts = str(tmp_path / "s.db"), []
+    begun(path).append(block(1, 4))
+
+    def query(db):
+        counts.append(db.execute("SELECT count(*) FROM tests").fetchone()[0])
+        if len(counts) == 1:
+            Study(path).append(block(5, 4))  # into the pages that this reader trusts to stay
+        return counts[-1]
+
+    while time.time() - os.stat(path).st_mtime < 2 * _database._TICK:
+        time.sleep(_database._TICK)
+    assert _database.read(path, query) == 8
+    assert counts[0] == 4
+
+
 def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
     """Nor does it keep it, if it outlives the owner."""
     path, ready = tmp_path / "s.db", tmp_path / "ready"

@@ -368,7 +368,9 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
     if failed:  # not positive definite to rounding: no lengths to be looked for here
         return 1e10, np.zeros(d + 1)
-    log_det = 2 * float(np.log(np.diag(L)).sum())
+    # A copy: of values that are apart, NumPy 1.25 takes another logarithm where the result happens
+    # to lie behind them in memory, so that a run that goes on would differ in the last digit.
+    log_det = 2 * float(np.log(np.diag(L).copy()).sum())
     half, _ = lapack.dpotri(L, lower=1, overwrite_c=1)
     inverse = half + half.T
     inverse[diagonal] = half[diagonal]

@@ -219,8 +219,13 @@ def _checkpoint(db: sqlite3.Connection) -> None:
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
 
 
-def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
+def read(path: str, query: Callable[[sqlite3.Connection], T], *, alone: bool = False) -> T:
     """Return what a query says of one state of the file, without changing file or log.
+
+    Args:
+        path: The file.
+        query: What is asked.
+        alone: Whether nobody else writes the file meanwhile.
 
     Raises:
         StudyError: See :func:`told`.
@@ -228,17 +233,21 @@ def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     with told(path):
         _require_there(path)
         # immutable: SQLite takes no locks and makes no files beside the study, which may lie in a
-        # folder that cannot be written; it also trusts that nothing changes, so a reading that
-        # fails is repeated if the stamp has changed.
+        # folder that cannot be written; it also trusts that nothing changes. If a transaction
+        # brings its pages into the file meanwhile, the answer, or the damage, is of no state.
         while (before := stamp(path)) is not None:
+            # A file just written may be written again within a tick of its clock, and keep its
+            # stamp.
+            sure = alone or abs(time.time() - before[0] / 1e9) > _TICK
             try:
-                return _asked(path, "mode=ro&immutable=1", query)
+                answer = _asked(path, "mode=ro&immutable=1", query)
             except (sqlite3.Error, StudyError, UnicodeDecodeError):
-                # Damage, or a transaction changed the file meanwhile. A file just written may be
-                # written again within a tick of its clock, and keep its stamp.
-                if before == stamp(path) and abs(time.time() - before[0] / 1e9) > _TICK:
+                if sure and before == stamp(path):
                     raise
-                time.sleep(_TICK)
+            else:
+                if sure and before == stamp(path):
+                    return answer
+            time.sleep(_TICK)
         require_own(path)
         return _asked(path, "mode=ro", query)
 
