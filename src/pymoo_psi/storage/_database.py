@@ -29,13 +29,14 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import sqlite3
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from hashlib import blake2b
 from itertools import compress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -83,7 +84,7 @@ _MOST_COLUMNS = 2000 - len(_FRONT) - len(_BACK)  # SQLite's limit
 AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 30.0  # seconds for the moments in which another connection opens or closes the file
 _CHECKPOINT_PATIENCE = 500  # milliseconds, for readers in the middle of a query
-_TICK = 0.02  # seconds; the clocks of file systems tick every 1 to 10 ms
+_IMMUTABLE = "mode=ro&immutable=1"  # for SQLite
 # How the files begin that SQLite keeps beside a database; with zeros, or less, while they grow.
 _BESIDE = {
     "-wal": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
@@ -201,6 +202,10 @@ def transaction(path: str) -> Iterator[sqlite3.Connection]:
             db.execute("BEGIN IMMEDIATE")
             try:
                 yield db
+                if db.total_changes:
+                    # In WAL mode SQLite counts only changes of the first page, where this lies.
+                    version = db.execute("PRAGMA user_version").fetchone()[0]
+                    db.execute(f"PRAGMA user_version = {version}")
                 db.execute("COMMIT")
             except BaseException:
                 if db.in_transaction:
@@ -219,13 +224,8 @@ def _checkpoint(db: sqlite3.Connection) -> None:
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
 
 
-def read(path: str, query: Callable[[sqlite3.Connection], T], *, alone: bool = False) -> T:
+def read(path: str, query: Callable[[sqlite3.Connection], T]) -> T:
     """Return what a query says of one state of the file, without changing file or log.
-
-    Args:
-        path: The file.
-        query: What is asked.
-        alone: Whether nobody else writes the file meanwhile.
 
     Raises:
         StudyError: See :func:`told`.
@@ -236,18 +236,21 @@ def read(path: str, query: Callable[[sqlite3.Connection], T], *, alone: bool = F
         # folder that cannot be written; it also trusts that nothing changes. If a transaction
         # brings its pages into the file meanwhile, the answer, or the damage, is of no state.
         while (before := stamp(path)) is not None:
-            # A file just written may be written again within a tick of its clock, and keep its
-            # stamp.
-            sure = alone or abs(time.time() - before[0] / 1e9) > _TICK
             try:
-                answer = _asked(path, "mode=ro&immutable=1", query)
+                answer = _asked(path, _IMMUTABLE, query)
             except (sqlite3.Error, StudyError, UnicodeDecodeError):
-                if sure and before == stamp(path):
+                if before == stamp(path):
                     raise
             else:
-                if sure and before == stamp(path):
+                if before == stamp(path):
                     return answer
-            time.sleep(_TICK)
+            # A query of seconds would meet a transaction every time, as long as a run goes on; a
+            # copy takes a hundredth of that.
+            with TemporaryDirectory() as folder:
+                before, copy = stamp(path), os.path.join(folder, "study")
+                shutil.copyfile(path, copy)
+                if before is not None and before == stamp(path):
+                    return _asked(copy, _IMMUTABLE, query)
         require_own(path)
         return _asked(path, "mode=ro", query)
 
@@ -267,14 +270,26 @@ def _connected(path: str, options: str) -> sqlite3.Connection:
     return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
 
 
-def stamp(path: str) -> tuple[int, ...] | None:
-    """Return what changes whenever the file does; None if not all of its content lies in it."""
-    for suffix in ("-wal", "-journal"):
-        with suppress(FileNotFoundError):
-            if os.path.getsize(path + suffix):
-                return None
-    stat = os.stat(path)
-    return stat.st_mtime_ns, stat.st_size, stat.st_ino
+def stamp(path: str) -> tuple[Any, ...] | None:
+    """Return what every transaction changes; None if not all of the content lies in the file."""
+    # A transaction is in the log before it is in the file, and there until all of it is. So the log
+    # is looked at between two looks at the file: each sees what changed before or after it.
+    while True:
+        before = _version(path)
+        for suffix in ("-wal", "-journal"):
+            with suppress(FileNotFoundError):
+                if os.path.getsize(path + suffix):
+                    return None
+        if before == _version(path):
+            return before
+
+
+def _version(path: str) -> tuple[Any, ...]:
+    with open(path, "rb", buffering=0) as file:
+        stat, header = os.fstat(file.fileno()), file.read(28)
+    # The last four are SQLite's counter of changes. The time alone may stay as it is: clocks of
+    # file systems tick every 1 to 10 ms, or every two seconds.
+    return header[24:], stat.st_mtime_ns, stat.st_size, stat.st_ino
 
 
 def is_database(path: str) -> bool:

@@ -73,17 +73,6 @@ def locked(path: str, wait: float) -> Iterator[None]:
                 _release(path + _SUFFIX, turn.descriptor)
 
 
-def is_owner(path: str) -> bool:
-    """Say whether this thread is the only one that may write a study now."""
-    turn = _TURNS.get((os.getpid(), path))
-    if turn is None or not turn.thread.acquire(blocking=False):
-        return False
-    try:
-        return turn.depth > 0
-    finally:
-        turn.thread.release()
-
-
 def _taken(path: str, wait: float) -> int:
     """Return the descriptor of the lock, whose owner is this process now."""
     deadline = time.monotonic() + wait

@@ -8,11 +8,11 @@ import os
 import secrets
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from datetime import datetime, timezone
 from os import PathLike
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,10 +29,8 @@ from pymoo_psi.errors import (
 from pymoo_psi.storage import _database as database
 from pymoo_psi.storage._database import Columns, Head, Proposal
 from pymoo_psi.storage._format_1 import head_of_format_1, read_format_1
-from pymoo_psi.storage._lock import is_owner, locked
+from pymoo_psi.storage._lock import locked
 from pymoo_psi.storage._share import Share, studies_in
-
-T = TypeVar("T")
 
 # Facts that are not of the head: of the file itself, and of the share that it is.
 _OWN = ("format", "id", "begun", "tests", "checksum", "share", "points")
@@ -98,7 +96,7 @@ class Study:
                 # Again, as the owner of the lock before may have made it.
                 if not os.path.lexists(self.path):
                     database.create(self.path, _begun() | asked | own)
-        facts = self._read(self._facts)
+        facts = database.read(self.path, self._facts)
         if facts["format"] == 1:  # which knows no kinds
             facts["kinds"] = asked["kinds"]
         if differing := differences(facts, asked, "in the study", "asked"):
@@ -175,10 +173,10 @@ class Study:
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
         """
-        facts = self._read(self._facts)
+        facts = database.read(self.path, self._facts)
         if facts["format"] == 1:
             self._convert()
-            facts = self._read(self._facts)
+            facts = database.read(self.path, self._facts)
 
         def changes(db: sqlite3.Connection) -> tuple[list[Any], NDArray[np.bool_], list[int]]:
             facts = self._facts(db)
@@ -188,7 +186,7 @@ class Study:
         # Without the lock first: a run that repeats what is stored waits for nobody and writes
         # nothing. Under the lock it is asked again, since another writer may have stored the tests
         # meanwhile, or outputs that this one does not know.
-        if not self._read(changes)[1].any():
+        if not database.read(self.path, changes)[1].any():
             return 0
         with self.writing(), database.transaction(self.path) as db:
             if added := database.unknown_outputs(columns, stored := self._facts(db)):
@@ -215,7 +213,7 @@ class Study:
             wanted = (first <= columns["test_point"]) & (columns["test_point"] <= last)
             return {name: column[wanted] for name, column in columns.items()}
 
-        return self._read(query)
+        return database.read(self.path, query)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
@@ -248,10 +246,7 @@ class Study:
             self._facts(db)
             return database.stored_proposals(db, self.path, first, first + count - 1)
 
-        return self._read(query)
-
-    def _read(self, query: Callable[[sqlite3.Connection], T]) -> T:
-        return database.read(self.path, query, alone=is_owner(self.path))
+        return database.read(self.path, query)
 
     def _facts(self, db: sqlite3.Connection) -> dict[str, Any]:
         """Return the facts of the file after making sure that it is still the same study."""
@@ -278,9 +273,11 @@ class Study:
         """Give a study of the first format today's; the old file stays, as ``<study>-format-1``."""
         kept = f"{self.path}-format-1"
         with self.writing(), database.told(self.path):
-            if self._read(self._facts)["format"] > 1:
+            if database.read(self.path, self._facts)["format"] > 1:
                 return  # another process has done so
-            head, columns = self._read(lambda db: read_format_1(db, self.path, self._kinds))
+            head, columns = database.read(
+                self.path, lambda db: read_format_1(db, self.path, self._kinds)
+            )
             with database.transaction(self.path):
                 pass  # which ends with a checkpoint
             if database.stamp(self.path) is None:  # its log must not lie beside the new file
