@@ -171,3 +171,16 @@ def test_what_is_not_one_problem_is_refused():
     named = TestTable.of([1], [[0.1]], [[1.0]], layout=Layout.of(["number"], 1))
     with pytest.raises(PsiError, match="none of .*experiment, number, got 'number'"):
         TestTable.combined({"a": named})
+
+
+def test_tests_of_no_experiment_or_of_others_are_not_taken_for_one_of_the_experiments():
+    part = TestTable.of([1, 2], [[0.0], [0.5]], [[3.0], [1.0]])
+    both, others = (TestTable.combined({name: part, "b": part}) for name in "ac")
+    later = TestTable.of([5], [[0.75]], [[2.0]])
+    assert not both.equals(others)
+    for one, other in [(both, later), (later, both), (both, others)]:
+        with pytest.raises(PsiError, match="got experiments .*a after 0, b after 2"):
+            one.merge(other)
+    with pytest.raises(PsiError, match="got experiments a after 0, b after 2 against none"):
+        both.extended(later)
+    assert both.rows([3]).merge(both.rows([0, 1, 2])).equals(both)

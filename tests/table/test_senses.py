@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table import (
+    Formulation,
     Layout,
     TestTable,
     compare_with_prototype,
@@ -189,3 +190,21 @@ def test_tables_of_other_senses_or_units_are_not_joined():
         plain.merge(replace(other, layout=replace(other.layout, maximized=("f1",))))
     with pytest.raises(ArgumentValueError, match="unit of f1: none against kg"):
         plain.extended(replace(other, layout=replace(other.layout, units={"f1": "kg"})))
+
+
+def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
+    layout = Layout.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
+    new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, layout=layout)
+    old = TestTable.of([1, 2], [[0.1], [0.2]], [[1], [2]], layout=Layout.of(1, ["mass"]))
+    combined = TestTable.combined({"old": old, "new": new})
+    for table in (old.extended(new), new.extended(old), old.merge(new), new.merge(old), combined):
+        assert (table.layout.maximized, table.layout.units) == (("gain",), {"gain": "W"})
+        judged = table.under(Formulation(criteria=["mass", "gain"]))
+        assert judged.rows(judged.pareto()).column("gain").tolist() == [6]
+    # Two that contradict each other are refused, also beside a table that knows neither.
+    other = replace(new, numbers=[5, 6], layout=replace(layout, maximized=()))
+    with pytest.raises(ArgumentValueError, match="got maximized gain against none"):
+        old.extended(new, other)
+    other = replace(new, layout=replace(layout, units={"gain": "kW"}))
+    with pytest.raises(ArgumentValueError, match="experiment 'c' .* unit of gain: W against kW"):
+        TestTable.combined({"a": old, "b": new, "c": other})

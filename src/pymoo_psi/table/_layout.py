@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -274,6 +274,9 @@ class Layout:
                 a, b = ([n for n in a if n in other.columns], [n for n in b if n in self.columns])
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
+        if self.experiments != other.experiments:
+            a, b = ([f"{name} after {n}" for name, n in x.experiments] for x in (self, other))
+            return f"experiments {_listed(a)} against {_listed(b)}"
         for name in self.columns:
             # Of an output that the other does not have, the unit may not be known either.
             a, b = self.units.get(name, "none"), other.units.get(name, "none")
@@ -288,6 +291,18 @@ class Layout:
             for j in np.flatnonzero(~((a == b) | (np.isnan(a) & np.isnan(b)))):
                 return f"{side} bound of {self.variables[j]}: {a[j]} against {b[j]}"
         return ""
+
+
+def joined_layout(layout: Layout, other: Layout) -> Layout:
+    """Return a layout with the outputs of another one it agrees with, their senses and units."""
+    outputs = tuple(dict.fromkeys((*layout.outputs, *other.outputs)))
+    # The unit of a column is told by the layout that has the column.
+    own = {name: unit for name, unit in layout.units.items() if name in layout.columns}
+    units = {**layout.units, **other.units, **own}
+    if (outputs, units) == (layout.outputs, layout.units):
+        return layout
+    more = tuple(dict.fromkeys((*layout.maximized, *other.maximized)))
+    return replace(layout, outputs=outputs, maximized=more, units=units)
 
 
 def is_writable(text: str) -> bool:

@@ -50,7 +50,7 @@ from pymoo_psi.table._designs import (
 from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
 from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._layout import ORIGIN, Key, Layout, Limits, is_writable
+from pymoo_psi.table._layout import ORIGIN, Key, Layout, Limits, is_writable, joined_layout
 from pymoo_psi.table._limits import bounds_of, within
 from pymoo_psi.table._prototype import Prototype
 
@@ -643,13 +643,16 @@ class TestTable(Shown):
         if len(tables) < 2:
             return tables[0] if tables else self
         # Of layouts that agree, one with kinds says more than one without, wherever it stands.
-        layout = next((t.layout for t in tables if t.layout.kinds), tables[0].layout)
+        layout = tables[0].layout
+        if kinds := next((t.layout.kinds for t in tables if t.layout.kinds), layout.kinds):
+            layout = layout if layout.kinds else replace(layout, kinds=kinds)
         for block in tables:
             if difference := layout.difference(block.layout) or other_problem(tables[0], block):
                 raise invalid("block", "of the table's layout", Received(difference))
+            layout = joined_layout(layout, block.layout)  # a later block may contradict its outputs
         numbers = np.concatenate([t.numbers for t in tables])
         _require_distinct(numbers)
-        layout, outputs = _joined_outputs(layout, tables)
+        outputs = _joined_outputs(layout.outputs, tables)
         joined: dict[str, Any] = {
             name: np.concatenate([getattr(t, name) for t in tables]) for name in "FGH"
         }
@@ -701,7 +704,8 @@ class TestTable(Shown):
         # Not without common points: numpy cannot reshape to (0, -1).
         if len(mine):
             # Outputs of both under all their names: first one table's, then what the other adds.
-            layout, outputs = _joined_outputs(self.layout, [self, other])
+            layout = joined_layout(self.layout, other.layout)
+            outputs = _joined_outputs(layout.outputs, [self, other])
             known, added = outputs[: len(self)], outputs[len(self) :]
             known[mine] = np.where(np.isnan(known[mine]), added[theirs], known[mine])
             added[theirs] = np.where(np.isnan(added[theirs]), known[mine], added[theirs])
@@ -771,6 +775,7 @@ class TestTable(Shown):
             if other := first.difference(plain) or _other_prototype(tables[0], table):
                 rule = "tests of the problem of the others; give all the same formulation"
                 raise invalid(f"the experiment {name!r}", rule, Received(other))
+            first = joined_layout(first, plain)
         # NaN, where there is no bound, is passed on.
         lower = np.minimum.reduce([t.layout.lower for t in tables])
         upper = np.maximum.reduce([t.layout.upper for t in tables])
@@ -1158,18 +1163,14 @@ def _with_outputs(layout: Layout, n: int, outputs: Mapping[str, ArrayLike]) -> t
     return layout if names == layout.outputs else replace(layout, outputs=names), values
 
 
-def _joined_outputs(layout: Layout, tables: Sequence[TestTable]) -> tuple[Layout, Array]:
-    """Return a layout with the outputs of all tables, and their values one below the other."""
-    names = tuple(dict.fromkeys(name for t in tables for name in t.layout.outputs))
+def _joined_outputs(names: tuple[str, ...], tables: Sequence[TestTable]) -> Array:
+    """Return the outputs of tables, one below the other; NaN where one does not have them."""
     parts = []
     for table in tables:
         part = np.full((len(table), len(names)), np.nan)
         part[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
         parts.append(part)
-    units = {name: unit for t in tables for name, unit in t.layout.units.items()}
-    if (names, units) != (layout.outputs, layout.units):
-        layout = replace(layout, outputs=names, units=units)
-    return layout, np.concatenate(parts)
+    return np.concatenate(parts)
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
