@@ -319,6 +319,12 @@ FILES = {
         {},
         {"a": [1.6e308, 1.7e308, -1.7e308], "b": [4, 3, 9]},
     ),
+    "a rounded sum of powers": ("m,a,b\nA,1.235e3,1e-6\nB,9.876e3,2e-6\nTotal,1.111e4,3e-6\n", {}, "'Total' and summarises"),
+    "powers beyond all numbers": (
+        "a,b\n1,2\n2,3\n3,4\n1e-99999999999999999999,0e99999999999999999999\n",
+        {},
+        {"a": [1, 2, 3, 0], "b": [2, 3, 4, 0]},
+    ),
     "a design without cost": ("m,a,b\nA,0,4\nB,0,3\nMax,0,2\n", {}, {"a": [0, 0, 0], "b": [4, 3, 2]}),
     # Titles, units, comments, headers
     "a title": (
@@ -457,6 +463,11 @@ FILES = {
         {},
         "its cells reach from A1 to XFD1000, over four million; delete those beside the table",
     ),
+    "a stray format far away on another sheet": (
+        workbook([["a", "b"], [1, 2]], [], edit=lambda sheet: setattr(sheet.cell(1000, 16384), "number_format", "0%")),
+        {"sheet": "S0"},
+        {"a": [1], "b": [2]},
+    ),
     "a sum in a workbook": (workbook([*TYPED, ["Total", 1], [3.75, 32.5]]), {}, "text among numbers"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
@@ -557,12 +568,12 @@ def test_the_saved_value_of_a_formula_is_read(path):
         for part in book.namelist():
             text = book.read(part)
             if part.endswith("sheet1.xml"):
-                for value in (b"<v>2.5</v>", b"<v>3.5</v>"):
+                for value in (b"<v>2.5</v>", b"<v>" + b"9" * 400 + b"</v>"):  # beyond float64
                     text = re.sub(b"<v ?/>|<v></v>", value, text, count=1)
                 text = text.replace(b'<c r="B4"', b'<c r="B4" t="str"')
             saved.writestr(part, text)
     file = read_designs(path)
-    np.testing.assert_array_equal(file.numbers("b"), [2.5, 3.5, np.nan])
+    np.testing.assert_array_equal(file.numbers("b"), [2.5, np.inf, np.nan])
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -30,7 +30,7 @@ from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.storage._database import Proposal
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table._limits import bounds_of, lacking
 from pymoo_psi.table._table import other_problem
 
 Array = NDArray[np.float64]
@@ -248,7 +248,7 @@ class SurrogatePSI(PSI):
         low, high = np.zeros(len(names)), np.ones(len(names))
         bounds: list[tuple[int, float, float]] = []
         further: list[str] = []
-        for name, (least, greatest) in bounds_of(self.limits, layout).items():
+        for name, (least, greatest) in bounds_of(self._known_limits(), layout).items():
             if name in layout.objectives:
                 pair = (-greatest, -least) if name in layout.maximized else (least, greatest)
                 bounds.append((layout.objectives.index(name), *pair))
@@ -274,9 +274,17 @@ class SurrogatePSI(PSI):
         return KnownTests(
             space.points(table.X),
             np.column_stack([F, table.G, table.H, *map(table.column, further)]),
-            table.eligible(self.limits),
+            table.eligible(self._known_limits()),
             failed,
         )
+
+    def _known_limits(self) -> Limits | None:
+        """Return the limits; none as long as all tests failed, and one is on an output.
+
+        What the model gives is not known then, and a run is not to end for it.
+        """
+        unknown = (self.table.status == "failed").all() and lacking(self.limits, self.table.layout)
+        return None if unknown else self.limits
 
     def _fit(self, tests: KnownTests, count: int) -> Fit | None:
         """Fit to the first tests, if enough of them are known."""

@@ -8,7 +8,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,9 +55,9 @@ _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 _SUMMARIES = {
     word: kind
     for kind, words in {
-        "sum": "total totals subtotal grandtotal sum sums σ ∑ summe gesamt insgesamt gesamtsumme "
+        "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
         "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
-        "mean": "mean average avg ø ⌀ mittel mittelwert durchschnitt moyenne media promedio",
+        "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
         "median": "median",
         "least": "min minimum",
         "greatest": "max maximum",
@@ -66,7 +65,6 @@ _SUMMARIES = {
     }.items()
     for word in words.split()
 }
-_WORD = re.compile(r"\w+|[∑⌀]")
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -772,6 +770,14 @@ def _require_designs(file: DesignFile, hidden: Collection[int]) -> str:
         return ""
     F = np.column_stack([column.numbers for column in columns if column.numbers is not None])
     F[~np.isfinite(F)] = np.nan
+    if not called:
+        # Programs add sums without a word for them; of two or three numbers they may be a chance.
+        cells = [column.cells[-1] for column in columns]
+        shares = _shares(F[-1], cells, {"sum": _sums(F[:-1])})
+        if n <= 3 or np.isfinite(F[-1]).sum() < 2 or shares.get("sum") != 1:
+            return ""
+        remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
+        return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
     others, order = np.flatnonzero([i not in called for i in range(n)]), sorted(called)
     seen = np.array([i for i in others.tolist() if file.lines[i] not in hidden], dtype=np.intp)
     whole, shown = _statistics(F[others]), _statistics(F[seen])
@@ -779,46 +785,46 @@ def _require_designs(file: DesignFile, hidden: Collection[int]) -> str:
     groups = [_statistics(F[rows]) for rows in np.split(others, np.searchsorted(others, order))]
     for k, i in enumerate(order):
         cells = [column.cells[i] for column in columns]
+        # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+        least = {name: 0.5 if name == "sum" else 1 for name in _summaries(called[i])}
         for known in (whole, shown, groups[k], groups[k + 1]):
             shares = _shares(F[i], cells, known)
-            # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-            least = {name: 0.5 if name == "sum" else 1 for name in _summaries(called[i])}
             if any(shares.get(name, 0) >= share for name, share in least.items()):
                 lines = [str(file.lines[j]) for j in order]
                 them = "such rows" if lines[1:] else "it"
                 remedy = f"leave {them} out by --skip-rows {','.join(lines)}, or rename a design"
                 what = f"{file._where(i)} is called {called[i].strip()!r:.40}"
                 raise UnfitError(f"{what} and summarises other rows; {remedy}")
-    # Without a word for it, as programs add sums; of two or three numbers they may be a chance.
-    if not called and n > 3 and np.isfinite(F[-1]).sum() > 1:
-        shares = _shares(F[-1], [column.cells[-1] for column in columns], _statistics(F[:-1]))
-        if shares.get("sum") == 1:
-            remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
-            return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
     return ""
 
 
 def _summaries(cell: Any) -> list[str]:
     """Return the kinds of summaries that a cell names."""
-    words = _WORD.findall(cell.lower()) if isinstance(cell, str) else []
+    words = re.findall(r"\w+", cell.lower()) if isinstance(cell, str) else []
     return [_SUMMARIES[word] for word in words if word in _SUMMARIES]
 
 
 def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     """Return the ``(m,)`` summaries of ``(n, m)`` numbers by kind, NaN where they tell nothing."""
-    few = (~np.isnan(F)).sum(axis=0) < 2
+    few = np.isfinite(F).sum(axis=0) < 2
     if few.all():
         return {}
-    F = np.where(few, 0.0, F)
-    least, most = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
+    G = np.where(few, 0.0, F)
+    least, greatest = np.nanmin(G, axis=0), np.nanmax(G, axis=0)
     with np.errstate(over="ignore"):
-        mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
-        median = np.nanmedian(F, axis=0)
-    found = {"mean": mean, "median": median, "least": least, "greatest": most}
-    statistics = {name: np.where(least < most, values, np.nan) for name, values in found.items()}
+        found = {"mean": np.nanmean(G, axis=0), "median": np.nanmedian(G, axis=0)}
+    found |= {"least": least, "greatest": greatest}
+    statistics = {name: np.where(least < greatest, v, np.nan) for name, v in found.items()}
+    return {"sum": _sums(F), **statistics}
+
+
+def _sums(F: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the ``(m,)`` sums of ``(n, m)`` numbers, NaN where there are fewer than two."""
+    with np.errstate(over="ignore"):
+        sums = np.nansum(F, axis=0)
     # The sum of one number beside zeros is that number, and no sign of a sum.
-    total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
-    return {"sum": np.where(few, np.nan, total), **statistics}
+    sums[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
+    return np.where(np.isfinite(F).sum(axis=0) < 2, np.nan, sums)
 
 
 def _shares(
@@ -833,12 +839,17 @@ def _shares(
     """
     # Means are often rounded: half a unit of the last digit that is written.
     texts = ["0" if x != x else str(cell).strip() for cell, x in zip(cells, row, strict=True)]
-    digits = [int(Decimal(text).as_tuple().exponent) for text in texts]
-    within = 1e-9 * np.abs(row) + [float(f"5e{digit - 1}") for digit in digits]
-    with np.errstate(over="ignore"):
-        off = {name: np.abs(values - row) - within for name, values in statistics.items()}
-    known = {name: gap[~np.isnan(gap)] <= 0 for name, gap in off.items()}
-    return {name: float(equal.mean()) for name, equal in known.items() if len(equal)}
+    parts = [text.lower().partition("e") for text in texts]
+    digits = [int(power or 0) - len(body.partition(".")[2]) for body, _, power in parts]
+    halves = np.array([float(f"5e{digit - 1}") for digit in digits])
+    shares = {}
+    for name, values in statistics.items():
+        known = np.isfinite(row) & ~np.isnan(values)
+        with np.errstate(over="ignore"):
+            equal = np.abs(values - row) <= 1e-9 * np.abs(row) + halves
+        if known.any():
+            shares[name] = float(equal[known].mean())
+    return shares
 
 
 def _with_roles(file: DesignFile, line: str) -> DesignFile:

@@ -45,8 +45,11 @@ def design_matrix(
         if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
             raise wrong_type(name, "an array or rows", value)
         # Iterating over a frame gives its names; its rows are designs whose variables have these.
-        rows = getattr(value, "to_dict", None)
-        value = list(value) if rows is None else rows("records")
+        frame: Any = value if hasattr(value, "itertuples") else None
+        if frame is not None and not frame.columns.is_unique:  # a design would lose a variable
+            rule = "a frame whose columns have different names"
+            raise invalid(name, rule, list(frame.columns))
+        value = list(value) if frame is None else frame.to_dict("records")
     if np.ma.is_masked(value):
         raise invalid(name, "without masked cells", value)
     # Told by the first row; rows of another sort than the first are refused below.

@@ -166,10 +166,15 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
             raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
         return {sheet.title: sheet for sheet in book.worksheets}
 
+    # As objects its cells take 1 GB. One stray cell at the far end is enough, if but with a format.
+    def is_vast(sheet: Any) -> bool:
+        return bool(sheet.max_row * sheet.max_column > 4_000_000)
+
     filled = {
         title: sheet
         for title, sheet in loaded(data_only=False).items()
-        if any(cell.value is not None for row in sheet.iter_rows() for cell in row)
+        if is_vast(sheet)
+        or any(cell.value is not None for row in sheet.iter_rows() for cell in row)
     }
     if name is not None:
         filled = {name: filled[known_name("sheet", name, filled)]}
@@ -178,8 +183,7 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
         what = f"{len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
         raise UnfitError(f"it has {what}; name the one with the designs by --sheet")
     ((title, sheet),) = filled.items()
-    # As objects they take 1 GB. One stray cell at the far end is enough.
-    if sheet.max_row * sheet.max_column > 4_000_000:
+    if is_vast(sheet):
         raise UnfitError(
             f"its cells reach from {sheet.dimensions.replace(':', ' to ')}, over four million; "
             f"delete those beside the table, or save the sheet as CSV"
@@ -208,18 +212,15 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
         if cell != "" and any(group.min <= j <= group.max for group in groups)
     ]
     lines = [str(number) for number in ends[1:] if number in hidden]
-    remarks = []
-    if lines:
-        told = ", ".join(lines[:6]) + (", …" if len(lines) > 6 else "")
-        remarks.append(
-            f"Read although hidden in the sheet: {counted(len(lines), 'row')} (line {told}); "
-            f"--skip-rows hidden leaves such rows out."
+    remarks = [
+        f"Read although hidden in the sheet: {counted(len(which), what)} "
+        f"({sign}{', '.join(which[:6])}{', …' if which[6:] else ''}); {remedy}."
+        for which, what, sign, remedy in (
+            (lines, "row", "line ", "--skip-rows hidden leaves such rows out"),
+            (names, "column", "", "--objectives says by which columns to rank"),
         )
-    if names:
-        remarks.append(
-            f"Read although hidden in the sheet: {counted(len(names), 'column')} "
-            f"({', '.join(names)}); --objectives says by which columns to rank."
-        )
+        if which
+    ]
     return replace(_sheet(rows, ends, ""), hidden=hidden, remarks=tuple(remarks))
 
 
@@ -247,7 +248,7 @@ def _typed(cell: Any, saved: Any) -> Any:
         # Within quotation marks the sign is text.
         if "%" in re.sub(r'"[^"]*"|\\.', "", saved.number_format):
             return PerCent(value)
-        return int(value) if float(value).is_integer() else value
+        return int(value) if isinstance(value, float) and value.is_integer() else value
     return str(value).removesuffix(" 00:00:00")  # of a date
 
 
