@@ -1,6 +1,7 @@
 """Formulations and experiments from the command line: an engineer's day with a beam."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -147,6 +148,15 @@ def test_a_relaxed_constraint_and_single_options_on_top_of_a_file(run):
     run("rank", "s.db", "--criterion", "overstress", "--out", "q.csv")
     assert len(pd.read_csv("q.csv", comment="#")) == 128
     assert investigate(Beam(), 128).equals(table)
+
+
+def test_why_no_design_is_left_and_limits_of_no_end_are_told_as_they_are(run):
+    run("solve", "beam:Beam", "--points", 32, "--study", "s.db")
+    told = run("rank", "s.db", "--criterion", "r=mass/0", code=2)
+    assert "rejects most" in told
+    assert re.search(r"; \d+ failed: r is inf$", told.strip())
+    printed = run("rank", "s.db", "--limits", "mass<=inf, mass>=-inf, deflection>=0")
+    assert printed.startswith("Limits: deflection >= 0\n")
 
 
 SHEET = "name;cost [EUR];power;weight\nA;1,5;100;4\nB;2;150;3\nC;4;160;\nD;3;0;2\nE;2,5;140;2,5\n"

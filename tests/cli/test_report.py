@@ -160,6 +160,20 @@ def test_a_choice_of_ones_own(study, tmp_path, capsys):
     assert "<h1>Mine</h1>" in out.read_text("utf-8")
 
 
+def test_a_design_of_a_file_with_test_points_is_chosen_by_these(tmp_path, capsys):
+    file, out = tmp_path / "front.csv", tmp_path / "report.html"
+    file.write_text("test_point,f1,f2\n3,1,5\n1,2,3\n2,4,1\n")
+    assert main(["report", str(file), "--out", str(out), "--design", "1"]) == 0
+    assert "Chosen is test point 1, with f1 2 and f2 3." in texts(out)
+    file.write_text("test_point,f1,f2\n31,1,5\n1,2,3\n21,4,1\n")
+    assert main(["report", str(file), "--out", str(out), "--design", "3"]) == 2
+    told = "--design must be the number of a test point in the file, got 3"
+    assert told in capsys.readouterr().err
+    file.write_text("f1,f2\n1,5\n2,3\n4,1\n")
+    assert main(["report", str(file), "--out", str(out), "--design", "3"]) == 0
+    assert "Chosen is row 3, with f1 4 and f2 1." in texts(out)
+
+
 def test_when_a_study_was_begun_is_told(study, tmp_path, monkeypatch):
     monkeypatch.chdir(study.parent)
     out = tmp_path / "report.html"

@@ -152,7 +152,7 @@ def designs_of(
         file = found.under(asked)
     file, roles, remarks = _with_roles(file, _settled(columns, file), written, variables)
     # As they were read: 11.000 may be meant as eleven thousand, and would limit nothing.
-    told = [_told(name, limit) for name, limit in asked.limits.items()]
+    told = [_told(name, limit) for name, limit in asked.limits.items() if limit != (None, None)]
     return file, roles, [*([f"Limits: {', '.join(told)}"] if told else []), *remarks]
 
 

@@ -18,6 +18,7 @@ from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.errors import StudyError
 from pymoo_psi.report import decision_report
 from pymoo_psi.storage._study import begun
+from pymoo_psi.table import TestTable
 
 
 def run_report(
@@ -53,6 +54,8 @@ def run_report(
         limits = decided.limits
         design, told_of_it = decided_tests(decided, path, table, labels)
         remarks += told_of_it
+    if design is not None and labels is not None:
+        design = _row_of(design, table, labels)
     told = {**table.layout.units, **units_in(document.units, table.layout.columns)}
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
@@ -76,3 +79,16 @@ def run_report(
         say(remark)
     say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
+
+
+def _row_of(design: int, table: TestTable, labels: Sequence[str]) -> int:
+    """Return by which number a table of a file's designs has one: its row.
+
+    In a file that says the designs' test points, as 'solve' writes it, it goes by these.
+    """
+    called = f"test point {design}"
+    if called in labels:
+        return int(table.numbers[labels.index(called)])
+    if any(label.startswith("test point ") for label in labels):
+        raise invalid("--design", "the number of a test point in the file", design)
+    return design

@@ -662,6 +662,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
     if not layout.objectives:
         raise unfit(path, "its tests have no criteria")
     feasible = np.flatnonzero(table.eligible())
+    lost = table.numbers[table.status == "failed"].tolist()
+    reasons = Counter(alike(table.reasons.get(number) or "no reason is known" for number in lost))
     if len(feasible) == 0:
         violated, names = table.violations()
         rejects = violated.sum(axis=0)
@@ -669,6 +671,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         why = f"{names[rejects.argmax()]} rejects most: {rejects.max()}" if violated.any() else (
             f"no test has finite values of {', '.join(layout.objectives)}"
         )  # fmt: skip
+        # As many as a criterion leaves that cannot be computed of any.
+        why += f"; {len(lost)} failed: {reasons.most_common(1)[0][0]:.80}" if lost else ""
         raise unfit(path, f"none of its {len(table)} tests is feasible; {why}")
     rows = None
     if prototype is not None:
@@ -676,8 +680,6 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
         rows = pd.DataFrame([cells], index=[prototype.name])
     n, others = len(feasible), len(table) - len(feasible)
-    lost = table.numbers[table.status == "failed"].tolist()
-    reasons = Counter(alike(table.reasons.get(number) or "no reason is known" for number in lost))
     # Of tests with the same design the first stands for all, as in the table's own Pareto set.
     feasible = feasible[table.rows(feasible).repeats == 0]
     frame = table.rows(feasible).to_frame().reset_index()
