@@ -58,10 +58,9 @@ _SUMMARIES = {
         "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
         "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
         "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
-        "median": "median",
         "least": "min minimum",
         "greatest": "max maximum",
-        "further": "count anzahl std stdev deviation standardabweichung",
+        "further": "median count anzahl std stdev deviation standardabweichung",
     }.items()
     for word in words.split()
 }
@@ -812,12 +811,11 @@ def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     if few.all():
         return {}
     G = np.where(few, 0.0, F)
-    least, greatest = np.nanmin(G, axis=0), np.nanmax(G, axis=0)
     with np.errstate(over="ignore"):
-        found = {"mean": np.nanmean(G, axis=0), "median": np.nanmedian(G, axis=0)}
-    found |= {"least": least, "greatest": greatest}
-    statistics = {name: np.where(least < greatest, v, np.nan) for name, v in found.items()}
-    return {"sum": _sums(F), **statistics}
+        mean = np.nanmean(G, axis=0)
+    found = {"mean": mean, "least": np.nanmin(G, axis=0), "greatest": np.nanmax(G, axis=0)}
+    equal = found["least"] == found["greatest"]
+    return {"sum": _sums(F), **{name: np.where(equal, np.nan, v) for name, v in found.items()}}
 
 
 def _sums(F: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -226,7 +226,8 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
 
 def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
     if other := [line for line in skip_rows if isinstance(line, str) or not 1 <= line <= n]:
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0])
+        remedy = "only a workbook hides rows" if other[0] == "hidden" else ""
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0], remedy)
 
 
 def _typed(cell: Any, saved: Any) -> Any:
