@@ -153,12 +153,13 @@ class Slow(ElementwiseProblem):
     def __init__(self, **kwargs):
         super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
     def _evaluate(self, x, out, *args, **kwargs):
-        if tuple(x) == (0.5, 0.5):  # the second one; the others have ended when it has begun
+        a, b = np.ravel(x)
+        if a == b == 0.5:  # the second one; the others have ended when it has begun
             os.write(1, b"under way\\n")
             time.sleep(600)
-        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+        out["F"] = np.reshape([a + b**2, 1 - a * b], np.shape(x))
 
-from pymoo_psi import Recorded
+from pymoo_psi import Recorded, investigate
 from pymoo_psi.algorithms import _investigate
 from pymoo_psi.evaluation import _recorded
 _investigate.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
@@ -166,6 +167,7 @@ RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
 RECORDED = "Recorded(Slow(RUNNER), study=sys.argv[1]).evaluate(np.array([[0.2, 0.2], [0.5, 0.5]]))"
+IN_BLOCKS = "investigate(Slow(elementwise=False), 64, block_size=1, study=sys.argv[1])"
 IN_WORKERS = "elementwise_runner=JoblibRunner(1, timeout=1e3)"
 
 
@@ -177,6 +179,7 @@ IN_WORKERS = "elementwise_runner=JoblibRunner(1, timeout=1e3)"
         (OF_PSI, IN_WORKERS, signal.SIGTERM),
         (RECORDED, "", signal.SIGTERM),
         (RECORDED, IN_WORKERS, signal.SIGINT),
+        (IN_BLOCKS, "", signal.SIGTERM),
     ],
 )
 def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, run):
@@ -193,6 +196,7 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
     assert process.returncode in (-how, 128 + how, 1)
     assert process.returncode == -how or how == signal.SIGINT
     assert TestTable.read_study(path).numbers.tolist() == [1]
+    assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
 
 
 class Few(ElementwiseProblem):

@@ -128,6 +128,29 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     np.testing.assert_array_equal(F, result.pop.get("F"))
 
 
+@pytest.mark.skipif(os.name == "nt", reason="there a signal is no question")
+def test_workers_end_if_a_result_cannot_be_stored(tmp_path, monkeypatch):
+    """At once: a notebook keeps the error, and with it all that was under way."""
+    monkeypatch.setattr(_recorded, "SECONDS", 0.0)
+
+    class Told(ElementwiseProblem):
+        def __init__(self):
+            runner = JoblibRunner(1, timeout=1e3)
+            super().__init__(n_var=1, xl=0, xu=1, elementwise_runner=runner)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            (tmp_path / "worker").write_text(str(os.getpid()))
+            out["F"] = x
+
+    problem = Recorded(Told(), study=tmp_path / "s.db")
+    os.link(tmp_path / "s.db", tmp_path / "second name")  # under which no study is written
+    with pytest.raises(PsiError, match="hard link") as kept:
+        problem.evaluate(np.linspace(0, 1, 9)[:, None])
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "worker").read_text()), 0)
+    del kept
+
+
 def test_what_has_arrived_of_a_batch_is_stored_when_a_run_is_stopped(tmp_path, monkeypatch):
     """And within a second if it is killed; here at once."""
     monkeypatch.setattr(_recorded, "SECONDS", 0.0)

@@ -159,7 +159,7 @@ def investigate(
             bar(done / len(plan.points))
 
         blocks = tested(plan, kept, stop=stop, block_size=block_size, n_jobs=n_jobs, show=show)
-        with closing(blocks):
+        with stored_at_termination(), closing(blocks):
             for table, _ in blocks:
                 tables.append(table)
                 size += len(table)

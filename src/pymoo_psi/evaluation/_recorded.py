@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Collection, Hashable, Mapping
+from contextlib import closing
 from itertools import count
 from os import PathLike
 from typing import Any
@@ -191,7 +192,8 @@ class Recorded(WrappedProblem):
         if not known.keys() >= set(keys):
             self._read()
         if not known.keys() >= set(keys):
-            with self._study.writing():
+            # The lock is within, so that it is given back.
+            with stored_at_termination(), self._study.writing():
                 self._read()  # what another process stored before we got the lock
                 # the same design twice is evaluated once
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
@@ -244,17 +246,17 @@ class Recorded(WrappedProblem):
                 out = columns_of_values(self._model, values)
                 self._keep(numbers[indices], matrix[indices], out, np.array(seconds))
 
-        with stored_at_termination():
-            try:
-                results = stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False)
+        try:
+            results = stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False)
+            with closing(results):  # ends the workers if a result cannot be stored
                 for result in results:
                     group.append(result)
                     computed += result[2]
                     if computed >= COMPUTED or time.monotonic() - began >= SECONDS:
                         store()
                         began, computed = time.monotonic(), 0.0
-            finally:  # also what has arrived when the user stops
-                store()
+        finally:  # also what has arrived when the user stops
+            store()
 
     def _keep(
         self, numbers: NDArray[np.int64], matrix: NDArray[Any], out: Any, seconds: ArrayLike
