@@ -358,6 +358,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\) \(tests, columns\), got shape \(2, 1\)"),
         (lambda: TestTable.of([1], [[0.0]], [1.0]), ValueError, r"F must be of shape"),
         (lambda: TestTable.of([1], pd.DataFrame([[1, 2]], columns=["a", "a"]), [[1.0]]), ValueError, r"X must be a frame whose columns have different names, got \['a', 'a'\]"),
+        (lambda: TestTable.of([1, 2], type("Frame", (list,), {"columns": ["a", "b"]})([[1, 2], [3, 4]]), [[1.0], [2.0]]), TypeError, "X must be an array or rows, or a frame of pandas"),
         (lambda: TestTable.of([1, 2], pd.Series([1, 2]), [[1.0], [2.0]]), ValueError, "X must be two-dimensional"),
         (lambda: TestTable.of([1], pd.DataFrame({"a": [1]}), [[1.0]], layout=Layout.of(["b"], 1)), ValueError, "X must be mappings of the variables b, got a"),
         (lambda: TestTable.of([1], [0.0], [[1.0]]), ValueError, "X must be two-dimensional"),

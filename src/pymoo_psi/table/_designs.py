@@ -42,10 +42,11 @@ def design_matrix(
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
     if not isinstance(value, np.ndarray):
-        if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
-            raise wrong_type(name, "an array or rows", value)
         # Iterating over a frame gives its names; its rows are designs whose variables have these.
         frame: Any = value if hasattr(value, "itertuples") else None
+        columns = frame is None and hasattr(value, "columns")  # those of polars for rows
+        if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable) or columns:
+            raise wrong_type(name, "an array or rows, or a frame of pandas", value)
         if frame is not None and not frame.columns.is_unique:  # a design would lose a variable
             rule = "a frame whose columns have different names"
             raise invalid(name, rule, list(frame.columns))
