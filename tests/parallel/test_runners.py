@@ -46,6 +46,8 @@ def model(**kwargs):
                 os.kill(os.getpid(), signal.SIGKILL)
             if x[0] == 13:
                 sys.exit("no licence")
+            if x[0] == 17:
+                raise KeyboardInterrupt  # as a library does where a solver was interrupted
             out["F"] = [x[0] / 3 + x[1], (x[0] - 50) ** 2 / 7]
             out["pid"] = os.getpid()
 
@@ -310,10 +312,10 @@ def test_values_that_do_not_travel_are_a_failure(workers):
 def test_time_limits_and_dead_workers_leave_the_others_unharmed():
     runner = JoblibRunner(2, timeout=1.0, retries=0)
     problem = FailureTolerant(model(elementwise_runner=runner))
-    X = designs(3, 5, 7, 11, 13)
+    X = designs(3, 5, 7, 11, 13, 17)
     F, G = problem.evaluate(X)
     failed = np.flatnonzero(np.isinf(F).all(axis=1))
-    assert failed.tolist() == [4, 10, 16, 22, 28]
+    assert failed.tolist() == [4, 10, 16, 22, 28, 34]
     np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
     others = np.delete(np.arange(len(X)), failed)
     np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
@@ -323,6 +325,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
         "its worker process died (exit code 3)",
         "its worker process died (SIGKILL)",
         "SystemExit: no licence",
+        "KeyboardInterrupt",
     ]
     F = problem.evaluate(designs())[0]  # by the workers that replaced the others
     np.testing.assert_array_equal(F, model().evaluate(designs()))

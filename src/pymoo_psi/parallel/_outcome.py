@@ -84,7 +84,11 @@ def evaluate_to_travel(function: Function, design: Any) -> Values:
     try:
         with same_folder(), same_process():
             return function(design)
-    except BaseException as error:  # an interrupt, too, can only come from the model here
+    except BaseException as error:
+        # An interrupt can only come from the model here, elsewhere from the user, too.
+        if isinstance(error, KeyboardInterrupt) and hasattr(function, "lost"):
+            values: Values = function.lost(design, one_line(error))
+            return values
         if isinstance(error, EvaluationError):
             error.original = _sendable(error.original)
         trace = "".join(traceback.format_exception(error))
