@@ -774,7 +774,7 @@ def _require_designs(file: DesignFile, hidden: Collection[int]) -> str:
     if not called:
         # Programs add sums without a word for them; of two or three numbers they may be a chance.
         cells = [column.cells[-1] for column in columns]
-        shares = _shares(F[-1], cells, {"sum": _sums(F[:-1])})
+        shares = _shares(F[-1], cells, _statistics(F[:-1]))
         if n <= 3 or np.isfinite(F[-1]).sum() < 2 or shares.get("sum") != 1:
             return ""
         remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
@@ -810,21 +810,15 @@ def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     few = np.isfinite(F).sum(axis=0) < 2
     if few.all():
         return {}
-    G = np.where(few, 0.0, F)
-    with np.errstate(over="ignore"):
-        mean = np.nanmean(G, axis=0)
-    found = {"mean": mean, "least": np.nanmin(G, axis=0), "greatest": np.nanmax(G, axis=0)}
-    equal = found["least"] == found["greatest"]
-    return {"sum": _sums(F), **{name: np.where(equal, np.nan, v) for name, v in found.items()}}
-
-
-def _sums(F: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the ``(m,)`` sums of ``(n, m)`` numbers, NaN where there are fewer than two."""
-    with np.errstate(over="ignore"):
-        sums = np.nansum(F, axis=0)
+    F = np.where(few, 0.0, F)
+    least, greatest = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
     # The sum of one number beside zeros is that number, and no sign of a sum.
-    sums[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
-    return np.where(np.isfinite(F).sum(axis=0) < 2, np.nan, sums)
+    total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
+    found = {"mean": mean, "least": least, "greatest": greatest}
+    found = {name: np.where(least < greatest, values, np.nan) for name, values in found.items()}
+    return {"sum": np.where(few, np.nan, total), **found}
 
 
 def _shares(
