@@ -127,7 +127,8 @@ def _cells(column: Iterable[Any]) -> tuple[bool, list[str]]:
 def _number(value: float, form: str) -> str:
     if math.isnan(value):
         return "--"
-    digits, _, power = f"{value:{form}}".replace("inf", r"\infty").partition("e")
+    # Plus 0, as -0.0, a zero whose sign was turned, is 0 to a reader.
+    digits, _, power = f"{value + 0:{form}}".replace("inf", r"\infty").partition("e")
     if power:
         digits += rf"\cdot 10^{{{int(power)}}}"
     return f"${digits}$"

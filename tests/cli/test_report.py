@@ -12,6 +12,7 @@ import pytest
 from pymoo_psi.cli import _page, main
 from pymoo_psi.page._data import payload
 from pymoo_psi.report import _document
+from pymoo_psi.table import Layout, TestTable
 from tests.page.test_page_logic import in_node
 
 COST = np.linspace(1, 9, 41)
@@ -275,3 +276,18 @@ def test_mistakes(study, capsys, tmp_path, monkeypatch, options, message):
     assert main(["report", str(study), *options]) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.glob("*.html"))
+
+
+def test_a_zero_whose_sign_was_turned_is_a_plain_zero_to_readers(tmp_path, capsys):
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
+    F = [[1.0, 0.0], [0.5, 2.0], [0.25, 5.0]]
+    table = TestTable.of([1, 2, 3], [[0.5], [0.25], [0.75]], F, layout=layout)
+    file, out = tmp_path / "tests.csv", tmp_path / "report.html"
+    table.to_csv(file)
+    assert main(["rank", str(file), "--representatives", "3"]) == 0
+    printed = capsys.readouterr().out
+    assert main(["report", str(file), "--out", str(out), "--design", "1"]) == 0
+    told = texts(out)
+    assert "Chosen is test point 1, with mass 1 and gain 0." in told
+    for text in (printed, table.to_latex(), *told):
+        assert not re.search(r"-0(?![.\d])", text), text

@@ -176,6 +176,12 @@ def test_noise_has_no_rules(share):
     assert (rule.n_tests, rule.n_feasible) == (512, (G < 0).sum())
 
 
+def test_tests_without_variables_are_told_by_their_share():
+    F, G = np.zeros((20, 1)), np.repeat([[-1.0], [1.0]], 10, axis=0)
+    table = TestTable.of(range(1, 21), np.zeros((20, 0)), F, G)
+    assert str(feasibility_rules(table)) == "everywhere: 50 % of 20 tests feasible"
+
+
 def test_a_rule_with_exceptions_does_not_say_all_or_none():
     told = [str(Rule("x1 > 0", {}, 1000, k)) for k in (0, 4, 5, 994, 996, 1000)]
     shares = ["0", "under 1", "under 1", "99", "over 99", "100"]

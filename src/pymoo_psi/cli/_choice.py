@@ -22,7 +22,7 @@ import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.cli._options import names_in, number_in, parts_of
-from pymoo_psi.cli._output import print_frame, say, say_sentences
+from pymoo_psi.cli._output import print_frame, say, say_sentences, six_digits
 from pymoo_psi.pareto import EfficiencyRanking, cautions
 from pymoo_psi.pareto._explanation import explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
@@ -146,7 +146,7 @@ def say_representatives(ranking: EfficiencyRanking, k: int) -> None:
     objectives = ranking.objectives
     frame = pd.DataFrame({"design": [label(ranking, row) for row in few.rows]})
     for name, column in zip(objectives.names, objectives.values[few.rows].T, strict=True):
-        texts = [f"{value:.6g}" for value in column]
+        texts = [six_digits(value) for value in column]
         frame[name] = [text.rjust(max(map(len, texts))) for text in texts]
     frame["stands for"] = [percent(share) for share in few.shares]
     n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")

@@ -132,7 +132,7 @@ def print_frame(
 def _texts(column: pd.Series[Any], plain: bool) -> list[str]:
     """Return the name, a line and the cells of a column, all of one width."""
     number = plain or pd.api.types.is_numeric_dtype(column)
-    cells = [_six_digits(cell) if plain else _cell(cell) for cell in column]
+    cells = [six_digits(cell) if plain else _cell(cell) for cell in column]
     size = max(map(cell_len, [str(column.name), *cells]))
     texts = [str(column.name), "-" * size, *cells]
     room = [" " * (size - cell_len(text)) for text in texts]  # of Chinese, a letter takes two
@@ -151,9 +151,10 @@ def _parts(columns: Mapping[str, list[str]], columns_wide: float, n_lead: int) -
     return parts
 
 
-def _six_digits(value: Any) -> str:
+def six_digits(value: Any) -> str:
+    """Return a number in 6 digits; another cell as it is."""
     try:
-        return f"{float(value):.6g}"
+        return f"{float(value) + 0.0:.6g}"  # of -0.0, a zero whose sign was turned, 0
     except ValueError:  # a choice among numbers, or nothing
         return _cell(value)
 

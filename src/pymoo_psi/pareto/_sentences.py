@@ -42,7 +42,7 @@ def listed(names: Sequence[Any], word: str = "and") -> str:
 
 def number(value: float, digits: int = 4) -> str:
     """Return a number with a few digits, large ones as people write them: 59990, not 5.999e+04."""
-    text = f"{value:.{digits}g}"
+    text = f"{value + 0.0:.{digits}g}"  # of -0.0, a zero whose sign was turned, 0
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
 
 

@@ -136,7 +136,8 @@ def feasibility_rules(
     if len(table) == 0:
         raise invalid("the table", "one with tests", Received(counted(0, "test")))
     splits = [split for j, name in enumerate(table.layout.variables) for split in _splits(table, j)]
-    ranks = np.column_stack([split.ranks for split in splits])
+    # Without any variable there is nothing to tell designs apart by.
+    ranks = np.column_stack([split.ranks for split in splits] or [np.zeros(len(table))])
 
     def tree_of(depth: int) -> Any:
         return DecisionTreeClassifier(
