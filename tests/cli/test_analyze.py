@@ -16,6 +16,7 @@ def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
     table = investigate(get_problem("bnh"), 64, study=study)
     if suffix != ".db":
         assert main(["export", str(study), "--out", str(file)]) == 0
+        file = file.rename(tmp_path / "bnh.tests")  # by its content, as rank reads it
         capsys.readouterr()
     words = ["analyze", str(file), "--limits", "f2=25"]
     out = tmp_path / "new" / "folder"
@@ -68,10 +69,12 @@ def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
 
 def test_mistakes_are_told_in_a_line(tmp_path, capsys):
     TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]]).to_csv(tmp_path / "few.csv")
+    (tmp_path / "front.csv").write_text("f1,f2\n1,2\n2,1\n")
     for words, message in (
         (["few.csv"], "f1 must be known of 44 tests or more, got 2 finite values"),
         (["few.csv", "--limits", "f9=1"], "--limits must be one of 'f1', 'x1', got 'f9'"),
-        (["absent.db"], "does not exist"),
+        (["absent.db"], "absent.db: No such file or directory"),  # as by rank
+        (["front.csv"], "a table of tests, of solve --study or export, got designs without"),
     ):
         assert main(["analyze", str(tmp_path / words[0]), *words[1:]]) == 2
         assert message in capsys.readouterr().err

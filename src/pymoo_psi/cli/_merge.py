@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.cli._groups import FileOptions
-from pymoo_psi.cli._options import opened, tests_in
+from pymoo_psi.cli._options import tests_in
 from pymoo_psi.cli._output import require_folder, require_output, require_study, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import TestTable
@@ -79,13 +78,9 @@ def run_combine(experiments: Sequence[str], out: Path, *, force: bool) -> int:
     require_output(out, _TABLES, *files.values(), by="combine", force=force)
     tables = {}
     for name, path in files.items():
-        found, missing = opened(FileOptions(), path)
+        tables[name], missing = tests_in(path)
         if missing:
             say(f"{name}: {missing}.")
-        if not isinstance(found, TestTable):
-            rule = "a study or a table of tests, of solve --study or export"
-            raise invalid(str(path), rule, Received("designs without their tests"))
-        tables[name] = found
     table = TestTable.combined(tables)
     _write(table, out)
     _say_written(table, out, [f"{len(t)} of {name}" for name, t in tables.items()])

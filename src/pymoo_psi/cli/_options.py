@@ -26,7 +26,6 @@ from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
 from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
 from pymoo_psi.table._layout import Limit, Limits
-from pymoo_psi.table._table import read_tests
 
 # The limit holds no signs, so that the last one counts and a name may hold others: a=b<=1 limits
 # the column a=b.
@@ -35,10 +34,15 @@ _BEFORE = re.compile(r"\s*(?P<limit>[^<>=]*?)\s*(?P<sign><=|>=)\s*(?P<name>.*)",
 
 
 def tests_in(path: Path) -> tuple[TestTable, str]:
-    """Return all tests of a study, a folder of studies or an exported table; which are missing."""
-    readers = {".csv": TestTable.read_csv, ".parquet": TestTable.read_parquet}
-    reader = readers.get(path.suffix.lower())
-    return read_tests(path) if reader is None or path.is_dir() else (reader(path), "")
+    """Return all tests of a study, a folder of studies or an exported table; which are missing.
+
+    Told by content, whatever the file is called, as for designs.
+    """
+    found, missing = opened(FileOptions(), path)
+    if not isinstance(found, TestTable):
+        rule = "a study or a table of tests, of solve --study or export"
+        raise invalid(str(path), rule, Received("designs without their tests"))
+    return found, missing
 
 
 def judged(tests: TestTable, asked: Formulation) -> TestTable:

@@ -137,7 +137,7 @@ def feasibility_rules(
         raise invalid("the table", "one with tests", Received(counted(0, "test")))
     splits = [split for j, name in enumerate(table.layout.variables) for split in _splits(table, j)]
     # Without any variable there is nothing to tell designs apart by.
-    ranks = np.column_stack([split.ranks for split in splits] or [np.zeros(len(table))])
+    ranks = np.column_stack([split.ranks for split in splits] or [np.zeros(len(table), dtype=int)])
 
     def tree_of(depth: int) -> Any:
         return DecisionTreeClassifier(
