@@ -108,14 +108,14 @@ def corrupt(path: str, what: str) -> StudyCorruptError:
     """Compose the error for a damaged study; the caller raises it."""
     return StudyCorruptError(
         f"study {path} is damaged: {what}; it was left as it is: restore it from a copy, "
-        "or begin a study in another file"
+        "or move it away and run again what it held"
     )
 
 
 def _foreign(path: str, what: str) -> StudyCorruptError:
     return StudyCorruptError(
         f"{path} must be a study file of pymoo-psi, but it is {what}; it was left as it is: "
-        "give the name of another file"
+        "give the name of another file, or move this one away"
     )
 
 
