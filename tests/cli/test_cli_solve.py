@@ -303,7 +303,7 @@ def test_merged_studies_go_on(run):
     [
         (["merge", "s.db", "--out", "s.db"], "--out must be the name of a new file, got 's.db'"),
         (["merge", "s.db", "other.db", "--out", "a.db"], "other.db does not fit those before it"),
-        (["merge", "none.db", "--out", "a.db"], "none.db does not exist"),
+        (["merge", "none.db", "--out", "a.db"], "none.db: No such file or directory"),
         (["merge", "--out", "a.db"], "Missing argument"),
         (["solve", "chute", "--share", "1/2"], "--share must be used with --study FOLDER"),
         (["solve", "chute", "--share", "3/2", "--study", "r"], "--share must be k/n"),
