@@ -34,6 +34,7 @@ from pymoo_psi.table._sheet import (
     sheet_of_text,
     sheet_of_workbook,
 )
+from pymoo_psi.table._summaries import require_designs
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
 if TYPE_CHECKING:
@@ -50,20 +51,6 @@ _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _CODE = re.compile(r"0\d+")  # whose zeros belong to it
 _TOLD = 6  # rows that a line names
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
-# Words in what rows are called that summarise others, by spreadsheets and people. What is further
-# tells of a design nothing that could be compared; such rows stand beside others.
-_SUMMARIES = {
-    word: kind
-    for kind, words in {
-        "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
-        "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
-        "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
-        "least": "min minimum",
-        "greatest": "max maximum",
-        "further": "median count anzahl std stdev deviation standardabweichung",
-    }.items()
-    for word in words.split()
-}
 _UNNAMED = re.compile(r"|Unnamed: \d+")  # as data frames write, and read, their row labels
 
 
@@ -737,7 +724,8 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
         failed=Counter(alike(lost)),
         infeasible=n - len(lost),
     )
-    if remark := _require_designs(found, sheet.hidden):
+    apart = {*_labels(found.names), *RANKING_COLUMNS}
+    if remark := require_designs(found.columns, apart, found.lines, sheet.hidden, found._where):
         found = replace(found, remarks=(*found.remarks, remark))
     if len(old) == 0:
         return found
@@ -746,104 +734,6 @@ def _of_sheet(path: Path, sheet: Sheet, marks: Marks) -> DesignFile:
     names = rows[found.label].astype(str) if found.label else ["prototype"] * len(rows)
     rows.index = pd.Index(names)
     return replace(found, prototype=rows)
-
-
-def _require_designs(file: DesignFile, hidden: Collection[int]) -> str:
-    """Refuse rows that summarise others, such as "Total"; return what to tell of one that may.
-
-    A name alone says nothing, as a design may be called Max, nor do a few equal numbers.
-
-    Args:
-        file: The designs.
-        hidden: The lines that a sheet hides.
-
-    Raises:
-        UnfitError: There is such a row.
-    """
-    apart, n = {*_labels(file.names), *RANKING_COLUMNS}, len(file)
-    columns = [c for name, c in file.columns.items() if c.numbers is not None and name not in apart]
-    called: dict[int, str] = {}
-    for column in file.columns.values():
-        texts = enumerate(column.cells if column.numbers is None else ())
-        called |= {i: text for i, text in texts if _summaries(text)}
-    # Words in most of many rows are values of a column, such as the levels min and max.
-    if not columns or len(called) > max(10, n // 2):
-        return ""
-    F = np.column_stack([column.numbers for column in columns if column.numbers is not None])
-    F[~np.isfinite(F)] = np.nan
-    if not called:
-        # Programs add sums without a word for them; of two or three numbers they may be a chance.
-        cells = [column.cells[-1] for column in columns]
-        shares = _shares(F[-1], cells, _statistics(F[:-1]))
-        if n <= 3 or np.isfinite(F[-1]).sum() < 2 or shares.get("sum") != 1:
-            return ""
-        remedy = f"if it is no design, leave it out by --skip-rows {file.lines[-1]}"
-        return f"{file._where(n - 1).capitalize()} holds the sums of the rows above; {remedy}."
-    others, order = np.flatnonzero([i not in called for i in range(n)]), sorted(called)
-    seen = np.array([i for i in others.tolist() if file.lines[i] not in hidden], dtype=np.intp)
-    whole, shown = _statistics(F[others]), _statistics(F[seen])
-    # Sums of groups stand below or above these, so between the rows that summarise.
-    groups = [_statistics(F[rows]) for rows in np.split(others, np.searchsorted(others, order))]
-    for k, i in enumerate(order):
-        cells = [column.cells[i] for column in columns]
-        # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-        least = {name: 0.5 if name == "sum" else 1 for name in _summaries(called[i])}
-        for known in (whole, shown, groups[k], groups[k + 1]):
-            shares = _shares(F[i], cells, known)
-            if any(shares.get(name, 0) >= share for name, share in least.items()):
-                lines = [str(file.lines[j]) for j in order]
-                them = "such rows" if lines[1:] else "it"
-                remedy = f"leave {them} out by --skip-rows {','.join(lines)}, or rename a design"
-                what = f"{file._where(i)} is called {called[i].strip()!r:.40}"
-                raise UnfitError(f"{what} and summarises other rows; {remedy}")
-    return ""
-
-
-def _summaries(cell: Any) -> list[str]:
-    """Return the kinds of summaries that a cell names."""
-    words = re.findall(r"\w+", cell.lower()) if isinstance(cell, str) else []
-    return [_SUMMARIES[word] for word in words if word in _SUMMARIES]
-
-
-def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Return the ``(m,)`` summaries of ``(n, m)`` numbers by kind, NaN where they tell nothing."""
-    few = np.isfinite(F).sum(axis=0) < 2
-    if few.all():
-        return {}
-    F = np.where(few, 0.0, F)
-    least, greatest = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
-    with np.errstate(over="ignore", invalid="ignore"):
-        mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
-    # The sum of one number beside zeros is that number, and no sign of a sum.
-    total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
-    found = {"mean": mean, "least": least, "greatest": greatest}
-    found = {name: np.where(least < greatest, values, np.nan) for name, values in found.items()}
-    return {"sum": np.where(few, np.nan, total), **found}
-
-
-def _shares(
-    row: NDArray[np.float64], cells: Sequence[Any], statistics: Mapping[str, NDArray[np.float64]]
-) -> dict[str, float]:
-    """Return in what share of the columns that can be compared a row holds summaries, by kind.
-
-    Args:
-        row: ``(m,)`` numbers, NaN where there are none.
-        cells: The m cells that hold them.
-        statistics: ``(m,)`` summaries of other rows by kind, likewise.
-    """
-    # Means are often rounded: half a unit of the last digit that is written.
-    texts = ["0" if x != x else str(cell).strip() for cell, x in zip(cells, row, strict=True)]
-    parts = [text.lower().partition("e") for text in texts]
-    digits = [int(power or 0) - len(body.partition(".")[2]) for body, _, power in parts]
-    halves = np.array([float(f"5e{digit - 1}") for digit in digits])
-    shares = {}
-    for name, values in statistics.items():
-        known = np.isfinite(row) & ~np.isnan(values)
-        with np.errstate(over="ignore"):
-            equal = np.abs(values - row) <= 1e-9 * np.abs(row) + halves
-        if known.any():
-            shares[name] = float(equal[known].mean())
-    return shares
 
 
 def _with_roles(file: DesignFile, line: str) -> DesignFile:
