@@ -1,5 +1,7 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
+import time
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -400,12 +402,27 @@ def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
 def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
-    with pytest.raises(RunError, match="run of moead, 32 evaluations, seed 1 ended in Assertion"):
+    finished = tmp_path / "psi_32.npz"
+
+    def fails_after_the_other(n_evaluations):
+        until = time.monotonic() + 60
+        while not finished.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        raise AssertionError("only without constraints")
+
+    with pytest.raises(RunError, match="run of late, 32 evaluations, seed 1 ended in Assertion"):
         compare(
-            get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=["psi", "moead"],
-            folder=tmp_path, n_jobs=n_jobs,
+            get_problem("bnh"), n_evaluations=32, seeds=1,
+            algorithms={"psi": "psi", "late": fails_after_the_other}, folder=tmp_path,
+            n_jobs=n_jobs,
         )  # fmt: skip
-    assert [path.name for path in tmp_path.glob("psi*.npz")] == ["psi_32.npz"]
+    assert [path.name for path in tmp_path.glob("*.npz")] == [finished.name]
+
+
+def test_what_pymoo_refuses_is_the_error_of_a_run():
+    """MOEA/D of pymoo takes no constraints, and asserts it when it is set up."""
+    with pytest.raises(RunError, match="run of moead, 32 evaluations, seed 1 ended in Assertion"):
+        compare(get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=["moead"])
 
 
 class Careless(Problem):
