@@ -112,7 +112,7 @@ def test_no_process_outlives_its_program(program, how):
     try:
         pids = [int(pid) for _ in range(2) for pid in process.stdout.readline().split()]
         os.kill(process.pid, how)
-        process.wait(timeout=5)
+        process.wait(timeout=60)
         left = [pid for pid in pids if not gone(pid)]
     finally:
         end(process, pids)
@@ -212,7 +212,7 @@ def test_an_interrupt_does_not_wait_for_an_import(tmp_path):
     try:
         pids += [int(process.stdout.readline()), int(process.stdout.readline())]
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=5)
+        _, err = process.communicate(timeout=60)
         left = [pid for pid in pids if not gone(pid)]
     finally:
         end(process, pids)
