@@ -17,7 +17,8 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.page._data import text_column
 from pymoo_psi.page._decision import Decision
 from pymoo_psi.table import DesignFile, TestTable
-from pymoo_psi.table._design_file import Roles, design_ids
+from pymoo_psi.table._design_file import design_ids
+from pymoo_psi.table._roles import Roles
 
 
 def decision_in(

@@ -24,8 +24,9 @@ from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
-from pymoo_psi.table._design_file import Roles, designs_of_tests, read_designs_or_tests
 from pymoo_psi.table._layout import Limit, Limits
+from pymoo_psi.table._roles import Roles
+from pymoo_psi.table._sources import designs_of_tests, read_designs_or_tests
 
 # The limit holds no signs, so that the last one counts and a name may hold others: a=b<=1 limits
 # the column a=b.

@@ -39,7 +39,7 @@ from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._options import judged
 from pymoo_psi.pareto._sentences import wrapped
 from pymoo_psi.table import Formulation, TestTable
-from pymoo_psi.table._design_file import Roles, roles_head
+from pymoo_psi.table._roles import Roles, roles_head
 
 _EVERY = 60.0  # seconds between the lines of a log that show that a run goes on
 _LISTED = 6  # names that a line tells; of more the first and the last one

@@ -28,7 +28,8 @@ from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.pareto._sentences import labelled
 from pymoo_psi.table import DesignFile
-from pymoo_psi.table._design_file import Roles, unfit
+from pymoo_psi.table._design_file import unfit
+from pymoo_psi.table._roles import Roles
 
 
 def run_rank(

@@ -44,8 +44,8 @@ from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, Layout, TestTable
-from pymoo_psi.table._design_file import Roles
 from pymoo_psi.table._designs import alike
+from pymoo_psi.table._roles import Roles
 from pymoo_psi.table._table import read_tests
 
 _NEAR_END = 0.05  # of a variable's range

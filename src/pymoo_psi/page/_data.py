@@ -18,8 +18,8 @@ from pymoo_psi._validation import counted
 from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._rounding import settled
-from pymoo_psi.table._design_file import Roles, roles_head
 from pymoo_psi.table._limits import Bounds
+from pymoo_psi.table._roles import Roles, roles_head
 
 Role = Literal["criterion", "variable", "output"]
 

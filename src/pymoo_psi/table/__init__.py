@@ -87,12 +87,13 @@ run as a formula.
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi.table._convergence import Convergence, convergence
-from pymoo_psi.table._design_file import DesignFile, read_designs
+from pymoo_psi.table._design_file import DesignFile
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._prototype import Prototype
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
+from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table.analysis import (
     Dependence,

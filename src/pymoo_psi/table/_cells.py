@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,6 +73,10 @@ _DIGITS = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"  # as programs write them
 _PLAIN = re.compile(rf"[+-]?{_DIGITS}")
 # A plain number whose point, if it has one, cannot divide thousands.
 _CERTAIN = re.compile(rf"\s*[+-]?(?![1-9]\d{{0,2}}\.\d{{3}}\s*$){_DIGITS}\s*")
+# 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
+_WHOLE = re.compile(r"[+-]?\d{1,18}")
+_CODE = re.compile(r"0\d+")  # whose zeros belong to it
+INT64 = range(-(2**63), 2**63)
 _LONGEST = (
     100  # characters of a number with sign and unit; some expressions take its square in time
 )
@@ -186,6 +190,44 @@ class Column:
     numbers: NDArray[np.float64] | None = None
     unit: str = ""
     problem: Problem | None = None
+
+    @classmethod
+    def of(cls, cells: list[Any]) -> Column:
+        """Return a column of cells that have types, as those of a test table have."""
+        if all(isinstance(cell, (int, float)) and not isinstance(cell, bool) for cell in cells):
+            return cls(cells, np.array(cells, dtype=np.float64))
+        return cls(cells)
+
+    @property
+    def plain(self) -> NDArray[Any]:
+        """``(n,)`` numbers or booleans if all cells are such, or blank; else cells as they are."""
+        texts = [cell.strip() if isinstance(cell, str) else cell for cell in self.cells]
+        coded = any(isinstance(cell, str) and _CODE.fullmatch(cell) for cell in texts)
+        if self.numbers is not None and not coded:
+            whole = all(
+                _WHOLE.fullmatch(cell)
+                if isinstance(cell, str)
+                else type(cell) is int and cell in INT64
+                for cell in texts
+            )
+            return np.array([int(cell) for cell in texts]) if whole else self.numbers
+        if all(isinstance(cell, (str, bool)) and str(cell) in ("True", "False") for cell in texts):
+            return np.array([str(cell) == "True" for cell in texts])
+        return np.fromiter(self.cells, object)
+
+    def some(self, rows: NDArray[np.intp]) -> Column:
+        """Return some cells, read as the whole column is."""
+        problem = self.problem
+        if problem is not None:
+            # The problem stays though its row may be gone: the column was never read.
+            places = np.flatnonzero(rows == problem.row)
+            problem = problem._replace(row=int(places[0]) if len(places) else -1)
+        return replace(
+            self,
+            cells=[self.cells[i] for i in rows.tolist()],
+            numbers=None if self.numbers is None else self.numbers[rows],
+            problem=problem,
+        )
 
 
 def read_columns(

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.table._cells import INT64
 from pymoo_psi.table._layout import is_writable
 
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
-INT64 = range(-(2**63), 2**63)
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
 _KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
 
