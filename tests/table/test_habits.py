@@ -320,6 +320,7 @@ FILES = {
         {"a": [1.6e308, 1.7e308, -1.7e308], "b": [4, 3, 9]},
     ),
     "a rounded sum of powers": ("m,a,b\nA,1.235e3,1e-6\nB,9.876e3,2e-6\nTotal,1.111e4,3e-6\n", {}, "'Total' and summarises"),
+    "statistics alone": (",a,b\ncount,9,9\nmean,4,2.5\nstd,2,1\nmin,1,0.5\n25%,2,1\n50%,4,2\n75%,6,4\nmax,7,6\n", {}, "its rows count, mean, std, min and max are statistics of designs and no designs"),
     "powers beyond all numbers": (
         "a,b\n1,2\n2,3\n3,4\n1e-99999999999999999999,0e99999999999999999999\n",
         {},

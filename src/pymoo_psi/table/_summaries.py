@@ -85,6 +85,10 @@ def require_designs(
                 remedy = f"leave {them} out by --skip-rows {','.join(out)}, or rename a design"
                 what = f"{where(i)} is called {called[i].strip()!r:.40}"
                 raise UnfitError(f"{what} and summarises other rows; {remedy}")
+    if {"count", "mean", "std", "min", "max"} <= {text.strip().lower() for text in called.values()}:
+        # As pandas' describe() calls them, which are compared with rows that are not there.
+        what = "its rows count, mean, std, min and max are statistics of designs and no designs"
+        raise UnfitError(f"{what}; give the designs themselves")
     return ""
 
 
