@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from pymoo_psi import PsiError
 from pymoo_psi._markers import MARKERS
 from pymoo_psi.chute import ChuteParameters, trajectory
-from pymoo_psi.paper import Reproduction, solve_case
+from pymoo_psi.paper import Reproduction, reproduce, solve_case
 from pymoo_psi.paper._figures import criterion_surfaces, ranked_points
 from pymoo_psi.plots import paper_figures, points_page, save_figures
 from pymoo_psi.plots._paper import (
@@ -227,3 +227,24 @@ def test_the_points_page_shows_what_is_missing_and_what_doubling_brought(case):
     assert_whole(figure)
     with pytest.raises(PsiError, match="of 8 tests or more, got 4 tests"):
         points_page(Reproduction(4, (solve_case(0.4, "rolling", 4),)))
+
+
+def test_every_coefficient_has_a_curve_of_its_own_look_on_the_points_page():
+    mu = [0.2, 0.3, 0.4, 0.5, 0.6]
+    figure = points_page(reproduce(16, mu=mu, models=["rolling"]))
+    names = [rf"$\mu$ = {value:g}" for value in mu]
+    assert texts(figure) == names
+    for ax in figure.axes:
+        *curves, _ = ax.lines
+        looks = {(curve.get_color(), curve.get_marker(), curve.get_linestyle()) for curve in curves}
+        assert len(curves) == len(looks) == len(mu)
+    assert_whole(figure)
+
+
+def test_the_points_page_is_drawn_where_there_is_nothing_to_compare_with():
+    halves = reproduce(8, mu=[0.4], models=["rolling"])  # none
+    assert_whole(points_page(halves), draw=True)
+    # So much friction that of the test points only the level chute is Pareto optimal: U itself.
+    nearest = reproduce(9, mu=[1e9], models=["full"])
+    assert nearest.cases[0].refined.distance == 0
+    assert_whole(points_page(nearest), draw=True)

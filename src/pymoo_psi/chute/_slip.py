@@ -167,7 +167,8 @@ def _endless(slip: Slip) -> PsiError:
     """Rather an error than wrong numbers."""
     return PsiError(
         f"the slip of {np.size(slip.t)} designs is not followed to its end in {STEPS} steps, one "
-        f"with tau = {np.ravel(slip.tau)[0]!r} and b = {np.ravel(slip.b)[0]!r}; please report it"
+        f"with tau = {np.ravel(slip.tau)[0]:.17g} and b = {np.ravel(slip.b)[0]:.17g}; please "
+        f"report it"
     )
 
 

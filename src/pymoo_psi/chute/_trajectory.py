@@ -150,7 +150,7 @@ def _follow(
         slipping[last] = True
         time[last : last + 2] = slip_time
         slip[last : last + 2] = 0.0
-    friction = -b * _direction(slip, tau)
+    friction = -b * _direction(slip, tau, c - r * wy0, r * wx0 - v_p)
     friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
     normal = np.column_stack([np.full(eta.size, 1 / length), np.abs(friction[:, 1])])
     spin = np.column_stack(
@@ -159,18 +159,23 @@ def _follow(
     return Trajectory(eta, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time)
 
 
-def _direction(slip: Array, tau: float) -> Array:
+def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
     """Return the unit vectors (cos θ, sin θ); where slip vanishes, the limit it comes from.
 
     Slip across the chute dies out last where τ < 1, with θ → arccos τ; else θ → 0.
+
+    Args:
+        slip: (n, 2) slip velocities, the first of which need not be that at the start.
+        tau: u1/μ.
+        vx0: v_AX at the start.
+        vy0: v_AY at the start.
     """
     rho = np.hypot(slip[:, 0], slip[:, 1])
     direction = np.divide(slip, rho[:, None], out=np.zeros_like(slip), where=rho[:, None] > 0)
-    across = np.sign(slip[0, 1])
-    if across:
+    if vy0:
         cosine = min(tau, 1.0)
-        limit = [cosine, across * np.sqrt(1 - cosine**2)]
-    else:
-        limit = [np.sign(slip[0, 0]) or 1.0, 0.0]
+        limit = [cosine, np.sign(vy0) * np.sqrt(1 - cosine**2)]
+    else:  # beyond (2.12) slip does not end: from ρ = 0 on the sphere slides straight down
+        limit = [-1.0 if vx0 < 0 and tau <= 3.5 else 1.0, 0.0]
     direction[rho == 0] = limit
     return direction

@@ -183,7 +183,7 @@ def _verdict(result: Reproduction) -> str:
         return f"Matched under rolling: {held or 'nothing'}." + (
             f" NOT matched: {missed}." if missed else ""
         )
-    if not all(case.printed for case in result.cases):
+    if not any(case.printed for case in result.cases):
         known = ", ".join(map(str, PAPER_MU))
         own = result.cases[0].parameters
         mu = ", ".join(f"{value:g}" for value in dict.fromkeys(case.mu for case in result.cases))

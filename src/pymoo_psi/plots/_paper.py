@@ -177,26 +177,38 @@ def points_page(reproduction: Reproduction) -> Figure:
     instance("reproduction", reproduction, Reproduction)
     pairs = list(zip(reproduction.cases, reproduction.convergences, strict=True))
     models = list(dict.fromkeys(case.model for case in reproduction.cases))
-    with new_page(128) as figure:
+    coefficients = list(dict.fromkeys(case.mu for case in reproduction.cases))
+    with new_page(134) as figure:
         grid = figure.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
         for (above, below), model in zip(grid.T, models, strict=True):
             found = [(case, rows) for case, rows in pairs if case.model == model]
-            for (case, rows), look in zip(found, CURVES, strict=False):
-                style = {**look, "label": rf"$\mu$ = {case.mu:g}", "markersize": 3.5}
-                least = case.refined.distance
-                above.plot(rows.tests, 100 * (rows.mu1 / least - 1), **style)
-                gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
+            for case, rows in found:
+                k = coefficients.index(case.mu)
+                # The colours and the lines beyond the third in other pairs, nine of them.
+                colour, line = CURVES[k % 3], CURVES[(k + k // 3) % 3]
+                style = {**line, "color": colour["color"], "markersize": 3.5}
+                with np.errstate(invalid="ignore", divide="ignore"):  # nothing to compare with
+                    excess = 100 * (rows.mu1 / case.refined.distance - 1)
+                    gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
+                above.plot(rows.tests, excess, label=rf"$\mu$ = {case.mu:g}", **style)
                 below.plot(rows.tests[1:], gain, **style)
             for ax in (above, below):
                 ax.set_xscale("log", base=2)
-                logarithmic(ax, "y", (1.0, 2.0, 5.0))
                 ax.axvline(reproduction.n_points, **_TRANSITION)
             shown = found[0][1].tests[::-2][::-1].tolist()
             below.set_xticks(shown, [str(n) for n in shown])
             below.xaxis.set_minor_locator(NullLocator())
             below.set_xlabel("test points")
             above.set_title(_MODEL_NAMES[model])
-        grid[0, 0].legend()
+        for line in grid:
+            drawn = np.concatenate([curve.get_ydata() for ax in line for curve in ax.lines[:-1]])
+            for ax in line:
+                if (drawn[np.isfinite(drawn)] > 0).any():
+                    logarithmic(ax, "y", (1.0, 2.0, 5.0))
+                else:  # the best is the least already, or there is no half to compare with
+                    ax.set_ylim(0, 1)
+        curves = {curve.get_label(): curve for ax in grid[0] for curve in ax.lines[:-1]}
+        figure.legend(handles=list(curves.values()), loc="outside lower center", ncols=6)
         grid[0, 0].set_ylabel("excess of distance over the least, %")
         grid[1, 0].set_ylabel("gain of hypervolume, %")
         figure.suptitle(
