@@ -168,11 +168,32 @@ def test_a_design_of_a_file_with_test_points_is_chosen_by_these(tmp_path, capsys
     assert "Chosen is test point 1, with f1 2 and f2 3." in texts(out)
     file.write_text("test_point,f1,f2\n31,1,5\n1,2,3\n21,4,1\n")
     assert main(["report", str(file), "--out", str(out), "--design", "3"]) == 2
-    told = "--design must be the number of a test point in the file, got 3"
+    told = "--design must be a number that the column 'test_point' holds once, got 3"
     assert told in capsys.readouterr().err
+    file.write_text("design,f1,f2\n31,1,5\n3,2,3\n21,4,1\n")
+    assert main(["report", str(file), "--out", str(out), "--design", "3"]) == 0
+    assert "Chosen is design 3, with f1 2 and f2 3." in texts(out)
+    assert main(["report", str(file), "--design", "21", "--limits", "f1<=3"]) == 2
+    assert "got design 21; it violates f1" in capsys.readouterr().err
+    file.write_text("name,f1,f2\nname plate,1,5\ntest point 1,2,3\ntest point 2,4,1\n")
+    assert main(["report", str(file), "--out", str(out), "--design", "2", "--force"]) == 0
+    assert "Chosen is test point 1, with f1 2 and f2 3." in texts(out)
     file.write_text("f1,f2\n1,5\n2,3\n4,1\n")
     assert main(["report", str(file), "--out", str(out), "--design", "3"]) == 0
     assert "Chosen is row 3, with f1 4 and f2 1." in texts(out)
+
+
+def test_a_document_knows_no_options(tmp_path, capsys):
+    """What hints at them is for the terminal."""
+    file, out = tmp_path / "front.csv", tmp_path / "report.html"
+    file.write_text("Versuch,f,g\n1,-1,5\n2,-2,3\n3,-4,1\n")
+    command = ["report", str(file), "--out", str(out), "--maximize", "f"]
+    fact = "f is maximised, and negative throughout"
+    for options, hint in (([], "say --objectives"), (["--objectives", "f,g"], fact)):
+        assert main([*command, *options]) == 0
+        assert hint in " ".join(capsys.readouterr().out.split())
+        assert " --" not in out.read_text("utf-8")
+        assert fact in texts(out)
 
 
 def test_when_a_study_was_begun_is_told(study, tmp_path, monkeypatch):

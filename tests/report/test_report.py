@@ -335,7 +335,7 @@ def test_a_design_that_cannot_be_chosen_is_told_with_the_reason():
         reasons={3: "no mesh"},
     )
     for design, why in ((2, "it violates f1"), (3, "it failed: no mesh")):
-        with pytest.raises(PsiError, match=why):
+        with pytest.raises(PsiError, match=f"got test point {design}; {why}"):
             decision_report(table, {"f1": 1.5}, design=design)
     with pytest.raises(PsiError, match="it tested design 2 once more"):
         decision_report(table, design=4)
@@ -346,3 +346,10 @@ def test_only_a_table_with_tests_and_criteria():
         decision_report(np.zeros((3, 2)))
     with pytest.raises(PsiError, match="with tests and criteria"):
         decision_report(TestTable.empty())
+
+
+def test_penalties_at_the_end_of_floats_cost_the_picture_only():
+    F = [[1.79e308, 1.0], [2.0, 1.7e308], [3e307, 4e307]]
+    html = decision_report(TestTable.of([1, 2, 3], [[1], [2], [3]], F)).html()
+    told = "No picture: values of f1 and values of f2 lie beyond 1e+300, too far to be drawn."
+    assert html.count(told) == 2

@@ -443,7 +443,7 @@ def report(
     prefer: Preferences = None,
     design: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
+        typer.Option(metavar="N", help="Number, or row, of the design chosen [the optimum]."),
     ] = None,
     out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
     force: Overwrite = False,

@@ -19,7 +19,7 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, invalid, known_name
+from pymoo_psi._validation import Received, Remark, invalid, known_name
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.pareto._sentences import listed
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
@@ -174,7 +174,7 @@ def _settled(columns: ColumnOptions, file: DesignFile) -> ColumnOptions:
     """Return the options for a file that knows its objectives and senses by a formulation."""
     # Those that were typed are named again, as what a user has chosen need not be told.
     known = file.known.objectives if columns.objectives and file.known else ()
-    return replace(columns, objectives=known, maximize=())
+    return replace(columns, objectives=known)
 
 
 def formulated_in(
@@ -183,7 +183,7 @@ def formulated_in(
     written: FileOptions,
     variables: Sequence[str],
     limited: Collection[str] = (),
-) -> tuple[TestTable, Limits, list[str] | None, list[str]]:
+) -> tuple[TestTable, Limits, list[str] | None, str | None, list[str]]:
     """Read all tests, or designs as such, under what the options ask for but limits.
 
     Args:
@@ -194,8 +194,8 @@ def formulated_in(
         limited: Columns that are limited by other than the options.
 
     Returns:
-        The tests, the limits, what their designs are called if not by test point, and what to
-        tell about the choice of columns and rows.
+        The tests, the limits, what their designs are called if not by test point, in which column,
+        and what to tell about the choice of columns and rows.
 
     Raises:
         PsiError: The file holds no designs, or an option names no column of it.
@@ -208,7 +208,8 @@ def formulated_in(
         if variables:
             rule = "named for a file of designs only: a test table knows its variables"
             raise invalid("--variables", rule, variables[0])
-        return judged(found, unlimited), asked.limits, None, [f"{missing}."] if missing else []
+        remarks = [f"{missing}."] if missing else []
+        return judged(found, unlimited), asked.limits, None, None, remarks
     file = found if unlimited == Formulation() else found.under(unlimited)
     if file is not found:
         columns = _settled(columns, file)
@@ -222,7 +223,7 @@ def formulated_in(
     tests = file.as_tests(roles)
     if lost := [name for name in roles.variables if name not in tests.layout.variables]:
         remarks.append(f"No variable here, as some designs have no value of it: {listed(lost)}.")
-    return tests, asked.limits, file.called(roles.label), remarks
+    return tests, asked.limits, file.called(roles.label), roles.label, remarks
 
 
 def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation:
@@ -250,15 +251,11 @@ def _with_roles(
         rule = f"one of the objectives {', '.join(roles.objectives)}"
         raise invalid("--maximize", rule, other[0])
     # A choice that the user has made need not be told; one that was made for them must be.
-    remarks = [file.told(roles)] if not objectives else []
-    if remarks and file.known is None:  # one that knows its columns needs no choice
-        remarks[0] += " (--objectives chooses others)"
+    remarks: list[str] = [file.told(roles)] if not objectives else []
     for name in typed:
         if (file.numbers(name) < 0).all():  # as in F of pymoo, which minimises
-            remarks.append(
-                f"{name} is maximised, and negative throughout: if its sign is turned, as in F of "
-                f"pymoo, leave --maximize out, or turn it back."
-            )
+            hint = "if its sign is turned, as in F of pymoo, leave --maximize out, or turn it back"
+            remarks.append(Remark(f"{name} is maximised, and negative throughout", f": {hint}."))
     if written.drop_incomplete:
         file = file.complete(roles.objectives)
     remarks += file.remarks

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -47,7 +48,7 @@ def run_report(
         decided, columns = decision_in(decision, columns, normalize)
         normalize = decided.normalize
     limited = () if decided is None else decided.limits
-    table, limits, labels, remarks = formulated_in(
+    table, limits, labels, column, remarks = formulated_in(
         path, columns, written, document.variables, limited
     )
     if decided is not None:
@@ -55,12 +56,13 @@ def run_report(
         design, told_of_it = decided_tests(decided, path, table, labels)
         remarks += told_of_it
     if design is not None and labels is not None:
-        design = _row_of(design, table, labels)
+        design = _row_of(design, table, labels, column)
     told = {**table.layout.units, **units_in(document.units, table.layout.columns)}
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"
-    about = [f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}", *remarks]
+    about = [f"{path.name}, {today}, pymoo-psi {version('pymoo-psi')}"]
+    about += [getattr(remark, "fact", remark) for remark in remarks]
     if path.is_file():  # what a pipe has given it does not give again
         with suppress(StudyError):  # another file tells no date
             about.insert(1, f"Study begun {begun(str(path))}")
@@ -81,14 +83,17 @@ def run_report(
     return 0 if report.ranking is not None else 1
 
 
-def _row_of(design: int, table: TestTable, labels: Sequence[str]) -> int:
+def _row_of(design: int, table: TestTable, labels: Sequence[str], column: str | None) -> int:
     """Return by which number a table of a file's designs has one: its row.
 
-    In a file that says the designs' test points, as 'solve' writes it, it goes by these.
+    Where a column numbers the designs, as test_point in what 'solve' writes, it goes by that.
     """
-    called = f"test point {design}"
-    if called in labels:
+    if not column:
+        return design
+    word = column.replace("_", " ")
+    if (called := f"{word} {design}") in labels:
         return int(table.numbers[labels.index(called)])
-    if any(label.startswith("test point ") for label in labels):
-        raise invalid("--design", "the number of a test point in the file", design)
+    if any(re.fullmatch(rf"{re.escape(word)} \d+( #\d+)?", label) for label in labels):
+        rule = f"a number that the column {column!r} holds once"
+        raise invalid("--design", rule, design)
     return design

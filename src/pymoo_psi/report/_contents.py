@@ -53,6 +53,8 @@ _GAINS = 4  # criteria that a limit costs most in
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
+# Larger values are penalties or mistakes; near the end of floats axes cannot be drawn.
+_DRAWN = 1e300
 _VOLUME = 5  # criteria up to which a hypervolume takes seconds
 
 _WORDS = (
@@ -362,11 +364,23 @@ def _places(case: Case) -> Iterator[Part]:
             draw = partial(table_page, case.table, case.limits, variables=part, criteria=())
             span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
             beyond = "" if what == "variables" else " Axes span the feasible designs."
-            yield Picture(
-                draw,
+            caption = (
                 f"Histograms of the {what}{span}: what share of the tested, feasible and "
-                f"Pareto-optimal designs each interval holds.{beyond}",
+                f"Pareto-optimal designs each interval holds.{beyond}"
             )
+            yield _picture(case, part, draw, caption)
+
+
+def _picture(case: Case, names: Sequence[str], draw: Callable[[], Any], caption: str) -> Part:
+    """Return a picture of columns, or why there is none."""
+    far = []
+    for name in names:
+        values = case.table.column(name)[case.rows]
+        if values.dtype.kind == "f" and (np.abs(values) > _DRAWN).any():
+            far.append(f"values of {name}")
+    if far:
+        return f"No picture: {listed(far)} lie beyond {_DRAWN:g}, too far to be drawn."
+    return Picture(draw, caption)
 
 
 def _pareto(case: Case) -> Iterator[Part]:
@@ -385,10 +399,9 @@ def _pareto(case: Case) -> Iterator[Part]:
         drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
         which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
     point = int(case.table.numbers[case.rows[case.chosen]])
-    yield Picture(
-        partial(criteria_page, case.table, case.limits, criteria=drawn, design=point),
-        f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}",
-    )
+    draw = partial(criteria_page, case.table, case.limits, criteria=drawn, design=point)
+    caption = f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}"
+    yield _picture(case, drawn, draw, caption)
     if len(names) > _PAIRS:
         yield Picture(
             partial(ranking_page, ranking, units=case.units),

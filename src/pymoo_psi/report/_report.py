@@ -8,6 +8,7 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, counted, instance, integer, invalid
@@ -138,16 +139,18 @@ def decision_report(
         number = integer("design", design, minimum=1)
         at = np.flatnonzero(table.numbers[case.rows] == number)
         if len(at) == 0:
-            remedy = _why_not(case, number)
-            raise invalid("design", "the number, or row, of a feasible test", number, remedy)
+            there = np.flatnonzero(table.numbers == number)
+            # By its name: whoever has typed it need not know that it goes by its row here.
+            received = Received(labels[there[0]]) if len(there) else number
+            remedy = _why_not(case, there)
+            raise invalid("design", "the number, or row, of a feasible test", received, remedy)
         case = replace(case, chosen=int(at[0]))
     chosen = labels[case.rows[case.chosen]] if len(case.rows) else ""
     return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)
 
 
-def _why_not(case: Case, number: int) -> str:
-    """Return why a test cannot be chosen; empty if there is none of that number."""
-    at = np.flatnonzero(case.table.numbers == number)
+def _why_not(case: Case, at: NDArray[np.intp]) -> str:
+    """Return why the test in a row cannot be chosen; empty if there is no row."""
     if len(at) == 0:
         return ""
     one = case.table.rows(at)
@@ -156,7 +159,7 @@ def _why_not(case: Case, number: int) -> str:
         kept = [name for name, over in zip(names, violated[0], strict=True) if over]
         return f"it violates {listed(kept)}"
     if one.status[0] == "failed":
-        return f"it failed: {one.reasons.get(number) or 'no reason is known'}"
+        return f"it failed: {one.reasons.get(int(one.numbers[0])) or 'no reason is known'}"
     if first := case.table.repeats[at[0]]:
         return f"it tested design {first} once more"
     return "its criteria are not finite"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, known_name
+from pymoo_psi._validation import Remark, counted, known_name
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Column, is_blank
 from pymoo_psi.table._expression import Expression
@@ -201,20 +201,22 @@ class DesignFile:
         if twice := [name for name, count in Counter(names).items() if count > 1]:
             raise unfit(self.path, f"{argument} names the column {twice[0]!r} twice")
 
-    def told(self, roles: Roles) -> str:
+    def told(self, roles: Roles) -> Remark:
         """Say in a line which columns were taken as objectives, in what, and which were not."""
         units = {name: self.columns[name].unit for name in roles.objectives}
         taken = [f"{name} (in {unit})" if unit else name for name, unit in units.items()]
         rest = [name or "(no name)" for name in self.names if name not in roles.objectives]
         left_out = f"; not as objectives: {', '.join(rest)}" if rest else ""
         line, first = f"Objectives: {', '.join(taken)}{left_out}", self.names[0]
+        # One that knows its columns needs no choice.
+        hint = " (--objectives chooses others)" if self.known is None else ""
         numbers = self.columns[first].numbers
         # Ranked by the number of the design, any other would be the best.
         if first not in units or numbers is None or len(numbers) < 3:
-            return line
+            return Remark(line, hint)
         counts = np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
-        remedy = f"{first} counts the rows: if it only numbers designs, say --objectives"
-        return f"{line}. {remedy}" if counts else line
+        remedy = f". {first} counts the rows: if it only numbers designs, say --objectives"
+        return Remark(line, f"{remedy}{hint}" if counts else hint)
 
     def under(self, asked: Formulation) -> DesignFile:
         """Return the designs within the limits of a formulation, with what it computes.

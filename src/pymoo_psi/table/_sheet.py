@@ -13,7 +13,7 @@ from io import BytesIO, StringIO
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
-from pymoo_psi._validation import counted, invalid, known_name
+from pymoo_psi._validation import Remark, counted, invalid, known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import PerCent, is_blank, is_number
 
@@ -213,8 +213,11 @@ def sheet_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
     ]
     lines = [str(number) for number in ends[1:] if number in hidden]
     remarks = [
-        f"Read although hidden in the sheet: {counted(len(which), what)} "
-        f"({sign}{', '.join(which[:6])}{', …' if which[6:] else ''}); {remedy}."
+        Remark(
+            f"Read although hidden in the sheet: {counted(len(which), what)} "
+            f"({sign}{', '.join(which[:6])}{', …' if which[6:] else ''})",
+            f"; {remedy}.",
+        )
         for which, what, sign, remedy in (
             (lines, "row", "line ", "--skip-rows hidden leaves such rows out"),
             (names, "column", "", "--objectives says by which columns to rank"),
