@@ -7,6 +7,7 @@ remedy. The functions return the checked value in the form in which the caller c
 from __future__ import annotations
 
 import difflib
+import json
 import math
 import numbers
 from collections.abc import Collection, Mapping
@@ -109,6 +110,21 @@ def collection(name: str, value: object, rule: str, remedy: str = "") -> Collect
     if isinstance(value, str) or not isinstance(value, Collection):
         raise wrong_type(name, rule, value, remedy)
     return value
+
+
+def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
+    """Return what is known of a problem as JSON, laid out as ``json.dumps`` is told.
+
+    Raises:
+        ArgumentTypeError: Its fingerprint holds what JSON cannot hold.
+    """
+    try:
+        return json.dumps(identity, **layout)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ArgumentTypeError(
+            "what fingerprint() of a problem returns must hold plain values, numbers, texts, "
+            f"True, False, None, lists and dicts of Python: {error}"
+        ) from None
 
 
 def boolean(name: str, value: object) -> bool:

@@ -1,19 +1,31 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
+import dataclasses
 import time
 
 import numpy as np
 import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.repair import Repair
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
+from pymoo.termination import get_termination
+from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PsiError, SurrogatePSI, VectorizedSphereChute, compare, investigate, nsga3
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    SurrogatePSI,
+    VectorizedSphereChute,
+    compare,
+    investigate,
+    nsga3,
+)
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions, report
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
@@ -74,6 +86,49 @@ def test_operators_of_an_algorithm_may_ask_the_problem():
     assert np.array_equal(X, np.round(X * 4) / 4)
 
 
+def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
+    """NSGA-II gives itself criteria, by which this one would end after some 300 evaluations."""
+    result = compare(
+        get_problem("bnh"), n_evaluations=400, seeds=1, polish=False,
+        algorithms={"small": lambda n: NSGA2(pop_size=2)},
+    )  # fmt: skip
+    assert result.to_frame()["evaluated"].item() == 400
+    assert len(conclusions(result)) == 1
+
+
+def test_what_ends_before_its_budget_is_told():
+    def short(n):
+        algorithm = NSGA2(pop_size=10)
+        algorithm.termination = get_termination("n_gen", 2)
+        return algorithm
+
+    result = compare(
+        get_problem("bnh"), n_evaluations=40, seeds=6, polish=False,
+        algorithms={"nsga2": "nsga2", "short": short},
+    )  # fmt: skip
+    assert "Not every run of short used its whole budget: see the" in conclusions(result)[1]
+
+
+@pytest.mark.parametrize("algorithm", ["spea2", "sms", "nsga2", "nsga3"])
+def test_a_run_is_the_same_whatever_ran_before_it(algorithm):
+    """All instances of pymoo's SPEA2 share one survival, which remembers the best values."""
+    bnh, arguments = get_problem("bnh"), {"n_evaluations": 60, "algorithms": [algorithm]}
+    compare(get_problem("dtlz2"), **arguments, seeds=[1], polish=False)  # of three objectives
+    both = compare(bnh, **arguments, seeds=[1, 2], polish=False).runs
+    alone = compare(bnh, **arguments, seeds=[2], polish=False).runs
+    assert np.array_equal(both[1].X, alone[0].X)
+
+
+def test_of_an_algorithm_without_chance_one_run_counts():
+    result = compare(
+        get_problem("bnh"), n_evaluations=[16, 32], seeds=8, polish=False,
+        algorithms={"mine": lambda n: PSI(n), "nsga2": "nsga2"},
+    )  # fmt: skip
+    assert result.summary().set_index("algorithm").loc["mine", "runs"].tolist() == [1, 1]
+    assert result.tests()["least_p"].tolist() == [2 / 2**8] * 2  # of the sign test
+    assert [run.task.seed for run in result.runs[:2]] == [None, None]
+
+
 def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
     class Greedy(NSGA2):
         def _infill(self):
@@ -112,8 +167,8 @@ def test_where_nothing_is_feasible_for_anyone_all_have_hypervolume_0():
     result = compare(never, n_evaluations=[32], seeds=2, algorithms=["psi", "nsga3"])
     assert (result.to_frame()["hypervolume"] == 0).all()
     assert result.tests()["p"].tolist() == [1.0]
-    assert "No difference can be claimed" in conclusions(result)[0]
-    assert "0 in number" in report(result)
+    assert "no difference can be claimed" in conclusions(result)[0]
+    assert "No run found a feasible design" in report(result)
 
 
 def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
@@ -162,6 +217,20 @@ def test_what_is_returned_can_be_measured_instead():
     assert (returned["n_nondominated"][1:] < seen["n_nondominated"][1:]).all()
 
 
+def test_of_what_is_returned_only_the_feasible_counts():
+    """RVEA keeps a design for each direction, feasible or not."""
+    directions = get_reference_directions("das-dennis", 2, n_partitions=19)
+    osy = get_problem("osy")
+    result = compare(
+        osy, n_evaluations=100, seeds=[1], assess="returned", polish=False,
+        algorithms={"rvea": lambda n: RVEA(directions, termination=get_termination("n_eval", n))},
+    )  # fmt: skip
+    (run,) = result.runs
+    seen = {tuple(f) for f in run.F.tolist()}
+    assert {tuple(f) for f in run.returned.tolist()} <= seen
+    assert result.to_frame()["n_nondominated"].item() == len(run.returned)
+
+
 def test_surrogates_are_compared_as_they_run_alone():
     result = compare(get_problem("bnh"), n_evaluations=36, seeds=2, algorithms=["surrogate"])
     assert len(result.runs) == 2
@@ -182,7 +251,7 @@ def test_designs_that_a_model_changes_are_kept_as_they_were():
         np.testing.assert_array_equal((run.X**2).sum(axis=1), run.F[:, 0])
 
 
-def test_mixed_variables_are_compared_without_polishing():
+def test_mixed_variables_are_compared_without_polishing_and_kept_with_their_types(tmp_path):
     class Beam(ElementwiseProblem):
         def __init__(self):
             variables = {
@@ -196,9 +265,13 @@ def test_mixed_variables_are_compared_without_polishing():
             weight = {"steel": 1.0, "brass": 1.3}[x["metal"]] * (x["length"] + 0.1 * x["ribs"])
             out["F"] = [weight, 1 / (x["length"] * (1 + x["ribs"]))]
 
-    result = compare(
-        Beam(), n_evaluations=[32], seeds=2, algorithms=["psi", "psi-scrambled", "surrogate"]
-    )
+    arguments = {"n_evaluations": [32], "seeds": 2, "folder": tmp_path}
+    arguments["algorithms"] = ["psi", "psi-scrambled", "surrogate"]
+    result, again = compare(Beam(), **arguments), compare(Beam(), **arguments)
+    for run, stored in zip(result.runs, again.runs, strict=True):
+        assert stored.X.tolist() == run.X.tolist()
+        assert [*map(type, stored.X[0])] == [float, int, str]
+    assert "the best of these, f1 = " in report(result)
     assert result.reference.optimum_evaluations == 0
     assert (result.to_frame()["hypervolume"] > 0).all()
 
@@ -228,6 +301,57 @@ def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
     sentence = conclusions(result)[0]
     assert sentence.startswith("1024 evaluations: nsga3 has the largest hypervolume")
     assert "better than psi-scrambled (effect 1.00, p = 0.002)" in sentence  # 2 / C(12, 6)
+
+
+def measured(result, indicator, values):
+    """The comparison with other values of an indicator, by algorithm and seed."""
+    return dataclasses.replace(result, measures=result.measures.assign(**{indicator: values}))
+
+
+def test_words_follow_from_numbers():
+    result = compare(
+        get_problem("bnh"), n_evaluations=8, seeds=4, algorithms=["psi", "psi-scrambled", "nsga3"],
+        polish=False,
+    )  # fmt: skip
+    nothing = measured(result, "hypervolume", 0.0)
+    assert conclusions(nothing)[0] == (
+        "8 evaluations: no algorithm has a hypervolume above 0 in the median, and no difference "
+        "can be claimed."
+    )
+    lost = measured(result, "igd_plus", np.inf)
+    assert "no algorithm has a feasible design in the median" in conclusions(lost, "igd_plus")[0]
+    # psi-scrambled and nsga3 have the same median; the one that is drawn from more is no better.
+    tied = measured(result, "hypervolume", [0.5, *[0.1, 0.6, 0.6, 0.9], *[0.6] * 4])
+    assert (
+        "psi-scrambled has the largest hypervolume (median 0.6), as has nsga3."
+        in (conclusions(tied)[0])
+    )
+    frame = result.measures
+    one = dataclasses.replace(
+        result, runs=result.runs[:1], measures=frame[frame["algorithm"] == "psi"]
+    )
+    assert conclusions(measured(one, "epsilon", 0.25), "epsilon") == (
+        "8 evaluations: psi has a median of 0.25, with no other beside it.",
+    )
+
+
+def test_a_rare_success_is_claimed_where_nobody_succeeds_in_the_median():
+    result = compare(
+        get_problem("bnh"), n_evaluations=4, seeds=20, algorithms=["psi-scrambled", "nsga2"],
+        polish=False,
+    )  # fmt: skip
+    # 9 of 20 runs against none: 2 C(31, 11) / C(40, 20) is 0.0012.
+    rare = measured(result, "hypervolume", [0.0] * 20 + [0.0] * 11 + [0.5] * 9)
+    assert conclusions(rare)[0] == (
+        "4 evaluations: no algorithm has a hypervolume above 0 in the median, but nsga2 is better "
+        "than psi-scrambled (effect 0.72, p = 0.001)."
+    )
+
+
+def test_a_count_of_designs_is_told_whole():
+    result = compare(get_problem("bnh"), n_evaluations=8, algorithms=["psi"], polish=False)
+    assert "| 12345 |" in report(measured(result, "n_nondominated", 12345))
+    assert repr(result) == "Comparison(BNH: psi; 1 run)"
 
 
 # Keeping and continuing
@@ -380,6 +504,17 @@ def test_problems_that_cannot_be_compared_are_refused():
         PsiError, match="reference must be one for VectorizedSphereChute, got one for DTLZ2"
     ):
         compare(VectorizedSphereChute(), n_evaluations=8, reference=three.reference)
+
+
+def test_a_fingerprint_that_cannot_be_written_is_told_before_any_run():
+    class Marked(Counted):
+        def fingerprint(self):
+            return {"steps": np.int64(3)}
+
+    problem = Marked()
+    with pytest.raises(PsiError, match="fingerprint.. of a problem returns must hold plain values"):
+        compare(problem, n_evaluations=8, seeds=1)
+    assert not problem.calls
 
 
 def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():

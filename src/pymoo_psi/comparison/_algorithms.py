@@ -41,6 +41,7 @@ from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
+from pymoo.termination.default import DefaultTermination
 
 from pymoo_psi._validation import Received, invalid, known_name
 from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
@@ -52,6 +53,8 @@ from pymoo_psi.algorithms._nsga3 import (
 )
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto._feasibility import competes, meets_constraints
 
 Array = NDArray[np.float64]
 
@@ -125,7 +128,7 @@ def _named(name: str, what: Any) -> NamedAlgorithm:
         if what.problem is not None:
             shown = Received(f"{type(what).__name__} set up for {what.problem.name()}")
             raise invalid(f"algorithms[{name!r}]", "an algorithm that has not begun", shown)
-        return NamedAlgorithm(name, partial(_made, lambda _: copy.deepcopy(what)))
+        return NamedAlgorithm(name, partial(_made, lambda _: what))
     if callable(what):
         return NamedAlgorithm(name, partial(_made, what))
     known_name("algorithms", what, {*_OURS, *_PYMOO})
@@ -215,14 +218,21 @@ def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Arra
 
 def _searched(algorithm: Any, problem: Any, n_evaluations: int, seed: int) -> Array:
     """Return what a pymoo algorithm finds within a budget."""
+    # A copy also where it was made for this run: all instances of SPEA2 share one survival, which
+    # would bring the ideal point of one run into the next.
+    algorithm = copy.deepcopy(algorithm)
     algorithm.seed = seed
-    if algorithm.termination is None:  # the budget ends it
+    # The budget ends it, not the criteria that NSGA-II and others set for themselves: with these
+    # a long run ended at less than half of its evaluations.
+    if algorithm.termination is None or isinstance(algorithm.termination, DefaultTermination):
         algorithm.termination = NoTermination()
     return _returned(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
 
 
 def _returned(result: Any, n_obj: int) -> Array:
-    """Return the objectives of a pymoo result, none where no feasible design was found."""
-    if result.F is None:
+    """Return the non-dominated feasible objectives of a pymoo result, which may hold others."""
+    if result.opt is None:
         return np.zeros((0, n_obj))
-    return np.asarray(result.F, dtype=np.float64).reshape(-1, n_obj)
+    F, G, H = result.opt.get("F", "G", "H")
+    F = np.asarray(F, dtype=np.float64)[competes(F, meets_constraints(G, H))]
+    return F[nondominated(F)]

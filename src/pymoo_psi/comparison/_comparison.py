@@ -5,18 +5,20 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     boolean,
+    counted,
     instance,
     integer,
     invalid,
@@ -83,7 +85,7 @@ class Comparison(Shown):
     def __repr__(self) -> str:
         """Return problem, algorithms and the number of runs."""
         names = ", ".join(self.algorithms)
-        return f"Comparison({self.problem}: {names}; {len(self.runs)} runs)"
+        return f"Comparison({self.problem}: {names}; {counted(len(self.runs), 'run')})"
 
     @property
     def algorithms(self) -> tuple[str, ...]:
@@ -194,9 +196,11 @@ class Comparison(Shown):
         frame = summary[["evaluations", "algorithm", "runs"]].copy()
         for name in (*INDICATORS, "n_nondominated", "seconds"):
             columns = summary[[name, f"{name}_q1", f"{name}_q3"]].to_numpy(float)
+            digits = 10 if name == "n_nondominated" else 4  # 12345 designs, not 1.234e+04
+            texts = [[f"{value:.{digits}g}" for value in row] for row in columns]
             frame[_HEADINGS.get(name, name)] = [
-                f"{median:.4g}" if runs == 1 else f"{median:.4g} ({low:.4g} to {high:.4g})"
-                for runs, (median, low, high) in zip(summary["runs"], columns, strict=True)
+                median if runs == 1 else f"{median} ({low} to {high})"
+                for runs, (median, low, high) in zip(summary["runs"], texts, strict=True)
             ]
         return frame
 
@@ -246,7 +250,8 @@ def compare(
 
     Every algorithm works on the same problem with the same bounds; the problem itself counts the
     evaluations and ends a run that exceeds its budget. Each budget has runs of its own, so that
-    an algorithm may suit its settings to it. All runs are measured against one reference, built
+    an algorithm may suit its settings to it; criteria by which pymoo's algorithms end by default
+    are set aside, those that you set count. All runs are measured against one reference, built
     from the union of what they found (:class:`Reference`). An algorithm that finds nothing
     feasible has hypervolume 0 and infinite distances.
 
@@ -255,7 +260,8 @@ def compare(
             may fail goes as ``FailureTolerant(problem)``.
         n_evaluations: The budgets, each 1 or more.
         seeds: The seeds, or their number n for 1 to n. A deterministic algorithm, such as
-            ``"psi"``, runs once.
+            ``"psi"``, runs once; of one of your own that finds the same with every seed, one run
+            counts.
         algorithms: Names, or a mapping from names of your own to such names, to pymoo algorithms,
             or to functions that take the number of evaluations and return one:
             ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
@@ -311,6 +317,7 @@ def compare(
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     layout = problem_layout(problem, design_space(problem))  # what it lacks is told at once
+    problem_text(problem)  # likewise what a reference cannot hold
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     count = (
         range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, Integral) else seeds
@@ -337,7 +344,7 @@ def compare(
             bar(len(runs) / len(tasks))
             if on_run is not None:
                 on_run(run, len(runs), len(tasks))
-    done = tuple(runs[task] for task in tasks)
+    done = tuple(_counted_once([runs[task] for task in tasks], by_name))
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)
     measures = _measures(done, reference, assess, n_jobs)
@@ -392,6 +399,31 @@ def _runs(
         return run
 
     yield from (run for _, run in in_parallel(performed, missing, n_jobs))
+
+
+def _counted_once(runs: Sequence[Run], by_name: Mapping[str, NamedAlgorithm]) -> Iterator[Run]:
+    """Give the runs, of an algorithm of the user's that leaves nothing to chance one a budget.
+
+    The tests take runs for independent: eleven times the same one would make them sure of
+    anything. Nothing found tells nothing.
+    """
+    for name, own in itertools.groupby(runs, lambda run: run.task.algorithm):
+        groups = [
+            list(group) for _, group in itertools.groupby(own, lambda run: run.task.n_evaluations)
+        ]
+        fixed = (
+            not by_name[name].known
+            and any(len(first.F) and others for first, *others in groups)
+            and all(_same(first, run) for first, *others in groups for run in others)
+        )
+        for group in groups:
+            first = group[0]
+            yield from [replace(first, task=replace(first.task, seed=None))] if fixed else group
+
+
+def _same(a: Run, b: Run) -> bool:
+    found = ((a.X, b.X), (a.F, b.F), (a.returned, b.returned))
+    return all(np.array_equal(*pair) for pair in found)
 
 
 def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: int) -> pd.DataFrame:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pymoo_psi._validation import instance
+import numpy as np
+
+from pymoo_psi._validation import counted, instance
 from pymoo_psi.comparison._comparison import Comparison
-from pymoo_psi.comparison._reference import REFERENCE_POINT
+from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
 from pymoo_psi.comparison._statistics import INDICATORS
 from pymoo_psi.pareto._sentences import listed
 
@@ -20,8 +22,9 @@ _NAMES = {
     "hypervolume": "the largest hypervolume",
     "igd_plus": "the smallest IGD+",
     "epsilon": "the smallest additive epsilon",
-    "optimum_distance": "the Salukvadze optimum nearest to the continuous one",
+    "optimum_distance": "the Salukvadze optimum nearest to the best known",
 }
+_NOTHING = {"hypervolume": 0.0}  # what a run has that finds nothing; of distances infinity
 
 
 def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
@@ -30,7 +33,8 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
     They name the algorithm with the best median, the algorithms that it is better than, with the
     effect size and the corrected p value, and those from which no difference can be claimed.
 
-    A last sentence says so if there are too few runs to claim any difference.
+    Further sentences say so if runs ended before their budgets, or if there are too few to claim
+    any difference.
 
     Args:
         comparison: The comparison.
@@ -62,6 +66,11 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         )
         for budget in comparison.evaluations
     )
+    measures = comparison.measures
+    short = measures[measures["evaluated"] < measures["evaluations"]]["algorithm"].unique().tolist()
+    if short:
+        whole = f"Not every run of {listed(short)} used its whole budget: see the column evaluated."
+        sentences += (whole,)
     # Holm multiplies the least p value by the number of tests: it cannot come below this product.
     tested = tests["p"].notna().sum()
     if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
@@ -75,6 +84,11 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
 def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget: int) -> str:
     ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
     best, value = ordered.index[0], ordered.iloc[0]
+    if len(ordered) == 1:
+        return f"{budget} evaluations: {best} has a median of {value:.4g}, with no other beside it."
+    if value == _NOTHING.get(indicator, np.inf):
+        return f"{budget} evaluations: {_all_nothing(indicator, tests)}"
+    equal = [name for name in ordered.index[1:] if ordered[name] == value]
     surely: list[str] = []
     reverse: list[str] = []
     perhaps: list[str] = []
@@ -87,7 +101,8 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
             perhaps.append(shown)
         else:
             (surely if effect > 0.5 else reverse).append(shown)
-    text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g})."
+    shared = f", as {'has' if len(equal) == 1 else 'have'} {listed(equal)}" if equal else ""
+    text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g}){shared}."
     if surely:
         text += f" It is better than {listed(surely)}."
     if reverse:
@@ -95,6 +110,18 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
     if perhaps:
         text += f" No difference can be claimed from {listed(perhaps, 'or')}."
     return text
+
+
+def _all_nothing(indicator: str, tests: pd.DataFrame) -> str:
+    """Say that the median run of none has anything, and who is surely better all the same."""
+    what = "hypervolume above 0" if indicator == "hypervolume" else "feasible design"
+    surely = [
+        f"{row['better']} is better than {row['worse']} "
+        f"(effect {row['effect']:.2f}, {_p(row['p_holm'])})"
+        for _, row in tests[tests["p_holm"] < SIGNIFICANCE].iterrows()
+    ]
+    claimed = f"but {listed(surely)}." if surely else "and no difference can be claimed."
+    return f"no algorithm has a {what} in the median, {claimed}"
 
 
 def _p(value: float) -> str:
@@ -129,22 +156,35 @@ def _table(comparison: Comparison) -> list[str]:
     return [*lines, "", "Medians, with quartiles in brackets."]
 
 
+def _reference(reference: Reference, optimum: str) -> list[str]:
+    """Say what was measured against; a reference that was kept knows no more of its origin."""
+    if not reference.n_union:
+        return ["- No run found a feasible design: there is nothing to measure against."]
+    size, spent = len(reference.points), reference.optimum_evaluations
+    chosen = "all of these" if size == reference.n_union else f"{size} of these, farthest first"
+    known = "continuous one" if spent else "best of these"
+    polished = f", which took {spent} evaluations more" if spent else ""
+    return [
+        "- Objectives are scaled by the ideal and the nadir of the non-dominated union of the "
+        "runs and of the front, if one was given, that the reference was made of, "
+        f"{counted(reference.n_union, 'point')}; the reference set is {chosen}; the reference "
+        f"point is {REFERENCE_POINT} in every scaled objective.",
+        "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
+        f"the scaled distance of the Salukvadze optimum of a run to the {known}, "
+        f"{optimum}{polished}.",
+    ]
+
+
 def _method(comparison: Comparison) -> list[str]:
-    reference, layout = comparison.reference, comparison.layout
-    optimum = zip(layout.objectives, reference.optimum * layout.sign + 0.0, strict=True)
+    layout, best = comparison.layout, comparison.reference.optimum
+    optimum = zip(layout.objectives, best * layout.sign + 0.0, strict=True)
     assessed = {
         "evaluated": "the non-dominated feasible designs among all that a run evaluated",
-        "returned": "the designs that the algorithm returned",
+        "returned": "the non-dominated feasible designs that the algorithm returned",
     }[comparison.assess]
     return [
         f"- Measured are {assessed}.",
-        "- Objectives are scaled by the ideal and the nadir of the non-dominated union of all "
-        f"runs, {reference.n_union} in number; the reference set is "
-        f"{len(reference.points)} of these, farthest first; the reference point is "
-        f"{REFERENCE_POINT} in every scaled objective.",
-        "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
-        "the scaled distance of the Salukvadze optimum of a run to the continuous one, "
-        f"{', '.join(f'{name} = {value:.6g}' for name, value in optimum)}.",
+        *_reference(comparison.reference, ", ".join(f"{n} = {v:.6g}" for n, v in optimum)),
         "- Differences are tested by Mann-Whitney's U with exact p values, by the exact sign test "
         "where one algorithm is deterministic; p values are corrected by Holm's method "
         "over all pairs and budgets of an indicator; the effect is the probability that a run of "

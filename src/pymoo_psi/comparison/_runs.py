@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import copy
-import json
 import re
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import identity_text
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import (
     EvaluationError,
@@ -29,7 +31,7 @@ from pymoo_psi.errors import (
 from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity
 from pymoo_psi.problems._wrapped import WrappedProblem
 
@@ -214,9 +216,11 @@ class RunStore:
 
     Attributes:
         folder: The folder. Its file ``problem.json`` says which problem the runs are on.
+        space: The variables of the problem.
     """
 
     folder: Path
+    space: DesignSpace
 
     @classmethod
     def of(cls, folder: str | PathLike[str], problem: Any) -> RunStore:
@@ -225,7 +229,7 @@ class RunStore:
         Raises:
             StudyMismatchError: The folder holds runs on another problem.
         """
-        store = cls(Path(folder))
+        store = cls(Path(folder), design_space(problem).free)
         store.folder.mkdir(parents=True, exist_ok=True)
         asked = problem_text(problem)
         path = store.folder / "problem.json"
@@ -249,7 +253,9 @@ class RunStore:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 numbers = (stored[name].item() for name in _NUMBERS)
-                return Run(task, stored["X"], stored["F"], stored["returned"], *numbers)
+                X = stored["X"]
+                X = _values(self.space, X) if X.dtype.kind == "U" else X
+                return Run(task, X, stored["F"], stored["returned"], *numbers)
         except FileNotFoundError:
             return None
         except Exception as error:  # whatever is wrong with a file that is no archive
@@ -274,8 +280,22 @@ class RunStore:
         return self.folder / f"{plain}_{task.n_evaluations}{seed}.npz"
 
 
+def _values(space: DesignSpace, texts: NDArray[np.str_]) -> NDArray[np.object_]:
+    """Return designs of variables of several types, which are stored as texts."""
+    X = np.empty(texts.shape, dtype=object)
+    for j, (variable, column) in enumerate(zip(space.variables, texts.T, strict=True)):
+        read: dict[Kind, Callable[[str], Any]] = {
+            Kind.REAL: float,
+            Kind.INTEGER: int,
+            Kind.BINARY: "True".__eq__,
+            Kind.CHOICE: {str(option): option for option in variable.options}.__getitem__,
+        }
+        X[:, j] = [read[variable.kind](text) for text in column.tolist()]
+    return X
+
+
 def problem_text(problem: Any) -> str:
     """Return name, variables, bounds, sizes and own fingerprint of a problem as JSON."""
     space = design_space(problem)
     bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
-    return json.dumps({**problem_identity(problem, space), **bounds}, sort_keys=True, indent=1)
+    return identity_text(problem_identity(problem, space) | bounds, sort_keys=True, indent=1)

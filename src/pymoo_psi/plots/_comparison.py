@@ -530,7 +530,7 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
         for ax in grid[len(fronts) * n_planes :]:
             ax.remove()
         dots = Line2D([], [], **_DOTS, markersize=4.0)
-        legend = [("reference set, of all runs together", dots)]
+        legend = [("reference set", dots)]
         _finish(figure, comparison, "runs of median hypervolume", [budget], legend)
     return figure
 

@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import wrong_type
+from pymoo_psi._validation import identity_text, wrong_type
 from pymoo_psi.errors import (
-    ArgumentTypeError,
     StudyAccessError,
     StudyError,
     StudyLockedError,
@@ -79,13 +78,7 @@ class Study:
             StudyError: It is damaged, no study, of a later version, or cannot be made or read.
             ArgumentTypeError: JSON cannot hold the head.
         """
-        try:
-            asked = json.loads(json.dumps(head))
-        except (TypeError, ValueError, RecursionError) as error:
-            raise ArgumentTypeError(
-                "what fingerprint() of a problem returns must hold plain values, numbers, texts, "
-                f"True, False, None, lists and dicts of Python: {error}"
-            ) from None
+        asked = json.loads(identity_text(head))
         self._kinds, self._seen = asked["kinds"], None
         own: dict[str, Any] = {}
         if share is not None:
