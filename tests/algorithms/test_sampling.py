@@ -2,6 +2,7 @@
 
 import itertools
 import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -64,7 +65,7 @@ def test_beyond_51_variables_the_points_are_scipys(tmp_path):
     table = minimize(problem, PSI(40, study=study)).algorithm.table
     np.testing.assert_array_equal(table.X, qmc.Sobol(60, scramble=False).random_base2(6)[:40])
     assert investigate(problem, 13).merge(investigate(problem, 27, first=14)).equals(table)
-    with sqlite3.connect(study) as file:
+    with closing(sqlite3.connect(study)) as file:
         assert file.execute("SELECT DISTINCT origin FROM tests").fetchall() == [("sobol",)]
     # the free variables count, not those of the whole problem
     few = Restricted(problem, {f"x{j}": 0.0 for j in range(52, 61)})

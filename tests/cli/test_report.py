@@ -311,4 +311,4 @@ def test_a_zero_whose_sign_was_turned_is_a_plain_zero_to_readers(tmp_path, capsy
     told = texts(out)
     assert "Chosen is test point 1, with mass 1 and gain 0." in told
     for text in (printed, table.to_latex(), *told):
-        assert not re.search(r"-0(?![.\d])", text), text
+        assert not re.search(r"(?<!\w)-0(?![.\d])", text), text
