@@ -361,12 +361,17 @@ def test_history_copies_and_pickles_hold_no_connection(tmp_path):
     assert [entry.n_tested for entry in result.history] == [16, 32, 48]
 
 
-# The modules are imported once: every run is a fork of this script, begun by the name of its log.
+# The modules are imported once: every run is a fork of this script, begun by the name of its log,
+# after which may stand its share and the seconds until it ends as by a kill: at once, and nothing
+# of Python runs. A kill from here would come when the process of the test has its turn.
 SCRIPT = """
-import json, os, sys, time
+import json, os, signal, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo_psi import PSI
+from pymoo_psi.storage import Study
+
+Study.__init__.__kwdefaults__["wait"] = 300  # for runs that are stopped while they write
 
 class Logged(ElementwiseProblem):
     def __init__(self, log):
@@ -385,12 +390,13 @@ for line in sys.stdin:
     for word in line.split():
         pids.append(os.fork())
         if not pids[-1]:
-            log, _, part = word.partition("@")
+            log, part, seconds = word.split("@")
+            if seconds:
+                signal.setitimer(signal.ITIMER_REAL, float(seconds))
             share = tuple(map(int, part.split("/"))) if part else None
             study = os.path.join(os.path.dirname(sys.argv[1]), "shares") if part else sys.argv[1]
             minimize(Logged(log), PSI(200, study=study, share=share, block_size=5))
             os._exit(0)
-    print(*pids, flush=True)
     print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
 """
 
@@ -405,7 +411,12 @@ def server(tmp_path_factory):
         text=True,
     )
     with process:
-        yield process, path
+
+        def run(*runs):
+            print(*runs, file=process.stdin, flush=True)
+            return list(map(int, process.stdout.readline().split()))
+
+        yield run, path
         process.stdin.close()
 
 
@@ -419,11 +430,9 @@ forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of these te
 
 @forks
 def test_processes_share_a_study_and_test_nothing_twice(server, whole):
-    process, path = server
+    run, path = server
     logs = [path.with_name(f"shared{k}") for k in range(3)]
-    print(*logs, file=process.stdin, flush=True)
-    process.stdout.readline()
-    assert process.stdout.readline().split() == ["0"] * 3
+    assert run(*(f"{log}@@" for log in logs)) == [0] * 3
     lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
     assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
     assert TestTable.read_study(path).equals(whole)
@@ -436,9 +445,9 @@ KILLS = 6
 
 @forks
 def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
-    """SIGKILL at random moments: the finished table is that of an uninterrupted run, bit for bit,
+    """Kills at random moments: the finished table is that of an uninterrupted run, bit for bit,
     and no run evaluates a point that was committed before it."""
-    process, path = server
+    run, path = server
     rng, kills, ended = random.Random(1), 0, None
     by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
     while kills < KILLS or ended != 0:
@@ -449,21 +458,16 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
             committed = set()
         log = path.with_name(f"log{kills}")
         log.unlink(missing_ok=True)
-        print(log, file=process.stdin, flush=True)
-        pid = int(process.stdout.readline())
-        if kills < KILLS:
-            time.sleep(rng.uniform(0, 0.08))
-            os.kill(pid, signal.SIGKILL)
-        ended = int(process.stdout.readline())
-        kills += ended == signal.SIGKILL
-        assert ended in (0, signal.SIGKILL)
+        (ended,) = run(f"{log}@@{rng.uniform(1e-4, 0.08) if kills < KILLS else ''}")
+        kills += ended == signal.SIGALRM
+        assert ended in (0, signal.SIGALRM)
         assert not _evaluated(log, by_design) & committed
     assert TestTable.read_study(path).equals(whole)
 
 
 @forks
 def test_shares_killed_many_times_are_the_study_of_one_run(server, whole):
-    process, path = server
+    run, path = server
     folder, rng, kills = path.with_name("shares"), random.Random(2), 0
     by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
     ended, rounds = [None], 0
@@ -471,13 +475,10 @@ def test_shares_killed_many_times_are_the_study_of_one_run(server, whole):
         files = folder.glob("*.db") if folder.exists() else ()
         committed = {n for file in files for n in TestTable.read_study(file).numbers.tolist()}
         logs = [path.with_name(f"share{rounds}-{k}") for k in range(1, 5)]
-        print(*(f"{log}@{k}/4" for k, log in enumerate(logs, 1)), file=process.stdin, flush=True)
-        for pid in map(int, process.stdout.readline().split()):
-            if rounds < 2:
-                time.sleep(rng.uniform(0, 0.03))
-                os.kill(pid, signal.SIGKILL)
-        ended = list(map(int, process.stdout.readline().split()))
-        kills += ended.count(signal.SIGKILL)
+        # A share has 50 designs, of a millisecond at least: in the first round none can end before.
+        times = [rng.uniform(1e-4, 0.04) if rounds < 2 else "" for _ in logs]
+        ended = run(*(f"{log}@{k}/4@{times[k - 1]}" for k, log in enumerate(logs, 1)))
+        kills += ended.count(signal.SIGALRM)
         rounds += 1
         for log in logs:
             assert not _evaluated(log, by_design) & committed

@@ -19,7 +19,7 @@ from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, TestTable, investigate
-from tests.processes import posix
+from tests.processes import LONG, posix, until
 
 
 class Sum(ElementwiseProblem):
@@ -39,7 +39,7 @@ def shuffled(x):
 
 
 @pytest.mark.parametrize(
-    ("study", "options"), [(True, {"in_process": False}), (False, {"timeout": 60})]
+    ("study", "options"), [(True, {"in_process": False}), (False, {"timeout": 1e4})]
 )
 def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, options):
     plain = minimize(Sum(), PSI(100)).algorithm.table
@@ -62,7 +62,7 @@ class Threads:
         with self.lock:
             self.seen.append(tuple(x))
         if tuple(x) == (0.0, 0.0):
-            assert self.gate.wait(60)
+            assert self.gate.wait(LONG)
         else:
             time.sleep(0.002)  # worth sending
 
@@ -83,8 +83,7 @@ def test_workers_go_on_while_a_block_waits_for_its_slowest_design():
         told.append((algorithm.n_tested, len(threads.seen)))
 
     def open_gate():
-        while len(threads.seen) < 100:
-            time.sleep(0.005)
+        until(lambda: len(threads.seen) >= 100)
         threads.gate.set()
 
     with ThreadPoolExecutor(1) as other, joblib.parallel_config("threading", n_jobs=3):
@@ -101,8 +100,7 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     problem = Sum(threads.wait, elementwise_runner=threads.runner())
 
     def open_gate():
-        while len(threads.seen) < 26:
-            time.sleep(0.005)
+        until(lambda: len(threads.seen) >= 26)
         time.sleep(0.1)  # in which more would begin
         threads.gate.set()
 

@@ -1,7 +1,6 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
 import dataclasses
-import time
 
 import numpy as np
 import pandas as pd
@@ -29,6 +28,7 @@ from pymoo_psi import (
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions, report
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
+from tests.processes import until
 
 
 class Counted(Problem):
@@ -540,9 +540,7 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
     finished = tmp_path / "psi_32.npz"
 
     def fails_after_the_other(n_evaluations):
-        until = time.monotonic() + 60
-        while not finished.exists() and time.monotonic() < until:
-            time.sleep(0.01)
+        until(finished.exists)
         raise AssertionError("only without constraints")
 
     with pytest.raises(RunError, match="run of late, 32 evaluations, seed 1 ended in Assertion"):

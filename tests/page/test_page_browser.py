@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+import time
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from pymoo_psi.page._data import payload
 from pymoo_psi.table import read_designs
 from tests.beams import CRITERIA, SETTINGS, beams
 from tests.formulas import CELLS, INERT
+from tests.processes import LONG
 from tests.table.exact_csv import EXACT
 
 
@@ -31,7 +33,9 @@ def browser():
     )
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(
-            executable_path=program, args=[f"--{switch}" for switch in switches.split()]
+            executable_path=program,
+            args=[f"--{switch}" for switch in switches.split()],
+            timeout=1000 * LONG,
         )
         yield browser
         browser.close()
@@ -45,6 +49,7 @@ class Reader:
 
     def __init__(self, browser):
         self.context = browser.new_context(viewport=WINDOW, offline=True, accept_downloads=True)
+        self.context.set_default_timeout(1000 * LONG)
         self.page = self.context.new_page()
         self.trouble = []
         self.page.on(
@@ -71,11 +76,10 @@ class Reader:
 
     def until(self, expression):
         """Wait until an expression is true; the page's policy forbids playwright's own way."""
-        for _ in range(200):
-            if self.ask(expression):
-                return
+        end = time.monotonic() + LONG
+        while not self.ask(expression):
+            assert time.monotonic() < end, expression
             self.page.wait_for_timeout(25)
-        raise AssertionError(expression)
 
     def settle(self):
         self.page.evaluate(

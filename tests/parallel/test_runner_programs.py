@@ -10,7 +10,7 @@ import textwrap
 
 import pytest
 
-from tests.processes import gone, posix
+from tests.processes import LONG, gone, posix
 
 
 def start(code, folder=None, **options):
@@ -55,7 +55,7 @@ print(problem.evaluate(np.linspace(0, 1, 6)[:, None]).sum(), flush=True)
 
 @pytest.mark.parametrize("options", ["", "in_process=False"])
 def test_a_script_without_a_guard_runs_and_ends(options):
-    out, err = start(SLOW.replace("OPTIONS", options)).communicate(timeout=60)
+    out, err = start(SLOW.replace("OPTIONS", options)).communicate(timeout=LONG)
     assert (out, err) == ("3.0\n", "")
 
 
@@ -99,7 +99,7 @@ investigate(Stuck(n_var=1, n_obj=1, xl=0.0, xu=1.0), 1000, n_jobs=2)
     ("program", "how"),
     [
         (RUNNER.format("in_process=False"), signal.SIGKILL),
-        (RUNNER.format("timeout=100.0"), signal.SIGTERM),
+        (RUNNER.format("timeout=1e4"), signal.SIGTERM),
         (RUNNER.format("in_process=False"), signal.SIGINT),  # as Ctrl-C, but to the parent alone
         (TASKS, signal.SIGKILL),
         (BLOCKS, signal.SIGTERM),
@@ -112,7 +112,7 @@ def test_no_process_outlives_its_program(program, how):
     try:
         pids = [int(pid) for _ in range(2) for pid in process.stdout.readline().split()]
         os.kill(process.pid, how)
-        process.wait(timeout=60)
+        process.wait(timeout=LONG)
         left = [pid for pid in pids if not gone(pid)]
     finally:
         end(process, pids)
@@ -165,7 +165,7 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_pa
         "import own\n"
         "print(JoblibRunner(2, in_process=False)(own.double, [1, 2]))"
     )
-    out, err = start(str(there / "program.py"), folder=here).communicate(timeout=60)
+    out, err = start(str(there / "program.py"), folder=here).communicate(timeout=LONG)
     assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
 
 
@@ -201,7 +201,7 @@ def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
         "_pool._START = 0.5",  # so long, at least, a worker has
         "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])",
     )
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=LONG)
     assert "WorkerError: a worker process has not loaded the problem within 1 s; see what" in err
     assert all(gone(int(pid)) for pid in out.split())
 
@@ -212,7 +212,7 @@ def test_an_interrupt_does_not_wait_for_an_import(tmp_path):
     try:
         pids += [int(process.stdout.readline()), int(process.stdout.readline())]
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=LONG)
         left = [pid for pid in pids if not gone(pid)]
     finally:
         end(process, pids)

@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import itertools
 import os
 import pickle
 import signal
@@ -11,6 +12,7 @@ import threading
 import time
 import warnings
 from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 
 import joblib
 import numpy as np
@@ -25,7 +27,8 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError, WorkerError
-from tests.processes import gone, posix
+from pymoo_psi.parallel import _joblib_runner, _pool
+from tests.processes import LONG, gone, let_limits_pass, posix, until
 
 
 def model(**kwargs):
@@ -52,6 +55,11 @@ def model(**kwargs):
             out["pid"] = os.getpid()
 
     return Model(**kwargs)
+
+
+def stuck(x):
+    """Whether the model never returns from a design."""
+    return x[0] == 5
 
 
 def designs(*first, n=40):
@@ -174,7 +182,7 @@ def test_arguments():
 
 
 def test_workers_are_kept_between_generations():
-    problem = model(elementwise_runner=JoblibRunner(2, timeout=100.0))
+    problem = model(elementwise_runner=JoblibRunner(2, timeout=1e4))
     generations = [pids(problem, designs()) for _ in range(4)]
     assert len(set().union(*generations)) <= 2
     assert os.getpid() not in generations[0]
@@ -194,25 +202,31 @@ def test_who_reads_a_stream_may_evaluate_meanwhile(workers):
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
 
 
-def test_a_cheap_model_stays_in_this_process():
+def test_a_cheap_model_stays_in_this_process(monkeypatch):
+    clock = itertools.count()  # of its own: a machine that stalls makes any model dear
+    monkeypatch.setattr(_joblib_runner, "perf_counter", lambda: 1e-4 * next(clock))
     problem = model(elementwise_runner=JoblibRunner(2))
     assert set().union(*(pids(problem, designs()) for _ in range(5))) == {os.getpid()}
 
 
 def test_the_number_of_jobs_and_the_backend_of_parallel_config():
-    seen = set()
+    seen, all_three = set(), threading.Barrier(3)
 
     def f(x):
         time.sleep(0.01)
-        seen.add(threading.get_ident())
+        own = threading.get_ident()
+        if own not in seen:
+            seen.add(own)
+            if own != this:
+                all_three.wait(LONG)
         return {"F": x}
 
-    X = list(range(60))
+    this, X = threading.get_ident(), list(range(60))
     for n_jobs, threads in [(1, 0), (3, 3)]:  # beside the one that measures the cost
         seen.clear()
         with joblib.parallel_config("threading", n_jobs=n_jobs):
             assert [v["F"] for v in JoblibRunner()(f, X)] == X
-        assert len(seen - {threading.get_ident()}) == threads
+        assert len(seen - {this}) == threads
 
 
 def test_no_design_is_evaluated_in_this_process_if_so_asked(workers):
@@ -228,11 +242,13 @@ def test_a_fork_that_comes_back_is_no_result(workers):
     """Neither of the design whose model forked, nor of the next one."""
 
     def forking(x):
-        if x in (3, 8) and os.fork() == 0:
-            if x == 8:
-                raise RuntimeError("in the fork")
-            return {"F": -1}
-        time.sleep(0.1 * (x in (3, 8)))  # the fork comes first
+        if x in (3, 8):
+            fork = os.fork()
+            if fork == 0:
+                if x == 8:
+                    raise RuntimeError("in the fork")
+                return {"F": -1}
+            os.waitpid(fork, 0)  # it comes first
         return {"F": x}
 
     values = workers(forking, range(12))
@@ -309,8 +325,9 @@ def test_values_that_do_not_travel_are_a_failure(workers):
 
 
 @posix
-def test_time_limits_and_dead_workers_leave_the_others_unharmed():
-    runner = JoblibRunner(2, timeout=1.0, retries=0)
+def test_time_limits_and_dead_workers_leave_the_others_unharmed(monkeypatch):
+    let_limits_pass(stuck, monkeypatch.setattr)
+    runner = JoblibRunner(2, timeout=1e4, retries=0)
     problem = FailureTolerant(model(elementwise_runner=runner))
     X = designs(3, 5, 7, 11, 13, 17)
     F, G = problem.evaluate(X)
@@ -321,7 +338,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
     np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
     assert [failure.reason for failure in problem.failures] == [
         "ValueError: the mesh is torn",
-        "timed out after 1 s",
+        "timed out after 10000 s",
         "its worker process died (exit code 3)",
         "its worker process died (SIGKILL)",
         "SystemExit: no licence",
@@ -333,7 +350,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
 
 @posix
 def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
-    runner = JoblibRunner(1, timeout=100.0, retries=0)
+    runner = JoblibRunner(1, timeout=1e4, retries=0)
     with pytest.raises(EvaluationError, match=r"design \[7\.0, .*died \(exit code 3\);"):
         model(elementwise_runner=runner).evaluate(designs(7))
     assert len(model(elementwise_runner=runner).evaluate(designs())) == 40, "and it runs again"
@@ -347,13 +364,13 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path):
             os._exit(1)
         return {"F": x}
 
-    values = JoblibRunner(1, timeout=100.0)(once, list(range(12)))
+    values = JoblibRunner(1, timeout=1e4)(once, list(range(12)))
     assert [v["F"] for v in values] == list(range(12))
 
 
 @posix
 def test_a_worker_killed_while_it_waits_blames_no_design():
-    runner = JoblibRunner(1, timeout=100.0, retries=0)
+    runner = JoblibRunner(1, timeout=1e4, retries=0)
     problem = model(elementwise_runner=runner)
     for pid in pids(problem, designs()):
         os.kill(pid, signal.SIGKILL)
@@ -362,23 +379,39 @@ def test_a_worker_killed_while_it_waits_blames_no_design():
 
 
 @posix
-def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
+def test_what_a_timed_out_model_started_ends_with_it(tmp_path, monkeypatch):
+    """Also where the guard, which ends it, has its turn late."""
+    pids = tmp_path / "pids"
+
     def with_solver(x):
         if x == 1:
             groups = (False, True)
             solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in groups]
-            (tmp_path / "pids").write_text(" ".join(str(solver.pid) for solver in solvers))
+            os.kill(os.getppid(), signal.SIGSTOP)
+            pids.write_text(f"{os.getppid()} {os.getpid()} {solvers[0].pid} {solvers[1].pid}")
             solvers[0].wait()
         return {"F": x}
 
-    with pytest.raises(EvaluationError, match="timed out after 1 s"):
-        JoblibRunner(1, timeout=1.0)(with_solver, [0, 1, 2])
-    assert all(gone(pid) for pid in (tmp_path / "pids").read_text().split())
+    def started(x=1):
+        return x == 1 and pids.exists() and pids.read_text()
+
+    def awake():
+        if until(started):
+            time.sleep(0.3)  # in which the runner waits for the guard
+            os.kill(int(pids.read_text().split()[0]), signal.SIGCONT)
+
+    let_limits_pass(started, monkeypatch.setattr)
+    monkeypatch.setattr(_pool, "_PATIENCE", 0.0)
+    with ThreadPoolExecutor(1) as other:
+        other.submit(awake)
+        with pytest.raises(EvaluationError, match="timed out after 10000 s"):
+            JoblibRunner(1, timeout=1e4)(with_solver, [0, 1, 2])
+    assert all(gone(pid) for pid in pids.read_text().split())
 
 
 @posix
 def test_workers_end_with_the_runner():
-    runner = JoblibRunner(1, timeout=100.0)
+    runner = JoblibRunner(1, timeout=1e4)
     workers = pids(model(elementwise_runner=runner), designs())
     assert workers
     del runner
@@ -399,7 +432,7 @@ def test_a_problem_that_a_worker_cannot_load_is_said():
 
     absent = Absent()
     with pytest.raises(WorkerError, match="cannot load the problem: ModuleNotFoundError"):
-        JoblibRunner(1, timeout=100.0)(lambda x: {"F": absent}, [1, 2])
+        JoblibRunner(1, timeout=1e4)(lambda x: {"F": absent}, [1, 2])
 
 
 # A cluster
@@ -420,11 +453,17 @@ def cluster():
 
 
 class TestDask:
-    def test_a_run_uses_a_process_beside_each_worker_and_gives_the_same(self, cluster):
+    def test_a_run_uses_a_process_beside_each_worker_and_gives_the_same(self, cluster, tmp_path):
+        def both(x):
+            (tmp_path / str(os.getpid())).touch()
+            return {"pid": os.getpid(), "both": until(lambda: len(os.listdir(tmp_path)) == 2)}
+
         problem = model(elementwise_runner=JoblibRunner())
         with joblib.parallel_config("dask"):
-            seen = pids(problem, designs(n=200))
+            values = JoblibRunner()(both, range(20))
+            seen = {value["pid"] for value in values}
             assert len(seen) == 2
+            assert all(value["both"] for value in values)
             assert not seen & {os.getpid(), *cluster.run(os.getpid).values()}
             result = minimize(problem, NSGA2(pop_size=20), ("n_gen", 3), seed=1)
         plain = minimize(model(), NSGA2(pop_size=20), ("n_gen", 3), seed=1)
@@ -441,11 +480,12 @@ class TestDask:
     @posix
     def test_time_limits_and_deaths_as_on_one_machine(self, cluster):
         workers = set(cluster.run(os.getpid).values())
-        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=1.0)))
+        cluster.run(let_limits_pass, stuck)
+        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=1e4)))
         with joblib.parallel_config("dask"):
             out = problem.evaluate(designs(5, 7), return_as_dictionary=True)
         assert out["failure"][[4, 10]].tolist() == [
-            "timed out after 1 s",
+            "timed out after 10000 s",
             "its worker process died (exit code 3, 2 times)",
         ]
         assert (out["failure"] != "").sum() == 2

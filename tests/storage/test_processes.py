@@ -18,6 +18,7 @@ import pytest
 import pymoo_psi
 from pymoo_psi.errors import StudyAccessError, StudyLockedError
 from pymoo_psi.storage import Study, _database, read_study
+from tests.processes import LONG, until
 from tests.storage.studies import HEAD, begun, bits, block, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
@@ -31,14 +32,25 @@ from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.storage import Study, _database, read_study
 from tests.storage.studies import HEAD, begun, block
 
+def doom(lines, seconds):
+    "End so many seconds after so many lines as by a kill: at once, and nothing of Python runs."
+    global doomed
+    doomed = lines, seconds
+    if not lines:
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+doomed = -1, 0
+
 def say(path, *words):
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.write(file, (" ".join(map(str, words)) + "\\n").encode())
     os.close(file)
+    left, seconds = doomed
+    doom(left - 1, seconds)
 
 def run(path, log, last):
     "Evaluate what is not stored, block after block."
-    study = begun(path, wait=30)
+    study = begun(path)
     with study.writing():
         for first in range(1, last, 4):
             if len(study.columns(first, 4)["x"]) == 0:
@@ -100,37 +112,27 @@ def lines(path):
     return path.read_text().splitlines() if path.exists() else []
 
 
-def until(condition, seconds=20):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
-
-
 def whole(last):
     """What the uninterrupted run of a worker has stored."""
     return block(1, last - 1, failed=range(1, last, 4))
 
 
 def test_a_study_killed_many_times_is_that_of_one_run(tmp_path, workers):
-    last = 4 * 90 + 1
     path, log = tmp_path / "s.db", tmp_path / "log"
-    job = f"run({str(path)!r}, {str(log)!r}, {last})"
+    job = f"run({str(path)!r}, {str(log)!r}, "
     chance = random.Random(7)
     for kill in range(KILLS):
-        pid, seen = workers.start(job), len(lines(log))
-        wanted = chance.randrange(1, 9) if kill >= KILLS // 4 else 0  # at first while it is created
-        until(lambda: len(lines(log)) >= seen + wanted)  # noqa: B023
-        time.sleep(chance.uniform(0, 0.01))
-        os.kill(pid, signal.SIGKILL)
-        assert workers.wait(pid) == signal.SIGKILL
+        # At first while it is created. A kill from here would come when this process has its turn.
+        wanted = chance.randrange(1, 9) if kill >= KILLS // 4 else 0
+        doomed = f"doom({wanted}, {chance.uniform(1e-4, 0.01)})\n{job} 10**6)"
+        assert workers.wait(workers.start(doomed)) == signal.SIGALRM
         if path.exists():
             said = {int(line.split()[1]) for line in lines(log) if line.startswith("committed")}
             numbers = set(read_study(path)[1]["test_point"].tolist())
             assert said <= numbers  # after every kill, all that was returned is there
             assert all(set(range(n, n + 4)) <= numbers for n in numbers if n % 4 == 1)
-    assert len(numbers) < last - 1  # else it was not killed to the end
-    assert workers.wait(workers.start(job)) == 0
+    last = len(numbers) + 9
+    assert workers.wait(workers.start(f"{job} {last})")) == 0
     assert bits(read_study(path)[1]) == bits(whole(last))
     committed = set()
     for line in lines(log):
@@ -171,7 +173,7 @@ def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers)
         f"    while not os.path.exists({str(go)!r}): time.sleep(0.01)\n"
         f"    Study({str(path)!r}).append(block(5, 4))\n"
     )
-    until(ready.exists)
+    assert until(ready.exists)
     who = rf"is being written by process {pid} on {socket.gethostname()} since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d UTC; waited 0 s: let it finish or stop it"
     with pytest.raises(StudyLockedError, match=who):
         study.append(block(9, 4))
@@ -184,7 +186,7 @@ def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers)
         len(study.columns(1, 9)["x"]) == len(read_study(path)[1]["x"]) == 4
     )  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
-    assert Study(path, wait=20).append(block(9, 4)) == 4
+    assert Study(path, wait=LONG).append(block(9, 4)) == 4
     assert workers.wait(pid) == workers.wait(other) == 0
     assert bits(read_study(path)[1]) == bits(block(1, 12))
 
@@ -194,9 +196,9 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
     study = begun(path, wait=0)
     for n in range(3):
         pid = workers.start(
-            f"with Study({str(path)!r}).writing():\n    say({str(ready)!r}, 'x')\n    time.sleep(60)"
+            f"with Study({str(path)!r}).writing():\n    say({str(ready)!r}, 'x')\n    time.sleep({LONG})"
         )
-        until(lambda: len(lines(ready)) > n)  # noqa: B023
+        assert until(lambda: len(lines(ready)) > n)  # noqa: B023
         os.kill(pid, signal.SIGKILL)
         workers.wait(pid)
         assert Path(f"{path}.pymoo-psi-lock").exists()
@@ -207,7 +209,7 @@ def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
 def test_many_writers_at_once_lose_nothing_and_repeat_nothing(tmp_path, workers):
     path, log = tmp_path / "s.db", tmp_path / "log"
     job = (
-        f"study = begun({str(path)!r}, wait=60)\n"
+        f"study = begun({str(path)!r}, wait={LONG})\n"
         "for first in range(1, 81, 4):\n"
         "    with study.writing():\n"
         "        if len(study.columns(first, 4)['x']) == 0:\n"
@@ -269,7 +271,7 @@ def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
         "            study.append(block(1, 4))\n"
         "        except PsiError as error:\n"
         f"            say({str(ready)!r}, error)\n"
-        "        time.sleep(60)\n"
+        f"        time.sleep({LONG})\n"
         # A file is there before its first line is.
         f"    while not (os.path.exists({str(ready)!r}) and os.path.getsize({str(ready)!r})):\n"
         "        time.sleep(0.01)\n"
@@ -294,7 +296,7 @@ def test_ctrl_c_leaves_a_study_that_continues(tmp_path, workers):
     quiet = f"signal.signal(signal.SIGINT, signal.default_int_handler)\ntry:\n    {job}\nexcept KeyboardInterrupt: pass"
     for _ in range(3):
         pid, seen = workers.start(quiet), len(lines(log))
-        until(lambda: len(lines(log)) > seen + 4)  # noqa: B023
+        assert until(lambda: len(lines(log)) > seen + 4)  # noqa: B023
         os.kill(pid, signal.SIGINT)
         assert workers.wait(pid) == 0
         assert sorted(os.listdir(tmp_path)) == ["log", "s.db"]

@@ -39,7 +39,10 @@ from pymoo_psi.parallel._outcome import Function, Result, Waiting, one_line
 
 _POLL = 1.0  # seconds after which a worker is looked at even if its pipe is silent
 _FALSE_STARTS = 2  # one may be an accident; when new workers end again, the problem is to blame
-_PATIENCE = 2.0  # seconds to leave by itself, or to end when killed: it takes some hundredths
+_PATIENCE = 2.0  # seconds to leave by itself, which takes some hundredths
+# Seconds for a guard to end its worker with all that was started there, as long as a busy machine
+# may take. Some of it is left behind if the guard is killed before.
+_KILLING = 20.0
 # Seconds to start and to load the problem, whatever the time limit of a design: numpy and pymoo
 # take half a second, a library of machine learning from a network folder some ten.
 _START = 20.0
@@ -223,9 +226,10 @@ class _Worker:
         """Disconnect and wait for the end."""
         self.disconnect()
         try:
-            self.process.wait(_PATIENCE)
+            self.process.wait(_KILLING)
         except subprocess.TimeoutExpired:  # the guard itself is stuck
             self.process.kill()
+            self.process.wait()
 
 
 def _inheriting(handle: int) -> dict[str, Any]:
