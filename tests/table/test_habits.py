@@ -299,6 +299,8 @@ FILES = {
     "a rounded mean": ("m,a,b\nA,1,30\nB,2,2.5\nC,6,1\nMean,3,11.2\n", {}, "'Mean' and summarises"),
     "least and greatest": ("m,a,b\nA,1,4\nB,2,3\nmin,1,3\nmax,2,4\n", {}, r"row 3 \(line 4\) is called 'min' .* such rows out by --skip-rows 4,5,"),
     "statistics on top": ("m,a,b\nMedian,0.7,9\nMax.,2,4\nA,1,4\nB,2,3\n", {}, r"row 2 \(line 3\) is called 'Max.' .* such rows out by --skip-rows 2,3,"),
+    "a sum of more digits than are shown": ("m,a,b\nA,1.24,4.4\nB,2.24,3.4\nC,8.24,2.4\nTotal,11.73,10.3\n", {}, "'Total' and summarises"),
+    "a design called Total beside counts": ("m,a,b\nA,1,4\nB,2,3\nC,3,1\nTotal,5,9\n", {}, {"a": [1, 2, 3, 5], "b": [4, 3, 1, 9]}),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
     "sums above groups": ("m,a,b\nTotal AB,3,7\nA,1,4\nB,2,3\nTotal CD,17,2\nC,8,1\nD,9,1\n", {}, "--skip-rows 2,5,"),
     "a sum of what a filter shows": (

@@ -98,8 +98,12 @@ def _summaries(cell: Any) -> list[str]:
     return [_SUMMARIES[word] for word in words if word in _SUMMARIES]
 
 
-def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Return the ``(m,)`` summaries of ``(n, m)`` numbers by kind, NaN where they tell nothing."""
+def _statistics(F: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], int]]:
+    """Return summaries of ``(n, m)`` numbers by kind.
+
+    Each is ``(m,)`` numbers, NaN where they tell nothing, and of how many of the n the rounding
+    adds up in it.
+    """
     few = np.isfinite(F).sum(axis=0) < 2
     if few.all():
         return {}
@@ -109,20 +113,23 @@ def _statistics(F: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         mean, total = np.nanmean(F, axis=0), np.nansum(F, axis=0)
     # The sum of one number beside zeros is that number, and no sign of a sum.
     total[(np.nan_to_num(F) != 0).sum(axis=0) < 2] = np.inf
-    found = {"mean": mean, "least": least, "greatest": greatest}
-    found = {name: np.where(least < greatest, values, np.nan) for name, values in found.items()}
-    return {"sum": np.where(few, np.nan, total), **found}
+    found = {"mean": (mean, 1), "least": (least, 0), "greatest": (greatest, 0)}
+    differ = least < greatest
+    found = {name: (np.where(differ, values, np.nan), k) for name, (values, k) in found.items()}
+    return {"sum": (np.where(few, np.nan, total), len(F)), **found}
 
 
 def _shares(
-    row: NDArray[np.float64], cells: Sequence[Any], statistics: Mapping[str, NDArray[np.float64]]
+    row: NDArray[np.float64],
+    cells: Sequence[Any],
+    statistics: Mapping[str, tuple[NDArray[np.float64], int]],
 ) -> dict[str, float]:
     """Return in what share of the columns that can be compared a row holds summaries, by kind.
 
     Args:
         row: ``(m,)`` numbers, NaN where there are none.
         cells: The m cells that hold them.
-        statistics: ``(m,)`` summaries of other rows by kind, likewise.
+        statistics: Summaries of other rows by kind, as :func:`_statistics` returns them.
     """
     # Means are often rounded: half a unit of the last digit that is written.
     texts = ["0" if x != x else str(cell).strip() for cell, x in zip(cells, row, strict=True)]
@@ -130,10 +137,13 @@ def _shares(
     digits = [int(power or 0) - len(body.partition(".")[2]) for body, _, power in parts]
     halves = np.array([float(f"5e{digit - 1}") for digit in digits])
     shares = {}
-    for name, values in statistics.items():
+    for name, (values, rounded) in statistics.items():
         known = np.isfinite(row) & ~np.isnan(values)
         with np.errstate(over="ignore"):
-            equal = np.abs(values - row) <= 1e-9 * np.abs(row) + halves
+            # What is shown is mostly the rounded sum of numbers that are rounded only when shown.
+            # Of small counts that would allow anything; half a per cent is no chance.
+            apart = rounded * np.minimum(halves, 0.005 / max(rounded, 1) * np.abs(row))
+            equal = np.abs(values - row) <= 1e-9 * np.abs(row) + halves + apart
         if known.any():
             shares[name] = float(equal[known].mean())
     return shares
