@@ -242,6 +242,7 @@ def test_a_study_becomes_a_table(run):
         (["--limits", "f1"], "--limits must be of the form criterion=number"),
         (["--limits", "f1<2"], "got f1<2; write <= for <"),
         (["--limits", "f1<=2,5"], "got f1<=2,5; write 2.5 for 2,5"),
+        (["--limits", "f1<=2,5,f2<=3"], "got 5; write 2.5 for 2,5"),
         (["--sampling", "lhs", "--algorithm", "nsga3"], "--sampling must be used with --algorithm psi or surrogate"),
         (["--limits", "f1<=2.5e1 kg"], "got f1<=2.5e1 kg; write the number without its unit"),
         (["--limits", "f1=x"], "--limits must be of the form criterion=number"),

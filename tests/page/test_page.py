@@ -206,6 +206,8 @@ def test_the_command(capsys, tmp_path):
         ("a,b\n1,2\n3,n/e\n", ["--objectives", "a,b"], "row 2 (line 3) holds 'n/e' in the column 'b', text among numbers"),
         ("a,b\n1,2\n3,1\n", ["--objectives", "a,c"], "objectives must be one of 'a', 'b', got 'c'"),
         ("a,b\n1,2\n3,n/e\n", [], "row 2 (line 3) holds 'n/e' in the column 'b', text among numbers"),
+        ("a,b,c\n1,2,0\n3,1,0\n", ["--objectives", "a,b", "--units", "c=kg"], "got 'c'; --variables shows further"),
+        ("a,b\n1,2\n3,1\n", ["--prototype", "V08"], "--prototype must be a file of existing designs, got 'V08'"),
         ("a,b\n1,2\n3,1\n", ["--units", "kg"], "--units must be of the form name=unit"),
         ("a,b\n1,2\n3,1\n", ["--units", "a=kg,a=g"], "--units must be given once for each column"),
         ("a,b\n1,2\n3,1\n", ["--limits", "a>=4"], "--limits must be kept by one design or more, got none of 2"),

@@ -314,7 +314,9 @@ def limits_in(
         if not name or any(math.isnan(end) for _, end in ends):
             rule = "of the form criterion=number, column<=number or number<=column<=number"
             remedy = "write <= for <, >= for >" if re.search("[<>](?!=)", part) else ""
-            remedy = "write 2.5 for 2,5" if re.search(r"\d,\d", part) else remedy
+            # A list is divided at the comma of 2,5, which leaves its last digits alone.
+            if re.search(r"\d,\d", part) or part.strip().isdigit():
+                remedy = "write 2.5 for 2,5"
             if re.search(r"[<>=]\s*[-+\d.eE]*\d\s*[^\W\d_]+$", part):
                 remedy = "write the number without its unit"
             raise invalid(
@@ -452,8 +454,13 @@ def _part_in(text: str, variable: Variable, part: str) -> Any:
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
 
 
-def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
+def units_in(entries: Sequence[str], known: Collection[str], remedy: str = "") -> dict[str, str]:
     """Return the units of columns, each entry ``name=unit``.
+
+    Args:
+        entries: What is typed.
+        known: The columns that are shown.
+        remedy: How another one would be.
 
     Raises:
         ArgumentValueError: A part is no such pair, there is no such column, or it is named twice.
@@ -468,7 +475,7 @@ def units_in(entries: Sequence[str], known: Collection[str]) -> dict[str, str]:
         name, equals, unit = (text.strip() for text in part.rpartition("="))
         if not (name and equals):
             raise invalid("--units", "of the form name=unit,name=unit", Received(part or "nothing"))
-        if known_name("--units", name, known) in units:
+        if known_name("--units", name, known, remedy) in units:
             raise invalid("--units", "given once for each column", Received(part))
         units[name] = unit
     return units

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import counted, invalid
 from pymoo_psi.cli._decision import decided_designs
 from pymoo_psi.cli._groups import ColumnOptions, DocumentOptions, FileOptions
 from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
@@ -67,6 +67,9 @@ def run_page(
     frame.index = pd.Index(file.rows, name="row")
     existing = file.prototype
     if prototype is not None:
+        if not prototype.exists():  # mostly the name of a design
+            remedy = f"designs of {path.name} itself are compared on the page"
+            raise invalid("--prototype", "a file of existing designs", str(prototype), remedy)
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
         old = read(replace(written, skip_rows=None, sheet=None), prototype)
         existing = _named_designs(old, roles.objectives)
@@ -76,6 +79,8 @@ def run_page(
     if unseen and file.known is None:  # else the file tells what its other columns are
         them = listed([name or "(no name)" for name in unseen])
         remarks.append(f"Not on the page: {them}; name what is to be seen there by --variables.")
+    # A file of designs does not tell that a column is a variable, so that it is not shown.
+    unshown = "" if file.known is not None else "--variables shows further columns"
     known_units = {name: file.columns[name].unit for name in names}
     page = decision_page(
         frame,
@@ -83,7 +88,7 @@ def run_page(
         variables=roles.variables,
         outputs=roles.outputs,
         maximize=roles.maximize,
-        units=known_units | units_in(document.units, names),
+        units=known_units | units_in(document.units, names, unshown),
         label=roles.label,
         normalize=normalize,
         prototype=existing,

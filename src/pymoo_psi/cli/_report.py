@@ -57,7 +57,8 @@ def run_report(
         remarks += told_of_it
     if design is not None and labels is not None:
         design = _row_of(design, table, labels, column)
-    told = {**table.layout.units, **units_in(document.units, table.layout.columns)}
+    unshown = "" if labels is None else "--variables shows further columns"
+    told = {**table.layout.units, **units_in(document.units, table.layout.columns, unshown)}
     table = replace(table, layout=replace(table.layout, units=told))
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     today = f"{datetime.now(timezone.utc):%Y-%m-%d}"

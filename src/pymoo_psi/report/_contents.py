@@ -363,9 +363,11 @@ def _places(case: Case) -> Iterator[Part]:
             part = names[start : start + _HISTOGRAMS]
             draw = partial(table_page, case.table, case.limits, variables=part, criteria=())
             span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
-            beyond = "" if what == "variables" else " Axes span the feasible designs."
+            groups_of, beyond = "tested, feasible", ""
+            if what == "criteria":  # whose outliers are drawn in no bin
+                groups_of, beyond = "feasible", " Axes span the feasible designs."
             caption = (
-                f"Histograms of the {what}{span}: what share of the tested, feasible and "
+                f"Histograms of the {what}{span}: what share of the {groups_of} and "
                 f"Pareto-optimal designs each interval holds.{beyond}"
             )
             yield _picture(case, part, draw, caption)
