@@ -35,9 +35,11 @@ def run_merge(inputs: Sequence[Path], out: Path) -> int:
     require_folder(out.absolute().parent, str(out))
     table = TestTable.empty()
     remarks = []
+    elsewhere = "; the others that are merged may hold them" if inputs[1:] else ""
     for path in inputs:
         tests, missing = tests_in(path)
-        remarks += [f"{path}: {missing}."] if missing else []
+        if missing:  # in this folder: those of two machines complete each other
+            remarks.append(f"{path}: {missing}{elsewhere}.")
         try:
             table = table.merge(tests)
         except PsiError as error:
