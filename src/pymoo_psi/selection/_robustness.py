@@ -94,7 +94,8 @@ def robustness(
         0  0.20  0.1          0.000     2.589
     """
     if not callable(make_problem):
-        raise wrong_type("make_problem", "callable", make_problem)
+        remedy = "give its class, or a function that makes it of the uncertain parameters"
+        raise wrong_type("make_problem", "callable", make_problem, remedy)
     normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
     n_jobs = job_count("n_jobs", n_jobs)
     designs = _designs(X)
