@@ -1086,3 +1086,27 @@ def test_steps_of_a_slider_draw_what_a_new_page_draws(visit, tmp_path):
             assert reader.ask(pixels) == drawn
             seen.add(drawn[1])
         assert len(seen) == len(limits)
+
+
+def test_a_frame_that_gets_its_width_late_shows_the_histograms(window, tmp_path):
+    """As the page does in a cell of a notebook that is out of sight."""
+    frame = pd.DataFrame({"a": [0.0, 1.0, 2.0], "b": [2.0, 1.0, 0.0]})
+    cell = decision_page(frame, ["a", "b"])._repr_html_()
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<div id=cell style='display: none'>{cell}</div>", "utf-8")
+    window.page.goto(path.as_uri())
+    inner = window.page.frames[1]
+    inner.wait_for_selector("body[data-ready]", state="attached")
+    window.page.evaluate("document.getElementById('cell').style.display = 'block'")
+    pixels = """[...document.querySelectorAll(".slider canvas")].map((canvas) => {
+        const {width, height} = canvas
+        const blank = Object.assign(document.createElement("canvas"), {width, height})
+        return width > 0 && canvas.toDataURL() !== blank.toDataURL()
+    })"""
+    for _ in range(400):
+        drawn = inner.evaluate(pixels)
+        if all(drawn):
+            break
+        window.page.wait_for_timeout(25)
+    assert drawn == [True, True]
+    assert window.trouble == []

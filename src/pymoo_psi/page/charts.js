@@ -600,12 +600,21 @@ const Charts = (() => {
 
   // A histogram: all designs behind, what is left in front.
   function histogram(canvas) {
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight]
-    canvas.width = Math.round(width * devicePixelRatio)
-    canvas.height = Math.round(height * devicePixelRatio)
     const g = canvas.getContext("2d")
-    g.scale(devicePixelRatio, devicePixelRatio)
-    return (all, left) => {
+    let [width, height, shown] = [0, 0, null]
+    // The frame of a notebook that is scrolled out of sight gets its width late.
+    const fit = () => {
+      const [wide, high] = [canvas.clientWidth, canvas.clientHeight]
+      if (wide === width && high === height) return
+      width = wide
+      height = high
+      canvas.width = Math.round(width * devicePixelRatio)
+      canvas.height = Math.round(height * devicePixelRatio)
+      g.scale(devicePixelRatio, devicePixelRatio)
+      if (shown) draw(...shown)
+    }
+    const draw = (all, left) => {
+      shown = [all, left]
       g.clearRect(0, 0, width, height)
       const most = Math.max(...all, 1)
       for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
@@ -617,6 +626,9 @@ const Charts = (() => {
         })
       }
     }
+    new ResizeObserver(fit).observe(canvas)
+    fit()
+    return draw
   }
 
   return {LOOKS, BINS, broken, icon, raised, parallel, scatter, bins, histogram, place, valueAt, tickTexts}
