@@ -153,6 +153,10 @@ def test_numbers_are_written_with_digits_that_tell_designs_apart(values, notatio
             {"prototype": {"mass": 1.0, "cost, total": np.inf, "strength": 0.0}},
             "column 'cost, total' must be finite, got inf in row 1",
         ),
+        (
+            {"frame": beams().assign(mass=np.resize([-1.5e308, 1.5e308, 0], 400))},
+            r"column 'mass' must be of finite range, got -1.5e\+308 to 1.5e\+308",
+        ),
     ],
 )  # fmt: skip
 def test_mistakes(change, message):
@@ -286,3 +290,11 @@ def test_a_test_table_says_itself_what_its_columns_are():
     assert page.ranking.objectives.values.tolist() == [[1, 1], [2, 4]]
     with pytest.raises(PsiError, match=r"maximize must be left out.*knows it.*table\.under"):
         decision_page(table, maximize=["gain"])
+
+
+def test_outputs_may_be_at_the_ends_of_floats(tmp_path):
+    """As numbers that a program has never set; axes and digits are nobody's concern there."""
+    ends = [np.finfo(float).max, -np.finfo(float).max, 5e-324]
+    frame = pd.DataFrame({"a": [1, 2, 3], "b": [3, 2, 1], "unset": ends, "tiny": [0, 5e-324, -0.0]})
+    page = decision_page(frame, ["a", "b"], outputs=["unset", "tiny"])
+    assert page.html()

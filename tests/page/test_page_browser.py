@@ -626,6 +626,12 @@ def test_a_limit_drops_what_it_hides_from_the_selection(reader):
     reader.type_limit("mass [kg], at most", "0.6")
     assert 0 < len(reader.selected) < len(before)
     assert set(reader.selected) <= set(reader.shown)
+    # Neither is a design exported that another control hides.
+    reader.page.locator("#ranks input[value='0']").uncheck()
+    reader.settle()
+    ranked = reader.selected
+    assert set(ranked) <= set(reader.shown)
+    reader.page.locator("#ranks input[value='0']").check()
     reader.page.keyboard.press("Escape")
     reader.settle()
 
@@ -1016,6 +1022,17 @@ def test_small_sets(visit, tmp_path, frame, objectives):
     assert ("c: 3 for all" in reader.text("#limits")) == ("c" in objectives)
 
 
+def test_a_difference_is_never_told_as_none(visit, tmp_path):
+    """However fine it is beside the digits of its column."""
+    frame = pd.DataFrame({"a": [0.0, 1.0, 1.0002, 3.0], "b": [9.0, 1.0, 0.5, 0.0]})
+    decision_page(frame, ["a", "b"]).save(tmp_path / "page.html")
+    reader = visit(tmp_path / "page.html")
+    assert "0.0002 better" in reader.text("#compare-table")
+    reader.set(chosen="1")
+    steps = reader.page.text_content("#steps-table").replace("\u00a0", " ")
+    assert "worse in a by 0.0002 (< 1 %)" in steps
+
+
 def test_texts_that_name_designs_have_no_boxes(visit, tmp_path):
     """Nobody ticks hundreds of them, and thousands would slow every step."""
     a = np.linspace(0, 1, 250)
@@ -1037,6 +1054,13 @@ def test_fifteen_criteria_are_within_reach(visit, tmp_path):
     )
     reader = visit(tmp_path / "page.html")
     assert reader.page.locator(".heads button").all_inner_texts() == names
+    # A step says what it gives in each criterion that it is told for.
+    steps = reader.page.locator("#steps-table tr").all()
+    for step in steps:
+        head, text = step.locator("th").inner_text(), step.locator("td").first.inner_text()
+        better = text.partition("; worse in ")[0]
+        assert all(f"{name} by " in better for name in head.split(", "))
+    assert max(step.locator("th").inner_text().count(",") for step in steps) >= 3
     reader.page.set_viewport_size({"width": 390, "height": 844})
     reader.page.locator(".heads button").last.scroll_into_view_if_needed()
     box = reader.page.locator(".heads button").last.bounding_box()

@@ -124,6 +124,30 @@ def test_another_design_is_explained_as_itself():
     )
 
 
+def test_cautions_say_that_they_are_about_the_optimum():
+    """Where another design is chosen they would be taken for its own, and so would their lack."""
+    F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
+    table = TestTable.of([1, 2, 3, 4], [[1], [2], [3], [4]], F)
+    labels = ["V1", "V2", "V3", "V4"]
+    own = decision_report(table, labels=labels)
+    best = labels[own.ranking.salukvadze[0]]
+    cautions = [line for line in lines(own, "The choice") if line.startswith("Caution: ")]
+    other = lines(decision_report(table, labels=labels, design=1), "The choice")
+    mark = f"Caution on {best}, the optimum: "
+    assert [line.replace(mark, "Caution: ") for line in other if mark in line] == cautions != []
+    few = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
+    for design, said in ((2, True), (1, False)):
+        told = lines(decision_report(few, design=design), "The choice")
+        assert any(line.startswith("No caution") for line in told) is said
+
+
+def test_names_of_designs_stay_as_they_are():
+    table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
+    report = decision_report(table, labels=["A", "B", "C"], design=1)
+    told = lines(report, "What else could be chosen")[1]
+    assert told.startswith("Salukvadze optimum: B against A: better")
+
+
 def test_counts_add_up(beam):
     steps = dict(line.split(" | ")[:2] for line in lines(beam, "What was tested")[:5])
     n = {name: int(number) for name, number in steps.items()}

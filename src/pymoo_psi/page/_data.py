@@ -67,7 +67,8 @@ def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent
     """
     known = values[np.isfinite(values)]
     low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
-    size, span = max(abs(low), abs(high)), high - low
+    # Beyond all floats, the range of a column that is no criterion is as good as the greatest one.
+    size, span = max(abs(low), abs(high)), min(float(high) - float(low), np.finfo(float).max)
     if size < 1e7 and (known == np.round(known)).all():
         return "fixed", 0
     # A constant has no range; its own size then says how many decimals are of use.
@@ -221,11 +222,12 @@ def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
     """Return the least and the greatest of values that are no outliers."""
     # Values over decades, by their sizes: of 1, 10, …, 1e6 none is an outlier.
     positive = bool(values.min() > 0)
-    wide = positive and np.quantile(values, 0.75) > 10 * np.quantile(values, 0.25)
+    wide = positive and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25)
     measured = np.log(values) if wide else values
     # Wider parts where more than half of the values are equal, and tell of no distance.
     for share in (0.25, 0.1, 0.02):
-        first, last = np.quantile(measured, [share, 1 - share])
+        # Python's floats, as these overflow without a warning: then all are inside.
+        first, last = map(float, np.quantile(measured, [share, 1 - share]))
         if last > first:
             reach = _FENCE * (last - first)
             inside = (measured >= first - reach) & (measured <= last + reach)

@@ -135,6 +135,11 @@ def decision_page(
         known_name("units", name, [*objectives, *others])
     F = np.column_stack([_numbers(frame, name) for name in objectives])
     frame, F, lost = _complete(frame, F, objectives)
+    for name, least, greatest in zip(objectives, F.min(axis=0), F.max(axis=0), strict=True):
+        # Limits may leave any designs, and the page divides by their range.
+        if not np.isfinite(float(greatest) - float(least)):
+            received = Received(f"{least} to {greatest}")
+            raise invalid(f"column {name!r}", "of finite range", received)
     more = [name for name in objectives if name in maximize]
     normalize = boolean("normalize", normalize)
     ranking = rank_of_efficiency(

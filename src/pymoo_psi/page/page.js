@@ -17,12 +17,18 @@ const page = (() => {
   // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
   const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:\.\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
     const size = Math.abs(Number(number))
-    if (size >= 1e-5 && size < 1e6) return String(Number(number))
+    if (size === 0 || (size >= 1e-5 && size < 1e6)) return String(Number(number))
     return `${mantissa}×10${Charts.raised(Number(power))}`
   })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
   const written = (column, value) => readable(column.log && Number.isFinite(value)
     ? String(Number(value.toPrecision(4))) : Logic.written(column, value))
+
+  // A difference, which is not 0 because its digits are finer than those of its column.
+  const apart = (column, difference) => {
+    const text = written(column, Math.abs(difference))
+    return difference !== 0 && /^[0.]*$/.test(text) ? readable(Logic.short(Math.abs(difference), 2)) : text
+  }
 
   // An element with properties, attributes (those with a dash, and role) and children.
   function make(tag, properties = {}, ...children) {
@@ -148,7 +154,9 @@ const page = (() => {
     }
     order = Logic.order(data, ranking, state)
     if (selected.size) {
-      const kept = [...selected].filter((row) => left.mask[row])
+      const shown = new Uint8Array(data.total)
+      for (const row of order) shown[row] = 1
+      const kept = [...selected].filter((row) => shown[row])
       if (kept.length !== selected.size) selected = new Set(kept)
     }
     showLimits()
@@ -269,7 +277,7 @@ const page = (() => {
             make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.criteria.length > 1 ? make("em", {textContent: " weakest"}) : null),
             make("td", {className: "number", textContent: written(column, criterion.value)}),
             make("td", {className: "number", textContent: written(column, criterion.best)}),
-            make("td", {className: "number", textContent: written(column, Math.abs(criterion.away))}),
+            make("td", {className: "number", textContent: apart(column, criterion.away)}),
             make("td", {className: "share"}, bar(criterion.share), make("span", {textContent: percent(criterion.share)})))
         })))
       // Long numbers need the room of the bars.
@@ -312,7 +320,7 @@ const page = (() => {
   function showCounts() {
     const dominated = left.count - ranking.front.length
     renew($("count"), left.count === 0 ? "No design is left"
-      : `${countText(left.count)} of ${countText(data.n)} designs within the limits, ${countText(ranking.front.length)} Pareto-optimal`)
+      : `${countText(left.count)} of ${countText(data.n)} ${data.n === 1 ? "design" : "designs"} within the limits, ${countText(ranking.front.length)} Pareto-optimal`)
     $("count").classList.toggle("warning", left.count === 0)
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", !past.canUndo)
@@ -343,7 +351,7 @@ const page = (() => {
     renew(hint, ...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span", {className: "shares", textContent: ", in per cent of its value / of the range"}), "."]))
     // By what the reader has asked for, so that nothing changes places under a limit that is dragged.
-    $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 3)
+    $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 2)
     if (rows.length < 2) return renew($("compare-table"))
     const table = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
@@ -369,7 +377,7 @@ const page = (() => {
           if (better === 0) return make("td", {className: "number"}, value, make("div", {className: "hint", textContent: "the same"}))
           const shares = [criterion.percent[k] / 100, criterion.share[k]].map((share) => (Number.isFinite(share) ? percent(share) : "–")).join(" / ")
           return make("td", {className: "number"}, value,
-            make("div", {className: better > 0 ? "gain" : "loss", textContent: `${written(column, Math.abs(criterion.differences[k]))} ${better > 0 ? "better" : "worse"}`}),
+            make("div", {className: better > 0 ? "gain" : "loss", textContent: `${apart(column, criterion.differences[k])} ${better > 0 ? "better" : "worse"}`}),
             make("div", {className: "hint shares", textContent: shares}))
         }))
       })))
@@ -377,12 +385,13 @@ const page = (() => {
 
   const takeOut = (id) => change({pins: state.pins.filter((other) => other !== id), base: state.base === id ? null : state.base})
 
-  // What a step gives and costs, the three most of each.
-  function stepText({gains}) {
+  // What a step gives and costs: in the criteria that it improves, and up to three of each in all.
+  function stepText({gains, names}) {
     const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
-      const told = gains.filter(({gain}) => sign * gain > 0).sort((a, b) => Math.abs(b.share) - Math.abs(a.share))
-      const parts = told.slice(0, 3).map(({name, unit, gain, share}) =>
-        `${name} by ${written(data.by.get(name), Math.abs(gain))}${unit && `\u00a0${unit}`} (${percent(share).replaceAll(" ", "\u00a0")})`)
+      const told = gains.filter(({gain}) => sign * gain > 0)
+        .sort((a, b) => names.includes(b.name) - names.includes(a.name) || Math.abs(b.share) - Math.abs(a.share))
+      const parts = told.slice(0, sign > 0 ? Math.max(3, names.length) : 3).map(({name, unit, gain, share}) =>
+        `${name} by ${apart(data.by.get(name), gain)}${unit && `\u00a0${unit}`} (${percent(share).replaceAll(" ", "\u00a0")})`)
       const more = told.length - parts.length
       return told.length ? `${word} ${parts.join(", ")}${more ? ` and less in ${more} more` : ""}` : ""
     })
@@ -434,7 +443,7 @@ const page = (() => {
     const name = column.label
     if (!(high > low)) {
       const all = column.beyond ? "all Pareto-optimal designs" : "all"
-      return make("p", {className: "constant", textContent: `${name}: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`})
+      return make("p", {className: "constant"}, Charts.broken(name), `: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`)
     }
     const scale = {low, high, log: column.log}
     const field = (k) => {

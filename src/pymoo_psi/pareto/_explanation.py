@@ -460,7 +460,8 @@ def instead(ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[A
         text = f"{label(ranking, row)}{optimum}."
     else:
         (text,) = compared(ranking, [row, int(chosen[0])], units).sentences
-        text = f"{text[:1].lower()}{text[1:]}"
+        name = label(ranking, int(chosen[0]))  # which begins the sentence, there as a sentence does
+        text = f"{name}{text[len(name) :]}"
     return text + (f" It is the first of {len(chosen)} that are chosen." if len(chosen) > 1 else "")
 
 

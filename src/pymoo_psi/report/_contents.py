@@ -187,9 +187,12 @@ def _choice(case: Case) -> Iterator[Part]:
         yield f"Chosen is {label(ranking, case.chosen)}, with {listed([*values])}."
     yield Items(why.sentences)
     found = cautions(ranking)
+    optimum = case.chosen in ranking.salukvadze
     if found:
-        yield Items(tuple(f"Caution: {caution}" for caution in found), marked=True)
-    elif ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
+        # They are about the optimum, which need not be what was chosen.
+        what = "" if optimum else f" on {label(ranking, int(ranking.salukvadze[0]))}, the optimum"
+        yield Items(tuple(f"Caution{what}: {caution}" for caution in found), marked=True)
+    elif optimum and ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
         yield (
             "No caution: the choice hangs on no single design, no other one is nearly as near to "
             "the ideal point, and it lies at no edge of the set."
