@@ -54,9 +54,11 @@ def test_names_tell_objectives_from_variables(written):
     roles = file.roles()
     assert (roles.objectives, roles.variables) == (("f1", "f2"), ("x1", "x2"))
     assert roles.label == "test_point"
-    assert file.told(roles) == (
+    fact = (
         "Objectives: f1, f2; not as objectives: test_point, x1, x2, g1, mu1, mu2, mu3, rank, pareto"
     )
+    told = file.told(roles)
+    assert (told.fact, told) == (fact, f"{fact} (--objectives chooses others)")
     named = file.roles(["x1", "f1"], ["test_point"])
     assert (named.objectives, named.variables, named.label) == (("x1", "f1"), ("test_point",), None)
     with pytest.raises(PsiError, match="'f1' is the only column that can be an objective; if you"):
