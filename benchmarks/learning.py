@@ -545,11 +545,14 @@ def main() -> None:
     lines = tables(results())
     print("\n".join(lines))
     marks = "<!-- learning: written by python -m benchmarks.learning -->", "<!-- end learning -->"
-    text = "\n".join([marks[0], "", f"On {describe_machine()}.", "", *lines, "", marks[1]])
-    pattern = f"{re.escape(marks[0])}.*?{re.escape(marks[1])}"
-    README.write_text(
-        re.sub(pattern, lambda _: text, README.read_text("utf-8"), flags=re.DOTALL), "utf-8"
-    )
+    pattern = f"{re.escape(marks[0])}\\n\\n(.*?)\\n.*?{re.escape(marks[1])}"
+    # The line of the machine on which runs were timed; tables alone are made on any.
+    machine = r"\1" if given.table else f"On {describe_machine()}."
+
+    def written(found: re.Match[str]) -> str:
+        return "\n".join([marks[0], "", found.expand(machine), "", *lines, "", marks[1]])
+
+    README.write_text(re.sub(pattern, written, README.read_text("utf-8"), flags=re.DOTALL), "utf-8")
 
 
 if __name__ == "__main__":

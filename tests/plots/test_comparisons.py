@@ -152,7 +152,8 @@ def test_whiskers_join_the_quartiles_beside_each_other(bnh):
 
 def test_differences_are_the_medians_of_all_pairs_of_runs(bnh):
     for indicator in INDICATORS:
-        curves, ratio = difference_curves(bnh, indicator, "nsga3")
+        curves = difference_curves(bnh, indicator, "nsga3")
+        ratio = curves.shown == "ratio"
         assert curves.algorithms == ("psi", "psi-scrambled")
         assert ratio == (indicator != "hypervolume")
         for i, name in enumerate(curves.algorithms):
@@ -175,10 +176,24 @@ def test_differences_are_drawn_in_the_colours_of_the_other_pages(bnh):
 
 
 def test_infinite_values_have_differences_and_no_ratios(sparse):
-    curves, ratio = difference_curves(sparse, "igd_plus", "nsga3")
-    assert not ratio
+    curves = difference_curves(sparse, "igd_plus", "nsga3")
+    assert curves.shown == "difference"
     assert np.isnan(curves.median[0, 0])  # neither found anything: no difference is known
+    lost = int((~np.isfinite(curves.median)).sum())
+    assert curves.left_out.startswith(f"infinite, not drawn: {lost} difference")
+    assert "quartile" not in curves.left_out
     assert_whole(differences_page(sparse))
+
+
+def test_differences_that_are_all_above_0_keep_the_line_of_none(bnh):
+    measures = bnh.measures.assign(
+        igd_plus=np.where(bnh.measures["algorithm"] == "psi", 0.0, 0.5 + bnh.measures["igd_plus"])
+    )
+    worse = dataclasses.replace(bnh, measures=measures)
+    assert (difference_curves(worse, "igd_plus", "psi").median > 0).all()
+    ax = differences_page(worse, "psi").axes[1]
+    assert ax.get_yscale() == "linear"
+    assert ax.get_ylim()[0] <= 0
 
 
 def test_ticks_stand_at_the_budgets_and_crowded_ones_have_no_text(bnh):

@@ -284,7 +284,9 @@ def compare(
             union of these runs; so some rows of a larger comparison can be repeated.
         folder: A folder in which every finished run is kept, as a file of its own; the same call
             continues after an interruption, and further budgets, seeds or algorithms add to it.
-            Runs go by the name of their algorithm: a changed algorithm wants a new name.
+            Runs go by the name of their algorithm: a changed algorithm wants a new name, and other
+            versions of pymoo or this package, under which the same seed may give other designs, a
+            new folder.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
             no more than idle cores.
         progress: Show a progress bar, in a terminal or a notebook.

@@ -260,11 +260,12 @@ def differences_page(comparison: Comparison, to: str = "") -> Figure:
         raise invalid("comparison", "of two algorithms or more", Received("one"))
     with new_page(150.0) as figure:
         for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
-            curves, ratio = difference_curves(comparison, indicator, to)
+            curves = difference_curves(comparison, indicator, to)
             _draw_curves(ax, curves, names)
-            ax.axhline(1.0 if ratio else 0.0, color="0.25", linewidth=1.0, zorder=1.0)
+            ratios = curves.shown == "ratio"
+            ax.axhline(1.0 if ratios else 0.0, color="0.25", linewidth=1.0, zorder=1.0)
             meaning = _MEANINGS[indicator]
-            words = f"{meaning.split(' (')[0]}, ratio" if ratio else f"{meaning},\ndifference"
+            words = f"{meaning.split(' (')[0]}, ratio" if ratios else f"{meaning},\ndifference"
             ax.set_ylabel(words)
         legend = [
             *(entry for entry, name in zip(_entries(names), names, strict=True) if name != to),
@@ -276,10 +277,8 @@ def differences_page(comparison: Comparison, to: str = "") -> Figure:
     return figure
 
 
-def difference_curves(
-    comparison: Comparison, indicator: str, to: str
-) -> tuple[IndicatorCurves, bool]:
-    """Return the differences of the other algorithms from one, and whether they are ratios."""
+def difference_curves(comparison: Comparison, indicator: str, to: str) -> IndicatorCurves:
+    """Return the differences of the other algorithms from one, or ratios of distances above 0."""
     frame = comparison.measures
     known = frame[indicator].to_numpy(float)
     ratio = indicator != "hypervolume" and bool((np.isfinite(known) & (known > 0)).all())
@@ -295,7 +294,9 @@ def difference_curves(
             found[i, j] = (
                 np.exp(shift(np.log(a), np.log(b), fixed=one)) if ratio else shift(a, b, fixed=one)
             )
-    return IndicatorCurves(indicator, others, budgets, *np.moveaxis(found, 2, 0)), ratio
+    median, lower, upper = np.moveaxis(found, 2, 0)
+    shown = "ratio" if ratio else "difference"
+    return IndicatorCurves(indicator, others, budgets, median, lower, upper, shown)
 
 
 def draw_indicator(
@@ -344,9 +345,13 @@ class IndicatorCurves:
         indicator: Such as ``"hypervolume"``.
         algorithms: Names of the algorithms.
         evaluations: The budgets, rising.
-        median: ``(a, b)`` medians, infinite where the median run found nothing.
-        lower: ``(a, b)`` first quartiles, values that occurred.
-        upper: ``(a, b)`` third quartiles, likewise.
+        median: ``(a, b)`` medians, infinite where the median run found nothing; NaN for the
+            difference of two infinite ones.
+        lower: ``(a, b)`` first quartiles, values that occurred; or lower ends of intervals, NaN
+            where there are too few runs.
+        upper: ``(a, b)`` third quartiles, or upper ends, likewise.
+        shown: Whether these are of the indicator, a ``"median"``, or of a ``"difference"`` or a
+            ``"ratio"`` between two algorithms.
     """
 
     indicator: str
@@ -355,10 +360,13 @@ class IndicatorCurves:
     median: Array
     lower: Array
     upper: Array
+    shown: str = "median"
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the axis is logarithmic: of distances that are all above 0."""
+        """Whether the axis is logarithmic: of distances that are all above 0, and of ratios."""
+        if self.shown == "difference":  # also where all are above 0, as the line of none is at 0
+            return False
         values = np.concatenate([self.lower, self.median, self.upper])
         known = values[np.isfinite(values)]
         return self.indicator != "hypervolume" and len(known) > 0 and bool((known > 0).all())
@@ -366,11 +374,10 @@ class IndicatorCurves:
     @property
     def left_out(self) -> str:
         """What is not drawn, as it is infinite; empty if nothing is."""
-        medians = int(np.isinf(self.median).sum())
-        quartiles = int(np.isinf(self.lower).sum() + np.isinf(self.upper).sum())
-        counts = [
-            counted(n, what) for n, what in ((medians, "median"), (quartiles, "quartile")) if n
-        ]
+        medians = int((~np.isfinite(self.median)).sum())
+        ends = int(np.isinf(self.lower).sum() + np.isinf(self.upper).sum())
+        end = "quartile" if self.shown == "median" else "interval end"
+        counts = [counted(n, what) for n, what in ((medians, self.shown), (ends, end)) if n]
         return f"infinite, not drawn: {', '.join(counts)}" if counts else ""
 
 
