@@ -3,11 +3,12 @@
 import statistics
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Choice, Real
+from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
 
 from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, rank_of_efficiency, robustness
@@ -165,6 +166,30 @@ def test_named_variables():
     assert frame.columns.tolist()[:2] == ["a", "m"]
     assert frame.loc[2, "m"] == "y"
     assert frame.loc[2, "pareto_share"] == 0
+
+
+def test_named_designs_outside_the_bounds_of_a_scenario_are_infeasible_there():
+    class Slope(ElementwiseProblem):
+        def __init__(self, mu):
+            super().__init__(vars={"u": Real(bounds=(0, mu)), "b": Binary()}, n_obj=2)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [x["u"], -x["u"] - x["b"]]
+
+    designs = [{"u": 0.2, "b": True}, {"u": 0.75, "b": True}]
+    asked = {"uncertainty": {"mu": stats.uniform(0.5, 0.5)}, "n_scenarios": 63}
+    kept = robustness(Slope, designs, **asked)
+    assert kept.infeasible_share.tolist() == [0, np.mean(kept.scenarios[:, 0] < 0.75)]
+    assert robustness(Slope, designs, **asked, keep_bounds=False).infeasible_share.tolist() == [
+        0,
+        0,
+    ]
+
+
+def test_designs_may_be_a_data_frame():
+    frame = pd.DataFrame(X, columns=["width", "height"])
+    result = robustness(Beam, frame, uncertainty=LOAD, n_scenarios=4)
+    np.testing.assert_array_equal(result.X, X)
 
 
 def test_frame():

@@ -312,7 +312,7 @@ def test_agreement_is_the_share_in_common():
             "two": Fixed([1, 2]),
             "three": Fixed(np.array([2, 1, 3])),
             "none": Fixed(None),
-            "empty": Fixed(np.array([], dtype=int)),
+            "empty": Fixed([]),
         },
     )
     # The row x is dominated: indices a selector returns count from A.

@@ -213,7 +213,9 @@ def _require_selectors(selectors: Mapping[str, Any]) -> None:
 
 def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:
     """Return what a selector answered as an array of distinct indices below n."""
-    indices = np.atleast_1d(np.zeros(0, dtype=np.intp) if answer is None else np.asarray(answer))
+    indices = np.atleast_1d(np.asarray([] if answer is None else answer))
+    if indices.size == 0:
+        return np.zeros(0, dtype=np.intp)
     wrong = indices.ndim != 1 or indices.dtype.kind not in "iu"
     if wrong or ((indices < 0) | (indices >= n)).any():
         rule = f"a selector that returns indices from 0 to {n - 1}"

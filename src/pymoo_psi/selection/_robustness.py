@@ -155,7 +155,8 @@ def scenarios(uncertainty: Mapping[str, Any], n_scenarios: int) -> Array:
 
 def _designs(X: Any) -> NDArray[Any]:
     """Return designs as pymoo evaluates them: a matrix, or an array of mappings."""
-    if not isinstance(X, np.ndarray) and len(X) and isinstance(X[0], Mapping):
+    # By next(iter(X)), as X[0] of a data frame is a column of that name.
+    if not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping):
         designs = np.fromiter(X, object)
     else:
         designs = np.array(X)
@@ -190,8 +191,14 @@ def _evaluated(problem: Any, designs: NDArray[Any], keep_bounds: bool) -> tuple[
         own[:] = [dict(design) for design in designs]
     out = problem.evaluate(own, return_values_of=["F", "G", "H"], return_as_dictionary=True)
     feasible = meets_constraints(out["G"], out["H"])
-    if keep_bounds and designs.ndim == 2:  # mappings have no order of columns
+    if keep_bounds and designs.ndim == 2:
         for bound, sign in ((problem.xl, 1), (problem.xu, -1)):
             if bound is not None:
                 feasible &= (sign * designs >= sign * np.asarray(bound)).all(axis=1)
+    elif keep_bounds:
+        for name, variable in (getattr(problem, "vars", None) or {}).items():
+            low, high = getattr(variable, "bounds", (None, None))  # a choice has none
+            if low is not None and high is not None:
+                inside = [name not in d or low <= d[name] <= high for d in designs]
+                feasible &= np.array(inside)
     return np.asarray(out["F"], dtype=np.float64), feasible
