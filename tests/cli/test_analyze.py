@@ -12,7 +12,8 @@ from pymoo_psi.table import Formulation, convergence, feasibility_rules, sensiti
 
 @pytest.mark.parametrize("suffix", [".db", ".parquet"])
 def test_all_tests_are_analyzed(tmp_path, capsys, suffix):
-    study, file = tmp_path / "bnh.db", tmp_path / f"bnh{suffix}"
+    # a name that would be no formula of matplotlib's
+    study, file = tmp_path / "$bnh_$.db", tmp_path / f"$bnh_${suffix}"
     table = investigate(get_problem("bnh"), 64, study=study)
     if suffix != ".db":
         assert main(["export", str(study), "--out", str(file)]) == 0

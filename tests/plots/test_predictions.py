@@ -34,6 +34,15 @@ def test_every_proposal_is_where_it_was_expected_and_found(frame):
     assert_whole(figure, draw=True)
 
 
+def test_values_that_no_axis_holds_are_left_out(frame):
+    frame.loc[2:4, "f1"] = [np.nan, np.inf, -1.7e308]
+    frame["f$2"], frame["g1_predicted"] = np.nan, 1.7e308
+    figure = predictions_page(frame)
+    dots = np.vstack([dots.get_offsets() for dots in shown(figure)[0].collections])
+    assert np.isfinite(dots).all(axis=1).sum() == 16
+    assert_whole(figure, draw=True)
+
+
 def test_what_cannot_be_drawn_is_told(frame):
     for wrong in (frame[:0], frame[["round"]], frame[19:]):
         with pytest.raises(PsiError, match="predictions must be of at least one tested proposal"):

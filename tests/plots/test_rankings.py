@@ -75,6 +75,13 @@ def test_one_design_equal_ones_and_a_criterion_that_all_agree_in(F):
     assert_whole(ranking_page(rank_of_efficiency(F)))
 
 
+def test_values_that_no_axis_holds_are_in_the_parallel_coordinates_only():
+    figure = ranking_page(rank_of_efficiency([[1, 8e307], [2, 4e307], [3, 1.0]]))
+    assert shown(figure)[0].get_xlim() == pytest.approx((0.9, 3.1))
+    assert shown(figure)[0].get_ylim() == pytest.approx((0.95, 1.05))
+    assert_whole(figure, draw=True)
+
+
 def test_what_is_no_ranking_is_refused():
     with pytest.raises(PsiError, match="ranking must be an EfficiencyRanking, got list"):
         ranking_page([[1, 2]])

@@ -59,3 +59,14 @@ def test_what_cannot_be_drawn_is_told(result, options, message):
         robustness_page(result, **options)
     with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
         robustness_page(result.to_frame())
+
+
+def test_names_are_literal_and_many_parameters_stay_on_the_page(result):
+    parameters = [f"load$_{j}$ of {{a}}" for j in range(8)]
+    many = dataclasses.replace(result, parameters=parameters, scenarios=np.ones((32, 8)))
+    labels = [f"$x_$ {i} of forty designs" for i in range(40)]
+    figure = robustness_page(many, top=2, labels=labels)
+    for text, i in zip(figure.axes[0].get_yticklabels(), many.order, strict=False):
+        assert text.get_text().startswith(rf"\$x_\$ {i}")
+    assert r"load\$_7\$ of {a} from 1 to 1" in " ".join(figure.get_suptitle().split())
+    assert_whole(figure, draw=True)

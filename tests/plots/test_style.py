@@ -36,6 +36,7 @@ def test_names_are_literal(name, text):
         ([4], (3.8, 4.2)),
         ([-2, 0], (-2.1, 0.1)),
         ([np.inf], (0, 1)),
+        ([-1.7e308, -2, 0, 1.7e308], (-2.1, 0.1)),
     ],
 )
 def test_the_view_holds_the_values(values, ends):

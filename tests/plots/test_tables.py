@@ -160,7 +160,9 @@ def test_failed_designs_are_counted_and_not_drawn():
     table = TestTable.of([1, 2, 3, 4, 5], np.arange(5.0)[:, None], F)
     for pair in ((0, 1), ("x0", 0)):
         assert plane_of(table, pair).numbers.tolist() == [1, 4]
-    assert criteria_page(table).get_suptitle() == "5 designs tested, 2 failed"
+    told = "5 designs tested, 2 failed, unknown values and those beyond 1e300 not drawn"
+    assert criteria_page(table).get_suptitle() == told
+    assert criteria_page(table.rows(np.arange(4))).get_suptitle() == "4 designs tested, 2 failed"
 
 
 def test_options_have_seats_and_the_prototype_one_too(mixed):

@@ -11,7 +11,7 @@ from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import formulation_of, judged, tests_in
 from pymoo_psi.cli._output import print_frame, require_results, say, say_sentences, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
-from pymoo_psi.plots._style import save_pages
+from pymoo_psi.plots._style import literal, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
@@ -36,12 +36,13 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
     steps = convergence(table) if len(experiments) < 2 else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
-        pages: dict[str, Any] = {"sensitivities.png": sensitivity_page(found, title=path.name)}
+        title = literal(path.name, 60)
+        pages: dict[str, Any] = {"sensitivities.png": sensitivity_page(found, title=title)}
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
-            pages["convergence.png"] = convergence_page(steps, title=path.name)
+            pages["convergence.png"] = convergence_page(steps, title=title)
         if len(layout.variables) > 1:
-            pages["feasibility.png"] = draw_feasibility(table, title=path.name).figure
+            pages["feasibility.png"] = draw_feasibility(table, title=title).figure
         save_pages(pages.items(), out, dpi=200)
 
     if missing:

@@ -16,7 +16,15 @@ from pymoo_psi._markers import GREY
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._designs import aside, checked_table
-from pymoo_psi.plots._style import CURVES, legend_below, literal, new_page, on_axes, wrapped
+from pymoo_psi.plots._style import (
+    CURVES,
+    LETTERS,
+    legend_below,
+    literal,
+    new_page,
+    on_axes,
+    wrapped,
+)
 from pymoo_psi.table import Convergence, Kind, Rule, TestTable, feasibility_rules
 from pymoo_psi.table._designs import value_ranks, values_in_order
 from pymoo_psi.table._layout import Limits
@@ -27,7 +35,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _LETTERS = 62  # of a line over axes of their own
-_LETTERS_ACROSS = 96  # of a line over the width of a page
 _NAMED = 6  # test points named beside the curve: the last ones, which are about the decision
 
 
@@ -223,15 +230,15 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
         3
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    verdict = wrapped(found.verdict(), _LETTERS_ACROSS)
-    with new_page(78.0) as figure:
+    verdict = wrapped(found.verdict(), LETTERS)
+    with new_page(82.0) as figure:
         for ax, values, name in zip(
             figure.subplots(1, 3),
             (found.mu1, found.hypervolume, found.covering_radius),
             (
-                r"distance $\mu_1$ of the best design to $U$",
-                "hypervolume (share of the last)",
-                "covering radius (sides of the box)",
+                "distance $\\mu_1$ to $U$\nof the best design",
+                "hypervolume\n(share of the last)",
+                "covering radius\n(sides of the box)",
             ),
             strict=True,
         ):

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import instance
-from pymoo_psi.plots._style import literal, view
+from pymoo_psi.plots._style import HUGE, literal, view
 from pymoo_psi.table import Kind, TestTable
 from pymoo_psi.table._designs import column_kinds, value_ranks
 from pymoo_psi.table._layout import Limits
@@ -48,7 +48,6 @@ _LETTERS = 90  # of text over the width of a page, in the size of axis labels
 _UPRIGHT = 18  # letters over the height of axes, likewise
 _MANY = 200  # from here on the markers of a group shrink, down to a fifth
 _RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
-_HUGE = 1e300  # beyond it the length of an axis may overflow
 _SPREAD = 0.6  # of the distance between two values
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 
@@ -202,7 +201,7 @@ def _plane(
 ) -> Plane:
     layout = table.layout
     values = np.column_stack([x, table.column(names[1])])
-    drawn = (np.abs(values) < _HUGE).all(axis=1) & (group != "")
+    drawn = (np.abs(values) < HUGE).all(axis=1) & (group != "")
     at = [*x_at, *_of_prototype(table, names[1])]
     bounds = bounds_of(limits, layout)
     return Plane(
@@ -318,16 +317,23 @@ def label_axes(
         whole: The numbers are integers.
     """
     axes.set_xlabel(literal(names[0], _LETTERS // wide))
-    # A unit, and what is better, on a line of their own where the name leaves no room for them.
-    name, bracket, rest = names[1].partition(" [" if " [" in names[1] else " (max)")
-    long = bracket and len(names[1]) > _UPRIGHT
-    lines = [name, bracket.strip() + rest] if long else [names[1]]
-    axes.set_ylabel("\n".join(literal(line, _UPRIGHT) for line in lines))
+    axes.set_ylabel(upright(names[1], _UPRIGHT))
     axes.yaxis.set_major_locator(MaxNLocator(4))
     if values:
         name_places(axes, values, room=_LETTERS // wide)
     else:
         axes.xaxis.set_major_locator(MaxNLocator(max(3, 10 // wide), integer=whole))
+
+
+def upright(label: str, most: int) -> str:
+    """Return the text of a vertical axis that has room for so many letters.
+
+    A unit, and what is better, are on a line of their own where the name leaves no room for them.
+    """
+    name, bracket, rest = label.partition(" [" if " [" in label else " (max)")
+    long = bracket and len(label) > most
+    lines = [name, bracket.strip() + rest] if long else [label]
+    return "\n".join(literal(line, most) for line in lines)
 
 
 def name_places(axes: Axes, values: Sequence[object], *, room: int) -> None:

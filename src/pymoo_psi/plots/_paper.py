@@ -496,8 +496,8 @@ def _caption(refined: SalukvadzeFunctions) -> str:
     """Return what the refined optima do."""
     (_, f2, f3, f4), (_, low2, low3, low4) = refined.F.max(axis=0), refined.F.min(axis=0)
     return (
-        f"$f_2^S$ from {low2:.3f} to {f2:.3f}, $f_4^S$ from {low4:.3f} to {f4:.3f}, "
-        f"while $f_3^S$ goes from {low3:.3f} to {f3:.3f}."
+        f"$f_2^S$ between {low2:.3f} and {f2:.3f}, $f_4^S$ between {low4:.3f} and {f4:.3f}, "
+        f"while $f_3^S$ is between {low3:.3f} and {f3:.3f}."
     )
 
 

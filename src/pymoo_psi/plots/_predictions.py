@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from pymoo_psi._validation import instance, invalid
-from pymoo_psi.plots._style import CURVES, literal, new_page, tick_counts
+from pymoo_psi.plots._style import CURVES, HUGE, literal, new_page, tick_counts
 
 _COLUMNS = 3  # panels side by side
 _SUFFIX = "_predicted"
@@ -48,13 +48,17 @@ def predictions_page(predictions: pd.DataFrame, *, title: str = "") -> Figure:
         for axes in panels[len(names) :]:
             axes.remove()
         for axes, name in zip(panels, names, strict=False):
+            pairs = known[[name + _SUFFIX, name]].to_numpy(float)
+            pairs = np.where(np.abs(pairs) < HUGE, pairs, np.nan)  # what axes can hold
             for look, kind in zip(CURVES, sorted(set(known["surrogate"])), strict=False):
                 of_kind = (known["surrogate"] == kind).to_numpy()
                 axes.scatter(
-                    known[name + _SUFFIX][of_kind], known[name][of_kind], marker=look["marker"],
-                    s=12, c=shade[of_kind], edgecolors=look["color"], linewidths=0.5, label=kind,
+                    *pairs[of_kind].T, marker=look["marker"], s=12,
+                    c=shade[of_kind], edgecolors=look["color"], linewidths=0.5, label=kind,
                 )  # fmt: skip
-            axes.axline((float(known[name].median()),) * 2, slope=1, color="0.5", linewidth=0.6)
+            found = pairs[np.isfinite(pairs[:, 1]), 1]
+            if len(found):
+                axes.axline((float(np.median(found)),) * 2, slope=1, color="0.5", linewidth=0.6)
             axes.set_title(literal(name))
             axes.set_xlabel("predicted")
             axes.set_ylabel("found")

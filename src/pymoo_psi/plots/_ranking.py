@@ -17,7 +17,7 @@ from pymoo_psi.paper._figures import RankedPoints
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.pareto._ranking import UtopianFrame
 from pymoo_psi.plots._designs import label_axes
-from pymoo_psi.plots._style import enlarge_markers, literal, new_page
+from pymoo_psi.plots._style import enlarge_markers, literal, new_page, view
 from pymoo_psi.plots._table import MATRIX, row_height, share_axes
 
 _LINES = 2000  # of a group; more would be one grey area, and take long to draw
@@ -65,6 +65,8 @@ def ranking_page(
         for k, line in enumerate(pairs):
             for j, ax in enumerate(line[: k + 1]):
                 draw_points(ax, points.along((j, k + 1)))
+                ax.set_xlim(view(values[:, j]))
+                ax.set_ylim(view(values[:, k + 1]))
                 label_axes(ax, wide, (headings[j], headings[k + 1]), ())
             for ax in line[k + 1 :]:
                 ax.set_axis_off()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo_psi._markers import MARKERS
 from pymoo_psi._validation import instance, integer, invalid
 from pymoo_psi.pareto import Robustness
-from pymoo_psi.plots._style import CURVES, legend_below, new_page
+from pymoo_psi.plots._style import CURVES, LETTERS, legend_below, literal, new_page, wrapped
 
 
 def robustness_page(
@@ -57,16 +57,16 @@ def robustness_page(
         for ax in (left, right):
             ax.set_yticks(
                 np.arange(len(best)),
-                [str(i if labels is None else labels[i]) for i in best.tolist()],
+                [literal(i if labels is None else labels[i], 16) for i in best.tolist()],
             )
             ax.set_ylim(len(best) - 0.4, -0.6)  # the best on top
             ax.grid(visible=False, axis="y")
         left.set_ylabel("design")
         ranges = ", ".join(
-            f"{name} from {column.min():.3g} to {column.max():.3g}"
+            f"{literal(name)} from {column.min():.3g} to {column.max():.3g}"
             for name, column in zip(robustness.parameters, robustness.scenarios.T, strict=True)
         )
-        figure.suptitle(f"{title}\nuncertain: {ranges}".strip())
+        figure.suptitle(f"{title}\n{wrapped(f'uncertain: {ranges}', LETTERS)}".strip())
     return figure
 
 
@@ -99,5 +99,5 @@ def _draw_regret(axes: Axes, robustness: Robustness, best: NDArray[np.intp]) -> 
             color=look["color"],
         )  # fmt: skip
     axes.set_xlim(0, None)
-    axes.set_xlabel(r"regret: $\mu_1$ above the least of the scenario")
+    axes.set_xlabel(r"regret: $\mu_1$ above the scenario's least")
     legend_below(axes, ncols=2)

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.plots._designs import checked_table, draw_limits
-from pymoo_psi.plots._style import CURVES, literal, tick_counts, view
+from pymoo_psi.plots._designs import checked_table, draw_limits, upright
+from pymoo_psi.plots._style import CURVES, HUGE, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
 from pymoo_psi.table import Kind, Layout, TestTable
 from pymoo_psi.table._designs import column_kinds
@@ -21,6 +21,8 @@ from pymoo_psi.table._limits import bounds_of
 from pymoo_psi.table.analysis import design_of
 
 Array = NDArray[np.float64]
+
+_UPRIGHT = 28  # letters over the height of axes, of which there are at most two beside each other
 
 
 def section_page(
@@ -149,7 +151,7 @@ def section_of(
 def draw_section(axes: Axes, curves: Section, criterion: int, name: str) -> None:
     """Draw one criterion, by its index and name, along the variable."""
     f = curves.F[:, criterion]
-    known = np.isfinite(f)
+    known = np.abs(f) < HUGE
     # Matplotlib interrupts a line at NaN.
     axes.plot(curves.x, np.where(known, f, np.nan), color="0.55", linestyle="-", linewidth=0.8)
     for group, members, look in (
@@ -176,5 +178,5 @@ def draw_section(axes: Axes, curves: Section, criterion: int, name: str) -> None
     if name in curves.limits:
         draw_limits(axes, "y", name, curves.limits[name])
     axes.set_xlabel(literal(curves.layout.label(curves.variable)))
-    axes.set_ylabel(literal(curves.layout.label(name)))
+    axes.set_ylabel(upright(curves.layout.label(name), _UPRIGHT))
     tick_counts(axes, x=6, y=5)

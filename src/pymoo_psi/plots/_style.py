@@ -36,6 +36,8 @@ CURVES: tuple[dict[str, Any], ...] = (
 )
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
+HUGE = 1e300  # beyond it the length of an axis may overflow
+LETTERS = 96  # of a line of a title over the width of a page
 _WIDTH = 180.0  # of a page in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
 
@@ -182,9 +184,9 @@ def wrapped(text: str, letters: int) -> str:
 
 
 def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
-    """Return the ends of an axis that shows the values, and numbers where they are finite."""
+    """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``."""
     known = np.array([*values, *further])
-    known = known[np.isfinite(known)]
+    known = known[np.abs(known) < HUGE]
     if len(known) == 0:
         return 0.0, 1.0
     low, high = float(known.min()), float(known.max())

@@ -101,7 +101,7 @@ def table_page(
             ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
         for ax in grid.ravel()[len(columns) :] if not rows else ():
             ax.set_axis_off()
-        hidden = [
+        counts = [
             _draw_near(ax, plane, wide, margin)
             for axes, row in zip(grid[1:] if rows else (), planes, strict=True)
             for ax, plane in zip(axes, row, strict=True)
@@ -115,7 +115,7 @@ def table_page(
                     ax.set_xlim(min(ends), max(ends))
         share_axes(grid, below=bool(rows))
         design_legends(figure, grid, table, group if rows else None, title="points")
-        figure.suptitle(_heading(table, title, any(hidden)))
+        figure.suptitle(_heading(table, title, counts))
     return figure
 
 
@@ -163,7 +163,7 @@ def criteria_page(
     marked = table.rows(table.numbers == design)
     wide = len(chosen) - 1
     group = design_groups(table, limits)
-    hidden = []
+    counts = []
     ends = {}  # of each criterion, so that the axes of a row and of a column agree
     for name in chosen:
         alone = criteria_plane(table, name, name, limits, group).nearby(margin)
@@ -172,7 +172,7 @@ def criteria_page(
         for k, second in enumerate(chosen[1:]):
             for ax, first in zip(grid[k], chosen[: k + 1], strict=False):
                 plane = criteria_plane(table, first, second, limits, group)
-                hidden.append(_draw_near(ax, plane, wide, margin, (ends[first], ends[second])))
+                counts.append(_draw_near(ax, plane, wide, margin, (ends[first], ends[second])))
                 if len(marked):
                     ax.plot(marked.column(first), marked.column(second), **design_look())
             for ax in grid[k, k + 1 :]:
@@ -180,7 +180,7 @@ def criteria_page(
         share_axes(grid)
         marks = [] if design is None else [design_look()]
         design_legends(figure, grid, table, group, marks=marks)
-        figure.suptitle(_heading(table, title, any(hidden)))
+        figure.suptitle(_heading(table, title, counts))
     return figure
 
 
@@ -213,19 +213,27 @@ def grid_page(high: int, wide: int) -> Iterator[tuple[Figure, Any]]:
 
 def _draw_near(
     ax: Any, plane: Plane, wide: int, margin: float, ends: Sequence[tuple[float, float]] = ()
-) -> bool:
-    """Draw what is near the feasible designs; say whether that is less than all."""
+) -> tuple[int, int]:
+    """Draw what is near the feasible designs; return how many that are, and of how many."""
     near = plane.nearby(margin)
     draw_plane(ax, near, wide, ends)
-    return len(near.values) < len(plane.values)
+    return len(near.values), len(plane.values)
 
 
-def _heading(table: TestTable, title: str, hidden: bool) -> str:
-    """Return what is drawn, how many designs there are and which are not seen."""
+def _heading(table: TestTable, title: str, counts: Sequence[tuple[int, int]]) -> str:
+    """Return what is drawn, how many designs there are and which are not seen.
+
+    Args:
+        table: The designs.
+        title: What they are.
+        counts: Of each plane how many are near the feasible ones, and of how many.
+    """
     failed = int(np.sum(table.status == "failed"))
     facts = [f"{counted(len(table), 'design')} tested"] + ([f"{failed} failed"] if failed else [])
-    if hidden:
+    if any(near < known for near, known in counts):
         facts.append("those far from the feasible ones outside the axes")
+    if any(known < len(table) - failed for _, known in counts):
+        facts.append("unknown values and those beyond 1e300 not drawn")
     return f"{title}\n{', '.join(facts)}".strip()
 
 
