@@ -198,6 +198,24 @@ def test_a_known_front_joins_the_reference_and_no_optimum_is_nearer_than_the_con
     np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-5)
 
 
+def test_a_model_with_noise_is_compared_without_polishing():
+    """The best design is infeasible when it is evaluated once more."""
+
+    class Noisy(Problem):
+        def __init__(self):
+            super().__init__(n_var=1, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+            self.calls = 0
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            self.calls += len(X)
+            out["F"] = np.column_stack([X[:, 0], 1 - X[:, 0]])
+            out["G"] = np.full((len(X), 1), float(self.calls > 16))
+
+    result = compare(Noisy(), n_evaluations=16, algorithms=["psi"])
+    assert result.reference.optimum_evaluations == 0
+    assert result.reference.optimum.sum() == 1
+
+
 def test_what_is_returned_can_be_measured_instead():
     problem = VectorizedSphereChute(0.4)
     runs = {
@@ -348,10 +366,12 @@ def test_a_rare_success_is_claimed_where_nobody_succeeds_in_the_median():
     )
 
 
-def test_a_count_of_designs_is_told_whole():
-    result = compare(get_problem("bnh"), n_evaluations=8, algorithms=["psi"], polish=False)
+def test_a_count_of_designs_is_told_whole_and_a_bar_is_no_column():
+    result = compare(get_problem("bnh"), n_evaluations=1, algorithms={"a|b": "psi"}, polish=False)
+    assert r"| 1 | a\|b | 1 |" in report(result)
+    assert conclusions(result)[0].startswith("1 evaluation: ")
     assert "| 12345 |" in report(measured(result, "n_nondominated", 12345))
-    assert repr(result) == "Comparison(BNH: psi; 1 run)"
+    assert repr(result) == "Comparison(BNH: a|b; 1 run)"
 
 
 # Keeping and continuing

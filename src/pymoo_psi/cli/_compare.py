@@ -47,7 +47,7 @@ def run_compare(
         folder = require_results(out, files, force=force)
     # Before the runs, so that a wrong file is told at once.
     known = None if reference is None else Reference.load(reference)
-    names = [word.strip() for word in algorithms.split(",")]
+    names = list(dict.fromkeys(word.strip() for word in algorithms.split(",")))
     if learn := [name for name in names if name.startswith("surrogate")]:
         runs = counted(len(learn) * len({*budgets}) * seeds, "run")
         say(

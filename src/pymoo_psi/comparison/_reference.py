@@ -17,6 +17,7 @@ from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.algorithms import refine
 from pymoo_psi.comparison._runs import Run, problem_text
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated, rank_of_efficiency
 from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
 from pymoo_psi.pareto._objectives import Objectives
@@ -222,5 +223,8 @@ def _optimum(
     # No row of F dominates another: all are Pareto optimal, and span the scale of the frame.
     everything = np.ones(len(F), dtype=bool)
     ranking = ranking_of(Objectives.of(F), everything, normalize=True)
-    found = refine(problem, run.X[mu1.argmin()], ranking)
+    try:
+        found = refine(problem, run.X[mu1.argmin()], ranking)
+    except ArgumentValueError:  # a model with noise: the design is no longer feasible
+        return nearest, 0
     return (found.f if found.distance < best else nearest), found.n_evaluations

@@ -84,10 +84,11 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
 def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget: int) -> str:
     ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
     best, value = ordered.index[0], ordered.iloc[0]
+    at = counted(budget, "evaluation")
     if len(ordered) == 1:
-        return f"{budget} evaluations: {best} has a median of {value:.4g}, with no other beside it."
+        return f"{at}: {best} has a median of {value:.4g}, with no other beside it."
     if value == _NOTHING.get(indicator, np.inf):
-        return f"{budget} evaluations: {_all_nothing(indicator, tests)}"
+        return f"{at}: {_all_nothing(indicator, tests)}"
     equal = [name for name in ordered.index[1:] if ordered[name] == value]
     surely: list[str] = []
     reverse: list[str] = []
@@ -102,7 +103,7 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame, budget:
         else:
             (surely if effect > 0.5 else reverse).append(shown)
     shared = f", as {'has' if len(equal) == 1 else 'have'} {listed(equal)}" if equal else ""
-    text = f"{budget} evaluations: {best} has {_NAMES[indicator]} (median {value:.4g}){shared}."
+    text = f"{at}: {best} has {_NAMES[indicator]} (median {value:.4g}){shared}."
     if surely:
         text += f" It is better than {listed(surely)}."
     if reverse:
@@ -151,7 +152,9 @@ def report(comparison: Comparison) -> str:
 def _table(comparison: Comparison) -> list[str]:
     frame = comparison._for_readers()
     rows = [list(frame.columns), *frame.to_numpy().tolist()]
-    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    # A bar in a name of the user's would be one more column.
+    texts = [[str(cell).replace("|", r"\|") for cell in row] for row in rows]
+    lines = [f"| {' | '.join(row)} |" for row in texts]
     lines.insert(1, f"|{'---|' * len(frame.columns)}")
     return [*lines, "", "Medians, with quartiles in brackets."]
 

@@ -19,7 +19,7 @@ from pymoo.problems.multi import BNH
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import identity_text
+from pymoo_psi._validation import counted, identity_text
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import (
     EvaluationError,
@@ -59,7 +59,7 @@ class Task:
     def __str__(self) -> str:
         """Return the run as a message names it."""
         seed = "" if self.seed is None else f", seed {self.seed}"
-        return f"{self.algorithm}, {self.n_evaluations} evaluations{seed}"
+        return f"{self.algorithm}, {counted(self.n_evaluations, 'evaluation')}{seed}"
 
 
 @dataclass(frozen=True, eq=False)
