@@ -319,6 +319,21 @@ def test_many_criteria_and_variables_are_all_told():
     assert "Of 15 criteria the 5 in which the choice is farthest behind" in pictures[0].caption
 
 
+def test_steps_of_many_criteria_are_a_table():
+    """It tells of each step what it is for, and its greatest loss."""
+    F = np.random.default_rng(1).random((40, 9))
+    report = decision_report(TestTable.of(range(1, 41), F[:, :1], F))
+    why = explain(pd.DataFrame(F), int(report.ranking.salukvadze[0]))
+    cells = [p for p in section(report, "The choice").parts if isinstance(p, Cells)]
+    (steps,) = [p for p in cells if p.head[0] == "towards"]
+    assert len(steps.rows) == len(why.steps.rows) - 1 > 1
+    for k, (_, better, worse) in enumerate(steps.rows, start=1):
+        towards = np.flatnonzero(why.neighbours == why.steps.rows[k])
+        assert all(f"f{j + 1} " in better for j in towards)
+        j = int(why.steps.shares[k].argmin())
+        assert worse.startswith(f"f{j + 1} {-100 * why.steps.shares[k, j]:.0f} %")
+
+
 def test_what_tests_cannot_tell_is_said():
     """Of designs from anywhere, or chosen by an algorithm, shares of variance would be wrong."""
     title = "What drives the criteria, and where designs are feasible"

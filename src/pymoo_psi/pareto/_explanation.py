@@ -414,8 +414,9 @@ def explained(ranking: EfficiencyRanking, row: int, units: Mapping[Any, str]) ->
     distance[np.isnan(distance)] = np.inf
     neighbours = np.full(len(own), -1, dtype=np.intp)
     for j in range(len(own)):
-        clearly = own[j] - values[:, j] >= _STEP * lengths[j]
-        nearest = _nearest(clearly if clearly.any() else values[:, j] < own[j], distance)
+        better = values[:, j] < own[j]
+        clearly = better & (own[j] - values[:, j] >= _STEP * lengths[j])  # of tiny ranges that is 0
+        nearest = _nearest(clearly if clearly.any() else better, distance)
         if len(nearest):
             neighbours[j] = front[nearest[values[nearest, j].argmin()]]
     dominated_by = -1

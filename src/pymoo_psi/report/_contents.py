@@ -16,7 +16,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
-from pymoo_psi.pareto._explanation import explained, instead
+from pymoo_psi.pareto._explanation import Explanation, explained, instead
 from pymoo_psi.pareto._representatives import representatives_of
 from pymoo_psi.pareto._sentences import (
     label,
@@ -49,7 +49,7 @@ _HISTOGRAMS = 18  # in a picture, as high as half a page
 _PAIRS = 5  # criteria in pairs of which axes on paper are still readable
 _LEAD = 7  # criteria that a sentence can hold
 _FEW = 5  # representatives, side by side on paper
-_GAINS = 4  # criteria that a limit costs most in
+_GAINS = 4  # criteria that a limit costs most in, or a step changes most
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
@@ -185,7 +185,9 @@ def _choice(case: Case) -> Iterator[Part]:
         own = zip(layout.objectives, ranking.objectives.values[case.chosen], strict=True)
         values = (f"{name} {case.amount(name, value)}" for name, value in own)
         yield f"Chosen is {label(ranking, case.chosen)}, with {listed([*values])}."
-    yield Items(why.sentences)
+        yield Items(why.sentences)
+    else:
+        yield why.sentences[0]
     found = cautions(ranking)
     optimum = case.chosen in ranking.salukvadze
     if found:
@@ -203,7 +205,7 @@ def _choice(case: Case) -> Iterator[Part]:
         tuple(
             (
                 case.named(name), "more" if name in layout.maximized else "less",
-                *map(_number, numbers), "—" if np.isnan(share) else percent(share),
+                *map(_number, numbers), _share(share),
             )
             for name, *numbers, share in zip(
                 layout.objectives, ranking.objectives.values[case.chosen], ranking.ideal,
@@ -212,6 +214,8 @@ def _choice(case: Case) -> Iterator[Part]:
         ),
         "Best and worst of the Pareto-optimal designs.",
     )  # fmt: skip
+    if len(layout.objectives) > _LEAD and len(why.steps.rows) > 1:
+        yield _steps(why)
     row = case.rows[case.chosen]
     others = (*layout.variables, *layout.outputs)
     cells = tuple((case.named(name), _value(table.column(name)[row])) for name in others)
@@ -219,6 +223,25 @@ def _choice(case: Case) -> Iterator[Part]:
         what = "Variables and further outputs" if layout.outputs else "Variables"
         shown = label(ranking, case.chosen)
         yield Cells(("name", "value"), cells, f"{what} of {shown}.")
+
+
+def _steps(why: Explanation) -> Cells:
+    """Return what each step gives and costs: sentences of many criteria would fill pages."""
+    names, rows = why.ranking.objectives.names, []
+    for k, row in enumerate(why.steps.rows.tolist()[1:], start=1):
+        towards = why.neighbours == row
+        gains, sizes = why.steps.gains[k], np.abs(why.steps.shares[k])
+        # What the step is for comes first, then what it changes most.
+        order = np.lexsort((-sizes, ~towards))
+        sides = []
+        for there, most in ((gains > 0, max(_GAINS, int(towards.sum()))), (gains < 0, _GAINS)):
+            which = order[there[order]]
+            told = [f"{names[j]} {_share(sizes[j])}" for j in which[:most]]
+            told += [f"and {len(which) - most} more"] if len(which) > most else []
+            sides.append(", ".join(told))
+        rows.append((label(why.ranking, row), *sides))
+    caption = "The nearest designs that are better in a criterion, and shares of the ranges."
+    return Cells(("towards", "better in", "worse in"), tuple(rows), caption)
 
 
 def _tests(case: Case) -> Iterator[Part]:
@@ -535,6 +558,10 @@ def _drives(case: Case) -> Iterator[Part]:
 
 def _number(value: float) -> str:
     return number(float(value), 5) if np.isfinite(value) else "—"
+
+
+def _share(share: float) -> str:
+    return "—" if np.isnan(share) else percent(share)
 
 
 def _value(value: Any) -> str:

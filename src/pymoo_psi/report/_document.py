@@ -102,7 +102,8 @@ def _table(cells: Cells) -> str:
         for text, number in sides:
             long = max(map(len, text.split()), default=0) > _WORD
             look = " class=n" if number else " class=long" if long else ""
-            marks.append(f"<{kind}{look}>{_text(text)}</{kind}>")
+            shown = _text(text).replace("_", "_<wbr>") if long else _text(text)
+            marks.append(f"<{kind}{look}>{shown}</{kind}>")
         return f"<tr>{''.join(marks)}</tr>"
 
     # No caption element, which would be as narrow as the table.
