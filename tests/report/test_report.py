@@ -33,7 +33,7 @@ class Reader(HTMLParser):
     def __init__(self, html):
         super().__init__()
         self.tags, self.texts, self.attributes = [], [], []
-        self.feed(html)
+        self.feed(html.replace("<wbr>", ""))  # where a long name may break
         self.text = " ".join(" ".join(self.texts).split())
 
     def handle_starttag(self, tag, attrs):
