@@ -82,6 +82,7 @@ def test_processes_change_nothing(small):
     ("options", "message"),
     [
         ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
+        ({"n_points": 8, "models": []}, "models must be one or both of 'full' and 'rolling'"),
         ({"n_points": 8, "n_jobs": 0}, "n_jobs must be 1 or more, or -1 for one per core, got 0"),
     ],
 )

@@ -93,7 +93,7 @@ def run_reproduce(
     write_csv(optima, out / "continuous_optima.csv", remark=chute)
 
     say(_verdict(result))
-    say(f"{points} LPτ test points for each of {counted(len(result.cases), 'case')}.")
+    say(f"{counted(points, 'LPτ test point')} for each of {counted(len(result.cases), 'case')}.")
     print_frame(_stacked(table_6_1, optima), "Table 6.1: Salukvadze optima")
     print_frame(_stacked(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
     say(_HEADINGS)

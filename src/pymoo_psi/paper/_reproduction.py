@@ -421,7 +421,8 @@ def reproduce(
         on_case: Called with each case as soon as it is ready, to show progress.
 
     Raises:
-        ArgumentValueError: A count is out of range.
+        ArgumentValueError: A number is out of range, μ or the models are none, a μ is there twice,
+            or there is no such model.
         ArgumentTypeError: A count is not an integer.
 
     Example:
@@ -437,6 +438,8 @@ def reproduce(
         positive_number("mu", value)
     if len(set(mu)) < len(mu) or len(mu) == 0:
         raise invalid("mu", "one or more friction coefficients, each once", list(mu))
+    if len(models) == 0:
+        raise invalid("models", "one or both of 'full' and 'rolling'", list(models))
     for model in models:
         known_name("model", model, MODELS)
     # Rolling first, as the paper's tables follow from it.
