@@ -1,10 +1,11 @@
 """``pymoo-psi analyze`` prints and writes what the functions give."""
 
+import numpy as np
 import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import Restricted, TestTable, investigate
+from pymoo_psi import Restricted, TestTable, investigate, lp_tau
 from pymoo_psi.cli import main
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table import Formulation, convergence, feasibility_rules, sensitivities
@@ -94,3 +95,15 @@ def test_combined_tests_are_no_longer_investigation(tmp_path, capsys):
     assert not list((tmp_path / "out").glob("convergence*"))
     with pytest.raises(PsiError, match="of one experiment, got whole, part"):
         convergence(TestTable.read_csv(tmp_path / "all.csv"))
+
+
+def test_of_many_criteria_no_hypervolume_is_waited_for(tmp_path, capsys):
+    points = lp_tau(64, 3)
+    F = np.abs(points[:, [0]] - np.linspace(0, 1, 12))  # no test dominates another
+    file = tmp_path / "many.csv"
+    TestTable.of(np.arange(1, 65), points, F).to_csv(file)
+    assert main(["analyze", str(file), "--out", str(tmp_path / "out")]) == 0
+    assert "is not told: with more than 7 criteria the hypervolume" in capsys.readouterr().out
+    assert sorted(path.name for path in (tmp_path / "out").glob("*.png")) == [
+        "feasibility.png", "sensitivities.png",
+    ]  # fmt: skip
