@@ -114,6 +114,29 @@ def test_the_interval_of_a_shift_holds_what_the_test_does_not_reject(n_a, n_b):
         assert rejected == (not low < candidate < high)
 
 
+@pytest.mark.parametrize(("n_a", "n_b"), [(41, 41), (45, 45), (60, 12)])
+def test_intervals_of_many_runs_are_near_the_exact_ones(monkeypatch, n_a, n_b):
+    rng = np.random.default_rng(n_a)
+    a, b = rng.normal(size=n_a), 0.3 + rng.normal(size=n_b)
+    normal = shift(a, b, fixed=False)
+    monkeypatch.setattr("pymoo_psi.comparison._statistics._EXACT_RUNS", 60)
+    exact = shift(a, b, fixed=False)
+    assert normal[0] == exact[0]
+    differences = np.sort((b[:, None] - a).ravel())
+    places = [np.searchsorted(differences, ends[1:]) for ends in (normal, exact)]
+    assert np.abs(places[0] - places[1]).max() <= 2  # of some hundred to two thousand
+
+
+def test_a_thousand_runs_have_p_values_and_intervals():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=1100), 0.5 + rng.normal(size=1100)
+    assert least_p(1100, 1100, fixed=(False, False)) == 0  # below the least float
+    assert least_p(1, 1100, fixed=(True, False)) == 0
+    assert p_value(a, b, fixed=(False, False)) < 1e-20
+    for estimate, low, high in (shift(a, b, fixed=False), shift(a[:1], b, fixed=True)):
+        assert low < estimate < high < low + 0.4
+
+
 def test_few_runs_have_no_interval_and_infinities_no_shift():
     assert np.isnan(shift(np.zeros(1), np.arange(5.0), fixed=True)[1:]).all()
     assert not np.isnan(shift(np.zeros(1), np.arange(6.0), fixed=True)).any()

@@ -185,6 +185,15 @@ def test_infinite_values_have_differences_and_no_ratios(sparse):
     assert_whole(differences_page(sparse))
 
 
+@pytest.mark.parametrize("least", [0.56, 0.06, 1.1])
+def test_a_narrow_range_of_a_logarithmic_axis_has_ticks(bnh, least):
+    measures = bnh.measures.assign(epsilon=np.linspace(least, 2.4 * least, len(bnh.measures)))
+    ax = draw_indicator(dataclasses.replace(bnh, measures=measures), "epsilon")
+    low, high = ax.get_ylim()
+    assert ax.get_yscale() == "log"
+    assert sum(low <= tick <= high for tick in ax.get_yticks()) >= 2
+
+
 def test_differences_that_are_all_above_0_keep_the_line_of_none(bnh):
     measures = bnh.measures.assign(
         igd_plus=np.where(bnh.measures["algorithm"] == "psi", 0.0, 0.5 + bnh.measures["igd_plus"])

@@ -274,7 +274,8 @@ def compare(
             ``"moead"``, ``"sms"`` and ``"spea2"``.
         assess: What is measured. ``"evaluated"``: the non-dominated feasible designs among all
             that a run evaluated, for every algorithm alike, which gives one that returns only its
-            last population the benefit of all it has seen; ``"returned"``: what it returned.
+            last population the benefit of all it has seen; ``"returned"``: what it returned, which
+            is nothing where it asked for more than its budget.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they join the union.
         polish: Search the continuous Salukvadze optimum by :func:`pymoo_psi.algorithms.refine`,

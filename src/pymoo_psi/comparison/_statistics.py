@@ -12,7 +12,7 @@ even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Be
 from __future__ import annotations
 
 import itertools
-from math import comb
+from math import comb, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,7 +131,10 @@ def shift(a: Array, b: Array, *, fixed: bool) -> tuple[float, float, float]:
     if np.isnan(differences).any():
         return np.nan, np.nan, np.nan
     if fixed:  # how many runs of the other are above it: binomial
-        ways = np.array([float(comb(n, k)) for k in range(n + 1)])
+        ways = np.array([comb(n, k) / 2**n for k in range(n + 1)])
+    elif max(len(a), len(b)) > _EXACT_RUNS:  # as of p values, and their ways would fill the memory
+        deviation = sqrt(n * (len(a) + len(b) + 1) / 12)
+        ways = np.exp(-0.5 * ((np.arange(n + 1) - n / 2) / deviation) ** 2)
     else:  # of how many pairs the second is above: the rank sum, less the least it can be
         ways = _ways(np.arange(1, len(a) + len(b) + 1), len(a))[len(a) * (len(a) + 1) // 2 :]
     beyond = int(np.searchsorted(np.cumsum(ways) / ways.sum(), 0.025, side="right"))
@@ -146,7 +149,8 @@ def least_p(n_a: int, n_b: int, *, fixed: tuple[bool, bool]) -> float:
     if all(fixed):
         return 1.0
     # All runs on one side: 2 of 2^n patterns of signs, 2 of C(n_a + n_b, n_a) choices of ranks.
-    return 2.0 / (2 ** (n_b if fixed[0] else n_a) if any(fixed) else comb(n_a + n_b, n_a))
+    # Of integers, which floats cannot hold where there are many runs.
+    return 2 / (2 ** (n_b if fixed[0] else n_a) if any(fixed) else comb(n_a + n_b, n_a))
 
 
 def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:

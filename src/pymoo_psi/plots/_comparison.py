@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import AutoLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import GREY
@@ -262,11 +262,9 @@ def differences_page(comparison: Comparison, to: str = "") -> Figure:
         for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
             curves = difference_curves(comparison, indicator, to)
             _draw_curves(ax, curves, names)
-            ratios = curves.shown == "ratio"
-            ax.axhline(1.0 if ratios else 0.0, color="0.25", linewidth=1.0, zorder=1.0)
             meaning = _MEANINGS[indicator]
-            words = f"{meaning.split(' (')[0]}, ratio" if ratios else f"{meaning},\ndifference"
-            ax.set_ylabel(words)
+            ratios = f"{meaning.split(' (')[0]}, ratio"
+            ax.set_ylabel(ratios if curves.shown == "ratio" else f"{meaning},\ndifference")
         legend = [
             *(entry for entry, name in zip(_entries(names), names, strict=True) if name != to),
             (f"no difference from {literal(to, 30)}", Line2D([], [], color="0.25", linewidth=1.0)),
@@ -417,6 +415,13 @@ def _draw_curves(axes: Axes, curves: IndicatorCurves, algorithms: Sequence[str])
         look, x = known[name], budgets * beside ** (k - (n - 1) / 2)
         axes.vlines(x, lower[k], upper[k], color=look["color"], linewidth=1.1)
         axes.plot(x, median[k], markersize=4.0, linewidth=0.9, **look)
+    if curves.shown != "median":
+        none = 1.0 if curves.shown == "ratio" else 0.0
+        axes.axhline(none, color="0.25", linewidth=1.0, zorder=1.0)
+    if curves.logarithmic:
+        low, high = axes.get_ylim()
+        if sum(low <= tick <= high for tick in axes.get_yticks()) < 2:  # as between 0.6 and 1.4
+            axes.yaxis.set_major_locator(AutoLocator())
     axes.set_title(curves.left_out, loc="right", fontsize=7)
 
 
