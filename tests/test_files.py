@@ -29,6 +29,11 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     assert os.listdir(tmp_path) == ["front.csv"]
 
 
+def test_an_error_is_about_the_file_that_was_asked_for(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"absent.front\.csv'$"):
+        write(tmp_path / "absent" / "front.csv")
+
+
 @posix
 @pytest.mark.parametrize("mode", [0o600, 0o664, 0o755])
 def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, mode):

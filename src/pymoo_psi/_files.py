@@ -38,7 +38,9 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         if mode is not None:
             os.chmod(written, stat.S_IMODE(mode))  # before, so that it never has wider rights
         os.replace(written, target)
-    except BaseException:  # an interruption, too
+    except BaseException as error:  # an interruption, too
+        if isinstance(error, OSError) and error.filename == str(written):
+            error.filename = str(path)  # the other name tells the user nothing
         with suppress(FileNotFoundError):  # the body may not have come to write
             os.unlink(written)
         raise

@@ -204,7 +204,7 @@ def objective_matrix(name: str, value: Any) -> Array:
             f"{name} must be an array of real numbers, got None; where it is res.F of pymoo, the "
             f"run found no feasible design"
         )
-    array = real_array(name, value, "of a pymoo result, res.F")
+    array = real_array(name, value, "of a pymoo result, res.F; a test table has its own ranking()")
     shape = Received(f"an array of shape {array.shape}")
     if array.ndim != 2:
         raise invalid(

@@ -226,6 +226,9 @@ def test_a_test_table_without_a_feasible_design(rank, tmp_path):
     code, _, err = rank((tmp_path / "table.csv").read_text(encoding="utf-8"))
     assert code == 2
     assert f"none of its {len(table)} tests is feasible" in err
+    table.rows([]).to_csv(tmp_path / "table.csv")  # as a study that has just begun
+    code, _, err = rank((tmp_path / "table.csv").read_text(encoding="utf-8"))
+    assert (code, "it holds no tests yet" in err) == (2, True)
 
 
 @pytest.mark.parametrize(

@@ -345,7 +345,10 @@ def require_folder(folder: Path, shown: str) -> Path:
         with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
             pass
     except OSError as error:  # it names the trial's file, which tells the user nothing
-        remedy = "" if folder.exists() else f"; make the folder {folder.absolute()} first"
+        remedy = f"; make the folder {folder.absolute()} first"
+        if folder.exists():
+            denied = isinstance(error, PermissionError)
+            remedy = "; write to a folder where you may" if denied else ""
         raise OSError(error.errno, f"{error.strerror}{remedy}", shown) from None
     return folder.absolute()
 

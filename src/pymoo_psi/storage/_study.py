@@ -50,7 +50,7 @@ class Study:
 
     def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
-            raise wrong_type("path", "the name of a file", path)
+            raise wrong_type("study path", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         self.wait = wait
         self._kinds: Sequence[str] = ()  # of the variables, for a study of the first format

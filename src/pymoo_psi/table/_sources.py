@@ -172,7 +172,8 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         )  # fmt: skip
         # As many as a criterion leaves that cannot be computed of any.
         why += f"; {len(lost)} failed: {reasons.most_common(1)[0][0]:.80}" if lost else ""
-        raise unfit(path, f"none of its {len(table)} tests is feasible; {why}")
+        none = f"none of its {len(table)} tests is feasible; {why}"
+        raise unfit(path, none if len(table) else "it holds no tests yet")
     rows = None
     if prototype is not None:
         cells = dict(zip(layout.objectives, prototype.f.tolist(), strict=True))
