@@ -303,6 +303,7 @@ CHUTE = SphereChute()
         (CHUTE, {"tolerances": {"x1": 0.1}, "n_scenarios": 0}, ValueError, "n_scenarios must be an integer >= 1"),
         (CHUTE, {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, TypeError, "problem must be a function of mu that returns"),
         (SphereChute, {"tolerances": {"x1": 0.1}}, TypeError, "problem must be a pymoo Problem"),
+        (lambda nu: Problem(n_var=2, n_obj=2, nu=nu), {"uncertainty": {"nu": stats.uniform(0.1, 0.1)}}, ValueError, "of parameters that Problem takes, got 'nu'"),
         (SphereChute, {"uncertainty": {"mu": 0.2}}, TypeError, r"uncertainty\['mu'\] must be a distribution"),
         (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "of as many variables and objectives in every scenario"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of variables that are not fixed"),

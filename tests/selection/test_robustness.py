@@ -276,6 +276,7 @@ MU = {"mu": stats.uniform(0.2, 0.2)}
         (Beam, X[0], {"uncertainty": LOAD}, ValueError, "X must be two-dimensional"),
         (Beam, X[:0], {"uncertainty": LOAD}, ValueError, "X must be of at least one design"),
         (3, X, {"uncertainty": LOAD}, TypeError, "make_problem must be callable, got 3"),
+        (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
         (dict, X, {"uncertainty": LOAD}, TypeError, "the scenario load=1, strength=0.55 must give a problem"),
         (limited, [[0.1, 0.1]], {"uncertainty": MU}, ValueError, "the scenario mu=0.25 must .* mu must be a positive"),
         (Misfit, X, {"uncertainty": {"load": stats.uniform(0.5, 1)}}, ValueError, "one number of objectives, got 3 and 2"),

@@ -326,7 +326,7 @@ def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[A
     make: Callable[..., Any] = problem
     problems = [make(**dict(zip(names, row, strict=True))) for row in parameters.tolist()]
     for made in problems:
-        require_problem(made)
+        require_problem(made, names)
         if (made.n_obj, made.n_var) != (problems[0].n_obj, problems[0].n_var):
             rule = "of as many variables and objectives in every scenario"
             shown = f"{made.n_var} and {made.n_obj} beside {problems[0].n_var} and"

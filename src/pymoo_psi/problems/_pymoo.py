@@ -15,7 +15,7 @@ from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.problem import Problem
 from pymoo.operators.selection.tournament import TournamentSelection
 
-from pymoo_psi._validation import wrong_type
+from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 
@@ -47,11 +47,17 @@ def require_known_keywords(
             raise ArgumentTypeError(f"{owner} got an unknown keyword argument {name!r}{hint}")
 
 
-def require_problem(problem: object) -> None:
-    """Refuse anything that is not a pymoo problem."""
+def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
+    """Refuse anything that is not a pymoo problem, or does not read its uncertain parameters."""
     if not isinstance(problem, Problem):
         hint = "pass an instance, not the class" if isinstance(problem, type) else ""
         raise wrong_type("problem", "a pymoo Problem", problem, hint)
+    for name in uncertain:
+        # There pymoo puts keywords that it does not know: a misspelt one would change nothing.
+        if name in getattr(problem, "data", ()):
+            rule = f"of parameters that {type(problem).__name__} takes"
+            remedy = "pymoo only keeps it; name an argument so, or correct the name"
+            raise invalid("uncertainty", rule, name, remedy)
 
 
 def call_of(made: object) -> str:

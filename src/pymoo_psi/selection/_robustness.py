@@ -71,7 +71,8 @@ def robustness(
 
     Raises:
         ArgumentValueError: A count is out of range, a distribution gives no finite values, or no
-            problem can be made in a scenario or evaluated there as the others.
+            problem can be made in a scenario or evaluated there as the others, or the problem
+            does not take a parameter.
         ArgumentTypeError: An argument has the wrong type; ``make_problem`` gives no problem.
 
     Example:
@@ -178,6 +179,7 @@ def _problem(make_problem: Callable[..., Any], parameters: Mapping[str, float]) 
         # The kind of the mistake is kept: callers tell a wrong type from a wrong value.
         kind = ArgumentTypeError if isinstance(error, TypeError) else ArgumentValueError
         raise kind(f"the scenario {where} must give a problem: {error}") from error
+    require_problem(problem, parameters)
     return problem
 
 
