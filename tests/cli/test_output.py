@@ -23,6 +23,11 @@ def run(*words, folder, **environment):
     )  # fmt: skip
 
 
+def test_a_table_without_rows_says_so(capsys):
+    _output.print_frame(pd.DataFrame({"mu": [], "design": []}), "Designs of rank 5")
+    assert capsys.readouterr().out == "Designs of rank 5: none\n"
+
+
 def test_exported_texts_are_no_formulas(tmp_path):
     """But for that every cell is as it was, numbers too."""
     frame = pd.DataFrame({"-a": [-1.5] * len(CELLS), "=b": CELLS, "c": [None, *CELLS[1:]]})

@@ -111,6 +111,9 @@ def print_frame(
         spare: Columns to leave out, saying so: the first group where the table would be continued
             below, the second where that would be so more than once.
     """
+    if frame.empty:
+        say(f"{title.rstrip(':')}: none")
+        return
     columns = {str(name): _texts(frame[name], name in plain) for name in frame.columns}
     parts, left_out = _parts(columns, width(), lead), []
     for most, names in enumerate(spare, start=1):
