@@ -104,10 +104,10 @@ class ProblemCommand(TyperCommand):
                 own.append(word)
                 if takes_value.get(word) and words:  # its value may begin with dashes, too
                     own.append(words.pop(0))
-            elif equals:
-                ctx.obj.given[name] = value
             else:
-                ctx.obj.given[name] = words.pop(0) if words else ""
+                if name in ctx.obj.given:  # reproduce takes several; here one would be lost
+                    raise PsiError(f"{name} must be given once, as the problem has one")
+                ctx.obj.given[name] = value if equals else words.pop(0) if words else ""
         try:
             return super().parse_args(ctx, own)
         except _ClickException as error:

@@ -323,7 +323,8 @@ def limits_in(
                 "--limits", f"{rule}, joined by commas", Received(part or "nothing"), remedy
             )
         if complete or re.search("[<>]=", name):
-            known_name("--limits", name, known, remedy)
+            several = name not in known and re.search("[<>]=", name)
+            known_name("--limits", name, known, "join limits by commas" if several else remedy)
         for sign, end in ends:
             if sign == "=" and name not in known:
                 known_name("--limits", name, known, f"of an output say {name}<= or >= a number")

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -89,8 +90,8 @@ def _from_pymoo(name: str, options: ProblemOptions) -> Problem:
         near = [word for word in difflib.get_close_matches(name.lower(), ["chute", *classes], n=5)
                 if word == "chute" or "not found" not in _refusal(word)]  # fmt: skip
         remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
-        if name.endswith(".py"):
-            remedy = f"of a class Beam in it say {name[:-3]}:Beam"
+        if name.endswith(".py") or Path(f"{name}.py").is_file():
+            remedy = f"of a class Beam in it say {name.removesuffix('.py')}:Beam"
         raise invalid("PROBLEM", _FORMS, name, remedy) from error
     return _made(name, partial(get_problem, name), kind, options)
 
@@ -124,6 +125,11 @@ def _from_module(name: str, options: ProblemOptions) -> Problem:
         if isinstance(error, AttributeError) and isinstance(value, ModuleType):
             near = difflib.get_close_matches(part, names, n=1)
             reason += f"; did you mean {near[0]!r}?" if near else ""
+        folder, slash, stem = module_name.rpartition("/")
+        if (stem := stem.removesuffix(".py")) != module_name:  # a file, which is no module's name
+            reason = f"say {stem}:{attribute}" + (
+                f" in the folder {folder or slash}" if slash else ""
+            )
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
     return _made(name, value, value, options)
 
