@@ -248,11 +248,14 @@ const Charts = (() => {
       button.dataset.field = column.field
       button.addEventListener("keydown", (event) => {
         const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key]
+        const place = axes.indexOf(column)
         if (steps) on.move(column, steps)
         else if (event.key === "Delete") on.hide(column)
         else return
         event.preventDefault()
-        heads.querySelector(`[data-field="${column.field}"]`)?.focus()
+        // Of one that is hidden now, the head beside it.
+        const own = heads.querySelector(`[data-field="${column.field}"]`)
+        ;(own ?? heads.children[Math.min(place, axes.length - 1)]).focus()
       })
       drag(button, () => ({
         move: () => button.classList.add("moving"),
