@@ -231,6 +231,7 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
     verdict = wrapped(found.verdict(), LETTERS)
+    sides = "sides of the box" if np.isfinite(found.covering_radius).any() else "no box is known"
     with new_page(82.0) as figure:
         for ax, values, name in zip(
             figure.subplots(1, 3),
@@ -238,7 +239,7 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
             (
                 "distance $\\mu_1$ to $U$\nof the best design",
                 "hypervolume\n(share of the last)",
-                "covering radius\n(sides of the box)",
+                f"covering radius\n({sides})",
             ),
             strict=True,
         ):

@@ -165,10 +165,12 @@ class Convergence(Shown):
         ]
         if not changes:
             lines.append("That it did not change may be luck: look at the hypervolume.")
+        radius = f" (radius {self.covering_radius[-1]:.2g} in a box of side 1)"
+        if np.isnan(self.covering_radius[-1]):  # no box is known
+            radius = ""
         lines.append(
             "Not known: whether there is a better region smaller than the holes between the "
-            f"tests (radius {self.covering_radius[-1]:.2g} in a box of side 1), and how right the "
-            "model is."
+            f"tests{radius}, and how right the model is."
         )
         return " ".join(lines)
 
