@@ -288,7 +288,7 @@ def test_algorithms_as_they_are_take_part_in_a_comparison():
     options = {"n_evaluations": 40, "seeds": 2, "polish": False}
     given = {"mine": algorithm, "made": lambda n: NSGA2(pop_size=10), "points": PSI(40)}
     frame = compare(PROBLEM, algorithms=given, **options).to_frame().set_index("algorithm")
-    assert frame["evaluated"].tolist() == [40] * 6
+    assert frame["evaluated"].tolist() == [40] * 5  # no seed changes points: one run of them counts
     assert frame.loc["mine", "hypervolume"].tolist() == frame.loc["made", "hypervolume"].tolist()
     assert frame.loc["mine", "hypervolume"].nunique() == 2
     assert algorithm.problem is None
