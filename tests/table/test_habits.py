@@ -11,7 +11,7 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pymoo_psi import PsiError
@@ -711,6 +711,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
         max_size=4,
     )
 )
+@example([["0", "12.-"]])
 def test_a_number_that_programs_read_is_read_the_same(path, cells):
     """Whatever looks like Python's numbers is not taken for others, but may be refused."""
     path.write_text("a\tb\n" + "".join("\t".join(row) + "\n" for row in cells))
@@ -724,7 +725,7 @@ def test_a_number_that_programs_read_is_read_the_same(path, cells):
                 assert float(cell) == value
             except ValueError:
                 bare = cell.translate({ord(c): None for c in " $%',"}).replace("+-", "-")
-                assert float(bare) == value
+                assert float(re.sub(r"(?<=\.)--?$", "", bare)) == value  # 12.- is a price
 
 
 @pytest.mark.parametrize(
