@@ -113,6 +113,7 @@ def test_designs_that_changed_are_warned_of(folder, capsys, change, warning):
         (content(limits={"mass": 1}), "it is no decision"),
         (content(criteria=[{"name": 1}]), "it is no decision"),
         (content(kept="all"), "it is no decision"),
+        (content(chosen={"label": "1", "criteria": {"mass": 10**400}}), "it is no decision"),
         (content(limits={"depth": [1, None]}), "it limits 'depth', which set.csv does not have"),
         (content(limits={"material": [1, None]}), "d.json: "),
         (content(limits={"mass": [None, -9]}), "d.json: it leaves none of the 400 designs"),
@@ -192,3 +193,18 @@ def test_the_page_says_which_columns_it_does_not_show(folder, capsys):
     assert f"Not on the page: strength and material{told}" in capsys.readouterr().out
     assert main([*command, "width,material", "--limits", "strength<=1e9", "--force"]) == 0
     assert "Not on the page" not in capsys.readouterr().out
+
+
+def test_a_file_does_not_steer_the_terminal(folder, capsys):
+    """By sequences that clear it, or type into it, from a stranger's decision or table."""
+    escape = "\x1b[2J\x07\x9b"
+    (folder / "d.json").write_text(json.dumps(content(reason=f"light{escape}", date=escape)))
+    assert main(["rank", "set.csv", "--decision", "d.json"]) == 0
+    out = capsys.readouterr().out
+    assert "Reason: light?[2J??" in out
+    assert not set(escape[:1] + escape[-2:]) & set(out)
+    criteria = [{"name": escape, "unit": "", "maximize": False}]
+    (folder / "d.json").write_text(json.dumps(content(criteria=criteria)))
+    command = ["rank", "set.csv", "--decision", "d.json", "--objectives", "mass,strength"]
+    assert main(command) == 2
+    assert "it weighs ?[2J??, and set.csv" in capsys.readouterr().err

@@ -42,6 +42,7 @@ from pymoo_psi.cli._groups import (
     grouped,
     path_argument,
     path_option,
+    printable,
     several,
 )
 from pymoo_psi.errors import PsiError
@@ -574,7 +575,7 @@ def _tell(line: str) -> None:
                 line, shutil.get_terminal_size().columns,
                 break_long_words=False, break_on_hyphens=False,
             )  # fmt: skip
-        print(line, file=sys.stderr, flush=True)
+        print(printable(line), file=sys.stderr, flush=True)
     except OSError:  # if nobody can be told, the code tells; Python would try again at its end,
         sys.stderr = None  # and exit with 120
 

@@ -1,4 +1,4 @@
-"""Options that several commands take, and groups of them.
+"""Options that several commands take, groups of them, and texts for terminals.
 
 A command takes a group as one argument, such as ``columns: ColumnOptions``; typer is shown the
 fields of the group in its place. Nothing here imports NumPy or pymoo, as ``--help`` would wait.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import inspect
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
@@ -188,3 +189,11 @@ def grouped(command: Callable[..., int]) -> Callable[..., int]:
     ungrouped.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
     ungrouped.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
     return ungrouped
+
+
+def printable(text: str) -> str:
+    """Return a text for a terminal, without the characters that would steer it.
+
+    A name, a reason or a message may come out of a file that a stranger has written.
+    """
+    return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", text)

@@ -36,6 +36,7 @@ from rich.text import Text
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid
+from pymoo_psi.cli._groups import printable
 from pymoo_psi.cli._options import judged
 from pymoo_psi.pareto._sentences import wrapped
 from pymoo_psi.table import Formulation, TestTable
@@ -82,7 +83,7 @@ def say_sentences(sentences: Sequence[str]) -> None:
 
 def _print(line: str) -> None:
     try:
-        print(line, flush=True)  # or errors of the stream would show when Python ends
+        print(printable(line), flush=True)  # or errors of the stream would show when Python ends
     except BrokenPipeError:
         pass
     except OSError as error:  # a full disk

@@ -83,7 +83,9 @@ class Decision:
             if not isinstance(found, dict) or found.get(_MARK) != 1:
                 raise ValueError
             return cls._of(path, found)
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        except (
+            ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError
+        ) as error:  # fmt: skip
             detail = f" ({error})" if isinstance(error, ArgumentValueError) else ""
             raise ArgumentValueError(
                 f"{path}: it is no decision that the page has saved, or a damaged one{detail}; "
