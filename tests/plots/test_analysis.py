@@ -34,6 +34,12 @@ def test_of_many_variables_the_largest_are_shown_and_the_rest_told(osy):
     assert "3 variables with smaller ones left out" in figure.get_suptitle()
 
 
+def test_a_column_that_does_not_change_is_told(osy):
+    found = sensitivities(osy, ["f1", "g5"], n_resamples=5)
+    found.loc["g5"] = np.nan  # as of a constant column
+    assert [ax.get_title() for ax in shown(sensitivity_page(found))] == ["f1", "g5: constant"]
+
+
 def box_of(ax):
     return [patch for patch in ax.patches if patch.get_label() == "best rule"]
 

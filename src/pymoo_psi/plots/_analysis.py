@@ -80,7 +80,8 @@ def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str =
             found = sensitivities.loc[column].loc[variables]
             _draw_indices(ax, found["first_order"], found["lower"], found["upper"])
             ax.set_yticks(np.arange(len(variables)), [literal(name, 32) for name in variables])
-            ax.set_title(literal(column, 28))
+            constant = ": constant" if found["first_order"].isna().all() else ""
+            ax.set_title(literal(column, 28 - len(constant)) + constant)
         for ax in grid[max(len(columns) - wide, 0) : len(columns)]:
             ax.set_xlabel("share of the variance")
         left_out = len(largest) - len(variables)
