@@ -1132,7 +1132,7 @@ const page = (() => {
   document.body.dataset.ready = "yes"
 
   return {
-    Logic, data, ready: performance.now(), update,
+    Logic, data, step, ready: performance.now(), update,
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
