@@ -62,8 +62,9 @@ class Remark(str):
 
     fact: str
 
-    def __new__(cls, fact: str, hint: str) -> Remark:
+    def __new__(cls, fact: str, hint: str = "") -> Remark:
         """Return both as one text."""
+        # Copies and pickles call it with the whole text, and set the fact behind it.
         remark = super().__new__(cls, fact + hint)
         remark.fact = fact
         return remark

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import pickle
 import re
 import threading
 import zipfile
@@ -552,6 +553,9 @@ def test_what_a_sheet_hides_is_told(path, capsys):
         "Read although hidden in the sheet: 2 columns (b, c); --objectives says by which columns to "
         "rank.",
     )
+    copied = pickle.loads(pickle.dumps(whole)).remarks  # as a worker gets it
+    assert copied == whole.remarks
+    assert [remark.fact for remark in copied] == [remark.fact for remark in whole.remarks]
     part = read_designs(path, skip_rows=["hidden", 1])
     assert part.values(["a"]).ravel().tolist() == [1, 3]
     assert part.lines == [3, 5]
