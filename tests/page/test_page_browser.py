@@ -81,6 +81,14 @@ class Reader:
             assert time.monotonic() < end, expression
             self.page.wait_for_timeout(25)
 
+    def click(self, target):
+        """Click on a selector or a locator, once nothing comes between press and release.
+
+        Cautions that grow above a button take it away from under the mouse.
+        """
+        self.until("D.resting")
+        (self.page.locator(target) if isinstance(target, str) else target).click()
+
     def settle(self):
         self.page.evaluate(
             "() => new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
@@ -127,7 +135,7 @@ class Reader:
 
     def download(self, button):
         with self.page.expect_download() as download:
-            self.page.click(button)
+            self.click(button)
         self.file_name = download.value.suggested_filename
         with open(download.value.path(), encoding="utf-8", newline="") as file:
             return file.read()
@@ -153,8 +161,8 @@ def reader(opened):
     """The page in the state it opened with."""
     opened.page.set_viewport_size(WINDOW)
     opened.page.emulate_media(media="null")
-    opened.page.click("#clear") if opened.page.is_enabled("#clear") else None
-    opened.page.click("#reset")
+    opened.click("#clear") if opened.page.is_enabled("#clear") else None
+    opened.click("#reset")
     opened.page.evaluate("scrollTo(0, 0)")
     opened.page.mouse.move(5, 760)
     opened.settle()
@@ -306,7 +314,7 @@ def test_nothing_left_is_said_with_the_remedy(reader):
     assert reader.text("#count") == "No design is left"
     assert "first of all that on mass, which alone rejects 400." in reader.text("#verdict-words")
     assert reader.shown == ["prototype"]
-    reader.page.click("#undo")
+    reader.click("#undo")
     reader.settle()
     assert len(reader.shown) > 100
 
@@ -374,10 +382,10 @@ def test_categories_and_ranks_are_ticked(reader):
 
 def test_preferences_are_an_order_beside_the_ranks(reader):
     verdict = reader.text(".best")
-    reader.page.click("#preferences summary")
+    reader.click("#preferences summary")
     reader.field("mass [kg], weight").fill("50")
     reader.field("mass [kg], weight").press("Enter")
-    reader.page.click("#by-preference")
+    reader.click("#by-preference")
     reader.settle()
     frame = beams()
     ranking = rank_of_efficiency(minimised(frame))
@@ -389,7 +397,7 @@ def test_preferences_are_an_order_beside_the_ranks(reader):
     assert reader.shown[1] == best
     assert f"First by your preferences: number {best}" in reader.text("#preferences")
     assert reader.text(".best") == verdict
-    reader.page.click("#preferences summary")
+    reader.click("#preferences summary")
 
 
 # Comparison
@@ -402,7 +410,7 @@ def test_designs_are_pinned_and_compared(reader):
     reader.set(pins=[first, second])
     heads = reader.page.locator("#compare-table thead th").all_inner_texts()
     assert "prototype" in heads[1]
-    reader.page.get_by_label(f"Compare against number {first}").click()
+    reader.click(reader.page.get_by_label(f"Compare against number {first}"))
     reader.settle()
     heads = reader.page.locator("#compare-table thead th").all_inner_texts()
     assert first in heads[1]
@@ -417,7 +425,7 @@ def test_designs_are_pinned_and_compared(reader):
         text = cell.inner_text()
         assert ("better" if gain > 0 else "worse") in text
         assert f"{round(abs(100 * gain / a[name]))} % / {round(abs(100 * gain / span))} %" in text
-    reader.page.get_by_label(f"Take number {first} out of the comparison").click()
+    reader.click(reader.page.get_by_label(f"Take number {first} out of the comparison"))
     reader.settle()
     assert (reader.state["pins"], reader.state["base"]) == ([second], None)
 
@@ -426,6 +434,7 @@ def test_what_is_out_of_sight_is_right_when_it_is_looked_at_and_when_the_hand_re
     rows = "[...document.querySelectorAll('#table .label')].map((cell) => cell.textContent)"
     told = f"{rows}.every((label, k) => label === D.data.ids[D.order[k]])"
     thumb = reader.field("mass [kg], upper limit")
+    reader.until("D.resting")
     thumb.scroll_into_view_if_needed()
     reader.settle()
     box = thumb.bounding_box()
@@ -455,7 +464,7 @@ def test_a_sixth_pin_is_refused_in_words(reader):
     reader.settle()
     assert len(reader.state["pins"]) == 5
     assert "Five designs are pinned" in reader.text("#messages")
-    reader.page.click("#messages button")
+    reader.click("#messages button")
 
 
 def test_the_cheapest_steps_of_the_chosen_design(reader):
@@ -485,7 +494,7 @@ def test_the_cheapest_steps_of_the_chosen_design(reader):
 def test_the_address_keeps_everything_over_a_reload(fresh):
     fresh.type_limit("mass [kg], at most", "0.7")
     fresh.field("steel").uncheck()
-    fresh.page.get_by_role("button", name="mass [kg]", exact=True).last.click()
+    fresh.click(fresh.page.get_by_role("button", name="mass [kg]", exact=True).last)
     chosen, pinned = fresh.shown[3:5]
     fresh.set(chosen=chosen, pins=[pinned])
     fresh.page.fill("#reason", "Light enough, <b>and</b> strong.")
@@ -506,6 +515,7 @@ def test_undo_and_redo(fresh):
     fresh.type_limit("mass [kg], at most", "0.7")
     states.append(fresh.state)
     # A drag is one step, however many positions it passes.
+    fresh.until("D.resting")
     box = fresh.field("cost, total, upper limit").bounding_box()
     y = box["y"] + box["height"] / 2
     fresh.page.mouse.move(box["x"] + box["width"] - 6, y)
@@ -517,11 +527,11 @@ def test_undo_and_redo(fresh):
     fresh.settle()
     states.append(fresh.state)
     assert "cost, total" in states[2]["limits"]
-    fresh.page.locator("#count").click()
+    fresh.click(fresh.page.locator("#count"))
     fresh.page.keyboard.press("Control+z")
     fresh.settle()
     assert fresh.state == states[1]
-    fresh.page.click("#undo")
+    fresh.click("#undo")
     fresh.settle()
     assert fresh.state == states[0]
     assert fresh.page.is_disabled("#undo")
@@ -542,7 +552,7 @@ def test_a_decision_is_saved_and_opened_again(reader, tmp_path):
     assert content["reason"] == "So be it."
     assert content["criteria"][2] == {"name": "strength", "unit": "", "maximize": True}
     (tmp_path / "d.json").write_text(text, "utf-8")
-    reader.page.click("#reset")
+    reader.click("#reset")
     reader.settle()
     assert reader.state != state
     reader.page.set_input_files("#file", tmp_path / "d.json")
@@ -604,7 +614,7 @@ def test_a_brush_selects_everywhere(reader):
     exported = pd.read_csv(io.StringIO(reader.download("#export")), comment="#", **EXACT)
     assert sorted(exported["number"].astype(str)) == sorted(selected)
     assert reader.file_name == "Beams_such-selected.csv"
-    reader.page.click("#keep")
+    reader.click("#keep")
     reader.settle()
     assert reader.selected == []
     assert set(reader.state["kept"]) == set(selected)
@@ -612,9 +622,7 @@ def test_a_brush_selects_everywhere(reader):
     assert f"only {len(selected)} designs, kept by hand" in reader.page.text_content(
         "#record-limits"
     )
-    reader.page.click(
-        "#keep"
-    )  # now "Keep all again", also after a reload that forgets what was undone
+    reader.click("#keep")  # now "Keep all again", also after a reload that forgets what was undone
     reader.settle()
     assert reader.state["kept"] is None
     assert reader.page.is_disabled("#keep")
@@ -649,7 +657,7 @@ def test_a_brush_along_an_axis_sets_its_limits(reader):
     assert scale[0] + 0.3 * (scale[1] - scale[0]) < high < scale[0] + 0.7 * (scale[1] - scale[0])
     before = [reader.ask("D.scale(D.data.by.get('mass'))")]
     assert [before[0]["low"], before[0]["high"]] == scale  # limits leave the axes be
-    reader.page.click("#zoom")
+    reader.click("#zoom")
     reader.settle()
     after = reader.ask("D.scale(D.data.by.get('mass'))")
     assert after["high"] <= high
@@ -671,13 +679,13 @@ def test_axes_are_moved_and_hidden_by_keys_and_buttons(reader):
     assert "mass [kg]" not in names
     # Who works by keys stays among the axes.
     assert reader.page.evaluate("document.activeElement.textContent") == names[1]
-    reader.page.click("#axes summary")
+    reader.click("#axes summary")
     reader.page.locator("#axes-list").get_by_label("mass [kg]", exact=True).check()
-    reader.page.get_by_label("Move strength to the left").click()
+    reader.click(reader.page.get_by_label("Move strength to the left"))
     reader.settle()
     names = heads.all_inner_texts()
     assert names[:3] == ["cost, total", "strength", "mass [kg]"]
-    reader.page.click("#axes summary")
+    reader.click("#axes summary")
 
 
 def test_an_address_that_hides_all_axes_hides_none(reader):
@@ -695,6 +703,7 @@ def test_hovering_tells_label_and_values(reader):
     x, y = reader.ask(f"D.plots[0].spot({best})")
     reader.page.mouse.move(box["x"] + x - 2, box["y"] + y)
     reader.page.mouse.move(box["x"] + x, box["y"] + y)
+    reader.settle()
     tip = reader.text("#tip")
     assert reader.ask(f"D.data.ids[{best}]") in tip
     assert "mass [kg]" in tip
@@ -712,15 +721,15 @@ def test_a_scatter_plot_says_where_it_gets_better(reader):
 
 
 def test_a_scatter_plot_zooms_and_goes_back(reader):
-    reader.page.locator("#scatter-a").get_by_text("Drag zooms").click()
+    reader.click(reader.page.locator("#scatter-a").get_by_text("Drag zooms"))
     size = len(reader.selected)
     reader.brush("#scatter-a .plot", (0.3, 0.3), (0.6, 0.6))
     assert len(reader.selected) == size
     out = reader.page.locator("#scatter-a").get_by_text("Whole")
     assert out.is_enabled()
-    out.click()
+    reader.click(out)
     assert out.is_disabled()
-    reader.page.locator("#scatter-a").get_by_text("Drag zooms").click()
+    reader.click(reader.page.locator("#scatter-a").get_by_text("Drag zooms"))
 
 
 def test_ticks_are_told_apart_and_say_their_values(opened):
@@ -779,7 +788,7 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
     frame = beams().set_index(beams()["number"].astype(str))
     heading = reader.page.locator("#table .head button", has_text="mass [kg]")
     for down in (False, True):
-        heading.click()
+        reader.click(heading)
         reader.settle()
         mass = frame.loc[reader.shown[1:], "mass"].to_numpy()
         assert (np.diff(mass) * (-1 if down else 1) >= 0).all()
