@@ -31,6 +31,7 @@ from pymoo_psi import FailureTolerant, Recorded, SurrogatePSI, TestTable, nsga3
 from pymoo_psi.evaluation import _recorded
 
 EVALUATIONS = 20  # for each kill
+FURTHER = 3  # evaluations in one of which, or between which, a kill comes
 
 
 class Logged(ElementwiseProblem):
@@ -49,28 +50,18 @@ class Logged(ElementwiseProblem):
         out["G"] = np.floor(3 * x[1] + 2 * x[2]) - 1
 
 
-_doom = (-1, 0.0)  # lines that this process may still write, and the seconds after them
-
-
-def doom(lines: int, seconds: float) -> None:
-    """End this process so many seconds after so many lines as by a kill.
-
-    That is at once, and nothing of Python runs; but a kill by another process comes when that one
-    has its turn, on a busy machine after the end.
-    """
-    global _doom
-    _doom = lines, seconds
-    if lines == 0:
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+_allowed = float("inf")  # lines that this process may still write; then it waits for its kill
 
 
 def append(log: Path, line: str) -> None:
     """Add a line to a file, whole whatever happens to this process."""
+    global _allowed
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.write(file, f"{line}\n".encode())
     os.close(file)
-    left, seconds = _doom
-    doom(left - 1, seconds)
+    _allowed -= 1
+    while _allowed <= 0:
+        signal.pause()
 
 
 def lines(log: Path) -> list[str]:
@@ -78,19 +69,19 @@ def lines(log: Path) -> list[str]:
     return log.read_text().splitlines() if log.exists() else []
 
 
-def ended(job: Callable[[], object], *doomed: float) -> int:
-    """Do a job in a fork of this process, doomed or not; return by which signal it ended, or 0."""
+def started(job: Callable[[], object], allowed: float = float("inf")) -> int:
+    """Begin a job in a fork of this process that may write so many lines; return its id."""
+    global _allowed
     pid = os.fork()
     if pid == 0:
         try:
-            if doomed:
-                doom(*doomed)
+            _allowed = allowed
             job()
         except BaseException:
             traceback.print_exc()
             os._exit(1)
         os._exit(0)
-    return os.waitpid(pid, 0)[1]
+    return pid
 
 
 def killed(job: Callable[[], object], log: Path, kills: int, lines_each: int) -> Iterator[int]:
@@ -108,10 +99,16 @@ def killed(job: Callable[[], object], log: Path, kills: int, lines_each: int) ->
     chance = random.Random(1)
     for kill in range(kills):
         wanted = chance.randrange(lines_each) if kill else 0  # at first while the file is made
-        how = ended(job, wanted, chance.uniform(1e-4, 0.01))
-        assert how == signal.SIGALRM, f"it ended before kill {kill + 1}"
+        # On a busy machine the kill comes late; it must not come after the end.
+        seen, pid = len(lines(log)), started(job, wanted + FURTHER)
+        while len(lines(log)) < seen + wanted:
+            assert os.waitpid(pid, os.WNOHANG) == (0, 0), f"it ended before kill {kill + 1}"
+            time.sleep(0.001)
+        time.sleep(chance.uniform(0, 0.01))
+        os.kill(pid, signal.SIGKILL)
+        assert os.waitpid(pid, 0)[1] == signal.SIGKILL, f"it ended before kill {kill + 1}"
         yield kill
-    assert ended(job) == 0
+    assert os.waitpid(started(job), 0)[1] == 0
     yield kills
 
 

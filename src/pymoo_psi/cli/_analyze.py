@@ -11,7 +11,7 @@ from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import formulation_of, judged, tests_in
 from pymoo_psi.cli._output import print_frame, require_results, say, say_sentences, write_csv
 from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
-from pymoo_psi.plots._style import literal, save_pages
+from pymoo_psi.plots._style import FILE_LETTERS, literal, save_pages
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 
 # Criteria up to which hypervolumes take seconds: of 300 designs one second with seven criteria, but
@@ -40,7 +40,7 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
     steps = convergence(table) if few and len(experiments) < 2 else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
-        title = literal(path.name, 60)
+        title = literal(path.name, FILE_LETTERS)
         pages: dict[str, Any] = {"sensitivities.png": sensitivity_page(found, title=title)}
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")

@@ -85,10 +85,10 @@ def run_rank(
     units = {name: unit for name, unit in _units(file).items() if name in names}
     if figure is not None:
         from pymoo_psi.plots import ranking_page  # matplotlib is loaded where something is drawn
-        from pymoo_psi.plots._style import literal
+        from pymoo_psi.plots._style import FILE_LETTERS, literal
 
         with whole_file(figure) as drawn:
-            page = ranking_page(ranking, units=units, title=literal(path.name, 60))
+            page = ranking_page(ranking, units=units, title=literal(path.name, FILE_LETTERS))
             kind = figure.suffix[1:].lower()
             # By its maker the file is known when it is to be overwritten.
             maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}

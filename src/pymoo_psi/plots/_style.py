@@ -36,8 +36,10 @@ CURVES: tuple[dict[str, Any], ...] = (
 )
 
 FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
-HUGE = 1e300  # beyond it the length of an axis may overflow
+# From here on the length of an axis may overflow; such values are penalties or mistakes.
+HUGE = 1e300
 LETTERS = 96  # of a line of a title over the width of a page
+FILE_LETTERS = 60  # of a file's name as a title, also over axes that are narrower
 _WIDTH = 180.0  # of a page in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
 

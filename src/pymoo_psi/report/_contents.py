@@ -33,6 +33,7 @@ from pymoo_psi.plots import (
     sensitivity_page,
     table_page,
 )
+from pymoo_psi.plots._style import HUGE
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
 from pymoo_psi.selection._agreement import choices_of
@@ -53,8 +54,6 @@ _GAINS = 4  # criteria that a limit costs most in, or a step changes most
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
-# Larger values are penalties or mistakes; near the end of floats axes cannot be drawn.
-_DRAWN = 1e300
 _VOLUME = 5  # criteria up to which a hypervolume takes seconds
 
 _WORDS = (
@@ -404,10 +403,10 @@ def _picture(case: Case, names: Sequence[str], draw: Callable[[], Any], caption:
     far = []
     for name in names:
         values = case.table.column(name)[case.rows]
-        if values.dtype.kind == "f" and (np.abs(values) > _DRAWN).any():
+        if values.dtype.kind == "f" and (np.abs(values) >= HUGE).any():
             far.append(f"values of {name}")
     if far:
-        return f"No picture: {listed(far)} lie beyond {_DRAWN:g}, too far to be drawn."
+        return f"No picture: {listed(far)} lie beyond {HUGE:g}, too far to be drawn."
     return Picture(draw, caption)
 
 
