@@ -28,7 +28,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import FailureTolerant, Recorded, SurrogatePSI, TestTable, nsga3
-from pymoo_psi.evaluation import _recorded
+from pymoo_psi.algorithms import _recorded
 
 EVALUATIONS = 20  # for each kill
 FURTHER = 3  # evaluations in one of which, or between which, a kill comes

@@ -19,13 +19,12 @@ from . import table as table
 from .algorithms import PSI as PSI
 from .algorithms import LPTauSampling as LPTauSampling
 from .algorithms import QMCSampling as QMCSampling
+from .algorithms import Recorded as Recorded
 from .algorithms import SurrogatePSI as SurrogatePSI
 from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
-from .evaluation import FailureTolerant as FailureTolerant
-from .evaluation import Recorded as Recorded
 from .evaluation import Robust as Robust
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
@@ -34,6 +33,7 @@ from .pareto import compare_designs as compare_designs
 from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency
 from .pareto import representatives as representatives
+from .problems import FailureTolerant as FailureTolerant
 from .problems import Restricted as Restricted
 from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute

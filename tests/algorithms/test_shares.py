@@ -12,8 +12,8 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.algorithms import _blocks
 from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._store import Memory
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
-from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.parallel._tasks import AHEAD
 
 CHUTE = VectorizedSphereChute(0.4)

@@ -159,7 +159,7 @@ class Slow(ElementwiseProblem):
 
 from pymoo_psi import Recorded, investigate
 from pymoo_psi.algorithms import _investigate
-from pymoo_psi.evaluation import _recorded
+from pymoo_psi.algorithms import _recorded
 _investigate.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
 RUN
 """

@@ -1,8 +1,9 @@
-# The public names. `lazy_loader` reads this file when the room is imported.
+# The public names. `lazy_loader` reads this file when the subpackage is imported.
 
 from ._investigate import investigate as investigate
 from ._nsga3 import nsga3 as nsga3
 from ._psi import PSI as PSI
+from ._recorded import Recorded as Recorded
 from ._refinement import Refinement as Refinement
 from ._refinement import refine as refine
 from ._sampling import LPTauSampling as LPTauSampling

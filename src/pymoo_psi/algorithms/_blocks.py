@@ -17,15 +17,15 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi.algorithms._outputs import table_of_values
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._points import Cut, Points
+from pymoo_psi.algorithms._store import SECONDS
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
-from pymoo_psi.evaluation._evaluator import evaluate_designs
-from pymoo_psi.evaluation._memory import SECONDS
-from pymoo_psi.evaluation._outputs import table_of_values
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._outcome import one_line
 from pymoo_psi.parallel._tasks import in_parallel
+from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout, TestTable
 from pymoo_psi.table._layout import Limits

@@ -18,22 +18,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._blocks import LEAST, Keep, arriving, raise_failure
+from pymoo_psi.algorithms._outputs import table_of_values
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._repeats import Repeats
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.evaluation._evaluator import (
+from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Memory, stored_at_termination
+from pymoo_psi.parallel import JoblibRunner
+from pymoo_psi.parallel._backend import active_workers
+from pymoo_psi.parallel._outcome import Result, Values, Waiting
+from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.problems._evaluation import (
     columns_of_values,
     evaluate_designs,
     stream_designs,
     streams,
 )
-from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
-from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, stored_at_termination
-from pymoo_psi.evaluation._outputs import table_of_values
-from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.parallel._outcome import Result, Values, Waiting
-from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits

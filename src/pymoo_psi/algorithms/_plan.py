@@ -13,8 +13,8 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import invalid
 from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._sampling import UniformSampling, default_sampling, sampling_name
+from pymoo_psi.algorithms._store import Memory
 from pymoo_psi.errors import PsiError
-from pymoo_psi.evaluation._memory import Memory
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.table import TestTable

@@ -25,13 +25,13 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, known_name
 from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi.algorithms._outputs import NO_OUTPUTS
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.evaluation._evaluator import evaluate_designs, value_column
-from pymoo_psi.evaluation._failures import FAILURE_ACTIONS, untolerant
-from pymoo_psi.evaluation._memory import Memory
-from pymoo_psi.evaluation._outputs import NO_OUTPUTS
+from pymoo_psi.algorithms._store import Memory
 from pymoo_psi.pareto._feasibility import constraint_violation
+from pymoo_psi.problems._evaluation import evaluate_designs, value_column
+from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
 from pymoo_psi.table import TestTable
 from pymoo_psi.table._layout import Limits

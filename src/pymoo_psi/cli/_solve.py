@@ -18,11 +18,12 @@ from pymoo.optimize import minimize
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import QMCSampling, nsga3
+from pymoo_psi.algorithms import QMCSampling, Recorded, nsga3
 from pymoo_psi.algorithms._blocks import Keep
 from pymoo_psi.algorithms._investigate import by_number, tested
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._sampling import UniformSampling
+from pymoo_psi.algorithms._store import Memory, stored_at_termination
 from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import box_text, formulation_of, judged, numbers_in, share_in
@@ -34,12 +35,10 @@ from pymoo_psi.cli._output import (
     say,
     write_csv,
 )
-from pymoo_psi.evaluation import FailureTolerant, Recorded
-from pymoo_psi.evaluation._failures import untolerant
-from pymoo_psi.evaluation._memory import Memory, stored_at_termination
 from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.pareto._ranking import RANKING_COLUMNS
 from pymoo_psi.pareto._sentences import labelled, listed
+from pymoo_psi.problems import FailureTolerant, untolerant
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS

@@ -28,9 +28,9 @@ from pymoo_psi.errors import (
     StudyCorruptError,
     StudyMismatchError,
 )
-from pymoo_psi.evaluation._evaluator import evaluate_designs
 from pymoo_psi.pareto import nondominated
 from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity
 from pymoo_psi.problems._wrapped import WrappedProblem

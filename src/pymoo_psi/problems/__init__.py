@@ -7,11 +7,49 @@ attributes and ``fingerprint()``, which returns its constants for studies. Test 
 known otherwise: a limiting case, an identity, an independent solver.
 ``pymoo-psi solve pymoo_psi:YourProblem --points 1024`` runs it.
 
+A design whose evaluation raises, gives NaN or the wrong shape is kept as failed, with its reason,
+and the run goes on. PSI does so by itself; any other algorithm of pymoo, which NaN would mislead,
+takes a :class:`FailureTolerant` problem. Failed designs are in no algorithm's ``res.F``. A model
+gets a copy of its designs, and its values count only if they have exactly the shape that the
+problem promises.
+
 With many variables, screen: :func:`pymoo_psi.table.sensitivities` of the first tests says which
 variables matter, and :class:`Restricted` fixes the others.
+
+Example:
+    >>> import math
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.functional import FunctionalProblem
+    >>> from pymoo_psi import PSI
+    >>> root = FunctionalProblem(1, [lambda x: math.sqrt(x[0]), lambda x: -x[0]], xl=-1, xu=1)
+    >>> table = minimize(root, PSI(8)).algorithm.table
+    >>> table
+    TestTable(8 tests: 4 ok, 0 infeasible, 4 failed; 1 variable, 2 criteria, 0 constraints)
+    >>> print(table.reasons[1])
+    ValueError: ...
 """
 
+from pymoo_psi.problems._evaluation import (
+    columns_of_values,
+    evaluate_designs,
+    stream_designs,
+    streams,
+    value_column,
+)
+from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.problems._restricted import Restricted
 from pymoo_psi.problems._sphere_chute import SphereChute, VectorizedSphereChute
 
-__all__ = ["Restricted", "SphereChute", "VectorizedSphereChute"]
+__all__ = [
+    "FailureTolerant",
+    "Restricted",
+    "SphereChute",
+    "VectorizedSphereChute",
+    "columns_of_values",
+    "evaluate_designs",
+    "leave_failed_out",
+    "stream_designs",
+    "streams",
+    "untolerant",
+    "value_column",
+]

@@ -26,10 +26,10 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, PsiError, Recorded, TestTable
+from pymoo_psi.algorithms import _recorded
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
-from pymoo_psi.evaluation import _recorded
-from pymoo_psi.evaluation._evaluator import stream_designs
+from pymoo_psi.problems._evaluation import stream_designs
 
 
 class Model(ElementwiseProblem):

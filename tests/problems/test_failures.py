@@ -25,7 +25,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.evaluation._failures import _VIOLATION
+from pymoo_psi.problems._failures import _VIOLATION
 
 
 def values(x):

@@ -21,7 +21,7 @@ from pymoo.optimize import minimize
 from scipy import sparse
 
 from pymoo_psi import PSI, FailureTolerant, lp_tau
-from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.problems import evaluate_designs
 
 CULPRIT = 2
 X = np.column_stack([np.arange(7.0), np.linspace(0.0, 1.0, 7)])

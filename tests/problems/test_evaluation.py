@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from pymoo_psi.evaluation._evaluator import evaluate_designs
+from pymoo_psi.problems import evaluate_designs
 
 X = np.column_stack([np.arange(64.0), np.linspace(0, 1, 64)])
 LOST = [3, 17, 40]

@@ -16,18 +16,18 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid
+from pymoo_psi.algorithms._outputs import NO_OUTPUTS, table_of_values, values_of_table
+from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Memory, retried, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.evaluation._evaluator import (
+from pymoo_psi.parallel._outcome import Result, Values
+from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._evaluation import (
     columns_of_values,
     evaluate_designs,
     stream_designs,
     streams,
 )
-from pymoo_psi.evaluation._failures import FailureTolerant, leave_failed_out, untolerant
-from pymoo_psi.evaluation._memory import COMPUTED, SECONDS, Memory, retried, stored_at_termination
-from pymoo_psi.evaluation._outputs import NO_OUTPUTS, table_of_values, values_of_table
-from pymoo_psi.parallel._outcome import Result, Values
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._wrapped import WrappedProblem
