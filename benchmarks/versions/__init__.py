@@ -1,0 +1,1 @@
+"""Two versions of the package compared on random cases; see ``__main__``."""
