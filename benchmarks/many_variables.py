@@ -15,8 +15,7 @@ from pymoo.core.problem import Problem
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import Restricted, TestTable, investigate, nsga3
-from pymoo_psi.pareto._indicators import hypervolume
-from pymoo_psi.pareto._ranking import UtopianFrame
+from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.table import sensitivities
 
 VARIABLES, TOGETHER = 60, 8

@@ -15,9 +15,7 @@ import pytest
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import payload
-from pymoo_psi.pareto import cautions
-from pymoo_psi.pareto._explanation import compared, explained
-from pymoo_psi.pareto._rounding import settled
+from pymoo_psi.pareto import cautions, compare_designs, explain, settled
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import read_designs
 
@@ -343,7 +341,7 @@ def test_the_order_is_that_of_the_ranking(rankings):
 def test_the_verdict_says_what_explain_says(rankings):
     for case, k, found, rows, ranking in rankings:
         units = case.units
-        told = explained(ranking, int(ranking.salukvadze[0]), units)
+        told = explain(ranking, int(ranking.salukvadze[0]), units=units)
         assert found["verdict"]["row"] == rows[ranking.salukvadze[0]]
         assert found["verdict"]["sentences"] == list(told.sentences)
         assert found["verdict"]["weakest"] == list(told.weakest)
@@ -351,7 +349,7 @@ def test_the_verdict_says_what_explain_says(rankings):
             if row not in rows:
                 assert "beyond the limits" in one["sentences"][0]
                 continue
-            told = explained(ranking, int(np.searchsorted(rows, row)), units)
+            told = explain(ranking, int(np.searchsorted(rows, row)), units=units)
             assert one["sentences"] == list(told.sentences)
             away = [criterion["away"] for criterion in one["criteria"]]
             np.testing.assert_array_equal(away, told.behind)
@@ -371,7 +369,7 @@ def test_comparisons_are_those_of_python(rankings):
         pins = case.pins[k]
         if not set(pins) <= set(rows.tolist()):
             continue
-        two = compared(ranking, np.searchsorted(rows, pins).tolist(), case.units)
+        two = compare_designs(ranking, np.searchsorted(rows, pins).tolist(), units=case.units)
         assert found["compared"]["sentences"] == list(two.sentences)
         for j, criterion in enumerate(found["compared"]["criteria"]):
             assert criterion["better"] == np.sign(two.gains[1:, j]).tolist()

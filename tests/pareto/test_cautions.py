@@ -15,8 +15,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
-from pymoo_psi.pareto import nondominated
-from pymoo_psi.pareto._representatives import representatives_of
+from pymoo_psi.pareto import nondominated, representatives
 
 X = np.linspace(0, 1, 101)
 
@@ -210,7 +209,7 @@ def test_plain_distances_are_told_where_a_range_outweighs_another():
         "Without normalising, f1 with a range of 500 outweighs f2 with one of 1."
     )
     assert said(F, "extreme", normalize=False) == (
-        "The optimum is the worst in f2: it is no compromise."
+        "The optimum is the worst in f2, to within 1 % of the range: it is no compromise."
     )
 
 
@@ -222,7 +221,7 @@ def test_criteria_without_weight_and_criteria_that_count_twice():
     )
     assert said(F, "constant") == "Equal for all Pareto-optimal designs, and without weight: c."
     assert said(F, "redundant") == (
-        "Criteria that agree to within 1 % of their ranges, and so count more than once: a and d; b and e."
+        "Objectives that agree to within 1 % of their ranges, and so count more than once: a and d; b and e."
     )
     assert "redundant" not in kinds(F[["a", "b", "g"]])
 
@@ -231,7 +230,7 @@ def test_criteria_without_weight_and_criteria_that_count_twice():
     ("F", "expected"),
     [
         ([[1.0, 2.0]], []),
-        ([[1.0, 2.0], [2.0, 2.0]], ["Only one design is Pareto optimal: the criteria do not conflict."]),
+        ([[1.0, 2.0], [2.0, 2.0]], ["Only one design is Pareto optimal: the objectives do not conflict."]),
         ([[3.0], [2.0], [5.0]], []),
         ([[1.0, 2.0], [1.0, 2.0]], ["All 2 Pareto-optimal designs have the same values."]),
         # Two designs in two criteria are the ends of each range, and so equally far.
@@ -314,7 +313,7 @@ def test_more_designs_than_all_pairs_allow():
     share = lp_tau(10**5, 1)[:, 0]
     ranking = rank_of_efficiency(np.column_stack([share, (1 - share) ** 2]))
     assert cautions(ranking) == ()
-    few = representatives_of(ranking, 9)
+    few = representatives(ranking, 9)
     assert few.radius < 0.1
     assert few.shares.sum() == pytest.approx(1)
 

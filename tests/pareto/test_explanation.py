@@ -159,7 +159,7 @@ def test_a_dominated_design_is_told_by_which():
 def test_a_design_alone_and_a_design_among_equals():
     assert explain([[3.0, 4.0]], 0).sentences == (
         "Design 0 is the only Pareto-optimal design.",
-        "It is the best in every criterion.",
+        "It is the best in every objective.",
     )
     twins = explain([[1.0, 3.0], [1.0, 3.0], [3.0, 1.0]], 1)
     assert twins.sentences[0] == (
@@ -179,7 +179,7 @@ def test_rounding_is_no_difference():
     F = np.array([[0.3, 1.0], [0.1 + 0.2, 1.0], [0.0, 2.0]])
     assert compare_designs(F, [0, 1]).gains.tolist() == [[0, 0], [0, 0]]
     assert compare_designs(F, [0, 1]).sentences == (
-        "Design 1 against design 0: equal in all criteria.",
+        "Design 1 against design 0: equal in all objectives.",
     )
     assert explain(F, 1).dominated_by == -1
     assert explain(F, 1).neighbours.tolist() == [2, -1]
@@ -228,7 +228,7 @@ def test_shares_are_told_with_two_digits(share, text):
 
 def test_frame_of_a_comparison():
     two = compare_designs(CARS, [0, 2], maximize=["range"], units=UNITS)
-    table = two.to_frame().pivot(index="criterion", columns="design", values="gain")
+    table = two.to_frame().pivot(index="objective", columns="design", values="gain")
     assert table.loc["price"].to_dict() == {"Town": 0, "Tour": -40}
     assert table.loc["range"].to_dict() == {"Town": 0, "Tour": 300}
     assert repr(two) == "DesignComparison(Tour against Town)"
@@ -238,7 +238,7 @@ def test_frame_of_a_comparison():
     ("call", "kind", "message"),
     [
         (lambda: explain(CARS, 4), ValueError, "i must be a row of F, 0 to 3, got 4"),
-        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of criteria among price"),
+        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of objectives among price"),
         (lambda: compare_designs(CARS, [1]), ValueError, "rows must be two rows or more"),
         (lambda: compare_designs(CARS, [0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
         (lambda: compare_designs(CARS, 2), TypeError, "rows must be a list of rows of F, got 2"),

@@ -8,12 +8,7 @@ from hypothesis.extra.numpy import arrays
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 
-from pymoo_psi.pareto._feasibility import (
-    EQ_TOLERANCE,
-    competes,
-    meets_constraints,
-    violated_constraints,
-)
+from pymoo_psi.pareto import EQ_TOLERANCE, competes, meets_constraints, violated_constraints
 
 EDGES = st.sampled_from([-1.0, 0.0, 5e-324, 1e-5, -1e-4, 1e-4, 1.0001e-4, 1.0, np.inf, -np.inf])
 

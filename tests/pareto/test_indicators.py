@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi.pareto._indicators import (
+from pymoo_psi.pareto import (
     attainment_surfaces,
     epsilon_additive,
     hypervolume,

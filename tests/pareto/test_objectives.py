@@ -203,13 +203,13 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
             FRAME,
             {"maximize": ["mass"], "ideal": [1.0, 1.5]},
             ValueError,
-            "ideal must be at least the best value of every objective, got 1.5 against 2.0 in objective 2",
+            "ideal must be no worse than the best value of every objective, got 1.5 against 2.0 in objective 2",
         ),
         (
             FRAME,
             {"maximize": ["mass"], "nadir": [2.0, 3.0]},
             ValueError,
-            "nadir must be at most the ideal in every objective, got 3.0 against 2.0",
+            "nadir must be no better than the ideal, got 3.0 against 2.0",
         ),
         (-FRAME, {"ideal": [-1.0, -2.0]}, ValueError, "got -1.0 against -2.0 in objective 1"),
     ],
@@ -222,7 +222,9 @@ def test_mistakes(F, options, kind, message):
 
 def test_a_frame_has_no_column_twice():
     ranking = rank_of_efficiency(FRAME.rename(columns={"cost": "rank"}))
-    with pytest.raises(PsiError, match="names must be other than mu1.* got 'rank'; give others by"):
+    with pytest.raises(
+        PsiError, match="names must be 2 different names other than mu1.*; give others by"
+    ):
         ranking.to_frame()
     assert ranking.to_frame(names=["a", "b"])["rank"].tolist() == ranking.rank.tolist()
 

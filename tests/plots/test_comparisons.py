@@ -13,7 +13,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import PsiError, VectorizedSphereChute
 from pymoo_psi.comparison import INDICATORS, compare
-from pymoo_psi.pareto._indicators import attainment_surfaces
+from pymoo_psi.pareto import attainment_surfaces
 from pymoo_psi.plots import (
     _comparison,
     attainment_page,

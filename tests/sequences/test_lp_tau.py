@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import qmc
 
 from pymoo_psi import PsiError, lp_tau
-from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
+from pymoo_psi.sequences import MAX_DIMENSIONS
 
 DATA = json.loads(
     resources.files("pymoo_psi.sequences").joinpath("lp_tau_directions.json").read_text("utf-8")

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling
-from pymoo_psi.sequences import lp_tau
-from pymoo_psi.sequences._lp_tau import lp_tau_at
+from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.storage._share import Share
 
 

@@ -22,8 +22,7 @@ from scipy.spatial.distance import cdist
 from pymoo_psi._kinds import Kind
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded
-from pymoo_psi.pareto import nondominated
-from pymoo_psi.pareto._dominance import front_numbers
+from pymoo_psi.pareto import front_numbers, nondominated
 from pymoo_psi.problems._design_space import DesignSpace
 
 Array = NDArray[np.float64]

@@ -29,7 +29,7 @@ from pymoo_psi.algorithms._outputs import NO_OUTPUTS
 from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.algorithms._store import Memory
-from pymoo_psi.pareto._feasibility import constraint_violation
+from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs, value_column
 from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, finite_array, instance, invalid
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._feasibility import competes, meets_constraints
-from pymoo_psi.pareto._rounding import unit_lengths
+from pymoo_psi.pareto import EfficiencyRanking, competes, meets_constraints, unit_lengths
 from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_problem

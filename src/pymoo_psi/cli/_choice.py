@@ -23,19 +23,25 @@ import pandas as pd
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.cli._options import names_in, number_in, parts_of
 from pymoo_psi.cli._output import print_frame, say, say_sentences, six_digits
-from pymoo_psi.pareto import EfficiencyRanking, cautions
-from pymoo_psi.pareto._explanation import explained, instead
-from pymoo_psi.pareto._representatives import representatives_of
-from pymoo_psi.pareto._sentences import label, measured_in, percent, wrapped
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    alternative,
+    cautions,
+    explain,
+    measured_in,
+    percent,
+    representatives,
+    wrapped,
+)
 from pymoo_psi.selection import (
     CompromiseProgramming,
     HighTradeoff,
     Knee,
     Lexicographic,
+    RankingSelector,
     ReferencePoint,
+    compare_selectors,
 )
-from pymoo_psi.selection._agreement import choices_of
-from pymoo_psi.selection._selectors import RankingSelector
 
 _COLUMNS = (
     "rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point, mu2: to the line from "
@@ -49,7 +55,7 @@ def reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
     """Return why the optimum, in sentences that fill a few lines; the first two in any case."""
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     told: list[str] = []
-    for sentence in explained(ranking, int(ranking.salukvadze[0]), units).sentences:
+    for sentence in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences:
         if len(told) >= 2 and len(wrapped([*told, sentence]).splitlines()) > _LINES:
             break
         told.append(sentence)
@@ -136,15 +142,17 @@ def say_preferences(
 ) -> None:
     """Print what each preference chooses, and what it gains and loses against the optimum."""
     optimum = int(ranking.salukvadze[0])
-    for entry, chosen in choices_of(preferences, ranking).items():
-        say_sentences([f"{entry}: {instead(ranking, chosen, optimum, units)}"])
+    if not preferences:
+        return
+    for entry, chosen in compare_selectors(ranking, preferences).chosen.items():
+        say_sentences([f"{entry}: {alternative(ranking, chosen, optimum, units)}"])
 
 
 def say_representatives(ranking: EfficiencyRanking, k: int) -> None:
     """Print a few designs that stand for all."""
-    few = representatives_of(ranking, k)
+    few = representatives(ranking, k)
     objectives = ranking.objectives
-    frame = pd.DataFrame({"design": [label(ranking, row) for row in few.rows]})
+    frame = pd.DataFrame({"design": [ranking.name_of(row) for row in few.rows]})
     for name, column in zip(objectives.names, objectives.values[few.rows].T, strict=True):
         texts = [six_digits(value) for value in column]
         frame[name] = [text.rjust(max(map(len, texts))) for text in texts]

@@ -20,7 +20,7 @@ from pymoo_psi.comparison import (
     report,
 )
 from pymoo_psi.comparison._runs import Run
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import listed
 from pymoo_psi.plots import save_comparison
 
 

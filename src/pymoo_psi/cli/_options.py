@@ -21,7 +21,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, Remark, invalid, known_name
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import listed
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
 from pymoo_psi.table import DesignFile, Formulation, TestTable
 from pymoo_psi.table._layout import Limit, Limits

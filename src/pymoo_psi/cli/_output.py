@@ -38,7 +38,7 @@ from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._groups import printable
 from pymoo_psi.cli._options import judged
-from pymoo_psi.pareto._sentences import wrapped
+from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import Formulation, TestTable
 from pymoo_psi.table._roles import Roles, roles_head
 

@@ -13,7 +13,7 @@ from pymoo_psi.cli._groups import ColumnOptions, DocumentOptions, FileOptions
 from pymoo_psi.cli._options import designs_of, limits_in, read, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.page import decision_page
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import listed
 from pymoo_psi.table import DesignFile, Formulation
 from pymoo_psi.table._design_file import unfit
 

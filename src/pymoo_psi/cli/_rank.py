@@ -24,9 +24,7 @@ from pymoo_psi.cli._decision import decided_designs, under_decision
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
-from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
-from pymoo_psi.pareto._ranking import RANKING_COLUMNS
-from pymoo_psi.pareto._sentences import labelled
+from pymoo_psi.pareto import RANKING_COLUMNS, EfficiencyRanking, cautions, rank_of_efficiency
 from pymoo_psi.table import DesignFile
 from pymoo_psi.table._design_file import unfit
 from pymoo_psi.table._roles import Roles
@@ -72,7 +70,7 @@ def run_rank(
     more = [name for name in names if name in roles.maximize]
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
     frame = _ranked(file, file.cells, ranking)
-    ranking = labelled(ranking, file.called(roles.label))
+    ranking = ranking.with_labels(file.called(roles.label))
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             _write_json(file, roles, ranking, out)

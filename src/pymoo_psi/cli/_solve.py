@@ -35,13 +35,11 @@ from pymoo_psi.cli._output import (
     say,
     write_csv,
 )
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
-from pymoo_psi.pareto._ranking import RANKING_COLUMNS
-from pymoo_psi.pareto._sentences import labelled, listed
+from pymoo_psi.pareto import RANKING_COLUMNS, EfficiencyRanking, listed, rank_of_efficiency
 from pymoo_psi.problems import FailureTolerant, untolerant
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
-from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS
+from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, Layout, TestTable
 from pymoo_psi.table._designs import alike
 from pymoo_psi.table._roles import Roles
@@ -144,7 +142,7 @@ class SolveResult:
         if self.dominated is not None:
             labels += [f"test point {number}" for number in self.dominated.numbers]
             F = np.vstack([F, self.dominated.F])
-        return labelled(self._ranked(F, ranking.frame.normalize), labels)
+        return self._ranked(F, ranking.frame.normalize).with_labels(labels)
 
     def _ranked(self, F: NDArray[np.float64], normalize: bool) -> EfficiencyRanking:
         layout = self.front.layout

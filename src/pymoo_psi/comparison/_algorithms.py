@@ -53,8 +53,7 @@ from pymoo_psi.algorithms._nsga3 import (
 )
 from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto import nondominated
-from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.pareto import competes, meets_constraints, nondominated
 
 Array = NDArray[np.float64]
 

@@ -18,10 +18,17 @@ from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.algorithms import refine
 from pymoo_psi.comparison._runs import Run, problem_text
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import nondominated, rank_of_efficiency
-from pymoo_psi.pareto._indicators import epsilon_additive, hypervolume, igd_plus, spread_subset
-from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import UtopianFrame, ranking_of
+from pymoo_psi.pareto import (
+    Objectives,
+    UtopianFrame,
+    epsilon_additive,
+    hypervolume,
+    igd_plus,
+    nondominated,
+    rank_of_efficiency,
+    ranking_of,
+    spread_subset,
+)
 from pymoo_psi.problems._design_space import design_space
 
 Array = NDArray[np.float64]

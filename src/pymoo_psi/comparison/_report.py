@@ -10,7 +10,7 @@ from pymoo_psi._validation import counted, instance
 from pymoo_psi.comparison._comparison import Comparison
 from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
 from pymoo_psi.comparison._statistics import INDICATORS
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import listed
 
 if TYPE_CHECKING:
     import pandas as pd

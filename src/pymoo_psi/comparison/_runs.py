@@ -28,8 +28,7 @@ from pymoo_psi.errors import (
     StudyCorruptError,
     StudyMismatchError,
 )
-from pymoo_psi.pareto import nondominated
-from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.pareto import competes, meets_constraints, nondominated
 from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity

@@ -21,7 +21,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace, design_space, own_names
 from pymoo_psi.problems._pymoo import require_problem

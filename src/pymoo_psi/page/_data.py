@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted
 from pymoo_psi.page._document import html_of
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._rounding import settled
+from pymoo_psi.pareto import EfficiencyRanking, settled
 from pymoo_psi.table._limits import Bounds
 from pymoo_psi.table._roles import Roles, roles_head
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import counted
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.page._data import text_column
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import listed
 from pymoo_psi.table._limits import Bounds, ends, within
 
 if TYPE_CHECKING:

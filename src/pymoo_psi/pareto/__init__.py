@@ -23,29 +23,104 @@ Example:
     3   1.0  0.00  1.000  0.707  0.707     0    True
     4   0.9  0.90  1.273  0.000  1.273     0   False
 
-:func:`cautions` says how clear the choice is, :func:`explain` why it is this design and what
-another would cost, :func:`compare_designs` what is gained and lost, :func:`representatives` which
-few stand for all.
+:func:`cautions` returns how clear the choice is, :func:`explain` why it is this design and what
+another would cost, :func:`compare_designs` what is gained and lost, :func:`representatives` the few
+that stand for all. These take a ranking, the last three also objectives as they are.
+
+For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
+indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,
+and the templates of all sentences (:data:`SENTENCES`).
 """
 
 from pymoo_psi.pareto._cautions import Caution, cautions
-from pymoo_psi.pareto._dominance import nondominated
-from pymoo_psi.pareto._explanation import DesignComparison, Explanation, compare_designs, explain
-from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto._dominance import (
+    EQ_TOLERANCE,
+    competes,
+    constraint_violation,
+    front_numbers,
+    meets_constraints,
+    nondominated,
+    violated_constraints,
+)
+from pymoo_psi.pareto._explanation import (
+    DesignComparison,
+    Explanation,
+    alternative,
+    compare_designs,
+    explain,
+)
+from pymoo_psi.pareto._indicators import (
+    attainment_surfaces,
+    epsilon_additive,
+    hypervolume,
+    igd_plus,
+    spread_subset,
+)
+from pymoo_psi.pareto._ranking import (
+    RANKING_COLUMNS,
+    EfficiencyRanking,
+    Objectives,
+    UtopianFrame,
+    front_of,
+    measured_in,
+    rank_of_efficiency,
+    ranking_from,
+    ranking_of,
+)
 from pymoo_psi.pareto._representatives import Representatives, representatives
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 from pymoo_psi.pareto._scenarios import Robustness
+from pymoo_psi.pareto._sentences import (
+    SENTENCES,
+    capital,
+    listed,
+    number,
+    percent,
+    sentence,
+    wrapped,
+)
 
 __all__ = [
+    "EQ_TOLERANCE",
+    "LAST_PLACES",
+    "RANKING_COLUMNS",
+    "SENTENCES",
     "Caution",
     "DesignComparison",
     "EfficiencyRanking",
     "Explanation",
+    "Objectives",
     "Representatives",
     "Robustness",
+    "UtopianFrame",
+    "alternative",
+    "attainment_surfaces",
+    "capital",
     "cautions",
     "compare_designs",
+    "competes",
+    "constraint_violation",
+    "epsilon_additive",
     "explain",
+    "front_numbers",
+    "front_of",
+    "hypervolume",
+    "igd_plus",
+    "levels",
+    "listed",
+    "measured_in",
+    "meets_constraints",
     "nondominated",
+    "number",
+    "percent",
     "rank_of_efficiency",
+    "ranking_from",
+    "ranking_of",
     "representatives",
+    "sentence",
+    "settled",
+    "spread_subset",
+    "unit_lengths",
+    "violated_constraints",
+    "wrapped",
 ]

@@ -1,4 +1,4 @@
-"""Which rows of a matrix of objectives, all minimised, are Pareto optimal."""
+"""Which designs are feasible, and which of them are Pareto optimal; all objectives minimised."""
 
 from __future__ import annotations
 
@@ -16,11 +16,49 @@ from pymoo_psi.pareto._rounding import settled
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Rows that are sifted together. A sift of n rows of four objectives takes more than 2n times that
-# of one; below some ten thousand rows what all parts have in common outweighs the gain.
+EQ_TOLERANCE = 1e-4
+"""pymoo's: an equality constraint is met where |h| <= 1e-4."""
+
+
+def violated_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
+    """Return which constraints are violated; one that is NaN is.
+
+    Args:
+        G: ``(..., n_ieq)`` inequality constraints, met where g <= 0.
+        H: ``(..., n_eq)`` equality constraints, met where |h| <= tolerance.
+        tolerance: Of equality constraints.
+
+    Returns:
+        ``(..., n_ieq + n_eq)`` mask, the inequalities first.
+    """
+    return np.concatenate([~(G <= 0), ~(np.abs(H) <= tolerance)], axis=-1)
+
+
+def meets_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
+    """``(...,)`` which designs meet every constraint; those without any do."""
+    return np.asarray(~violated_constraints(G, H, tolerance).any(axis=-1))
+
+
+def constraint_violation(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Array:
+    """``(n,)`` pymoo's measure: the sum of what ``(n, n_ieq)`` G and ``(n, n_eq)`` H exceed."""
+    return np.asarray(
+        np.maximum(G, 0).sum(axis=1) + np.maximum(np.abs(H) - tolerance, 0).sum(axis=1)
+    )
+
+
+def competes(F: Array, feasible: Mask) -> Mask:
+    """``(...,)`` which feasible designs have finite objectives, ``(..., m)`` F, too.
+
+    Only these are compared with each other: the others are neither optimal nor dominated.
+    """
+    return np.asarray(feasible & np.isfinite(F).all(axis=-1))
+
+
+# Rows that are filtered together. 2n rows of four objectives take more than twice the time of n;
+# below some ten thousand rows what all parts have in common outweighs the gain.
 _SLAB = 2**15
 _SAMPLE = 2**12  # rows that tell whether slabs pay: 4 ms, of the 150 ms that two slabs take
-# The shadow (see below) is sifted with every slab. With eight objectives or so most rows are in it.
+# The shadow (see below) is filtered with every slab; with eight objectives most rows are in it.
 _MOST_SHADOW = 0.3
 
 
@@ -92,12 +130,12 @@ def _by_slabs(F: Array, j: int, threads: int) -> Mask:
     better in objective j, dominates it if it is nowhere worse in the others. So of all lower slabs
     their shadow is enough: the front in the other objectives, mostly some hundreds of rows. This is
     the division of Kung, Luccio and Preparata (1975), here into many parts that fit into a cache
-    and can be sifted at the same time, as moocore leaves Python's lock to other threads meanwhile.
+    and can be filtered at the same time: moocore releases Python's lock meanwhile.
 
     Args:
         F: ``(n, m)`` settled values, m >= 3.
         j: The objective.
-        threads: How many slabs are sifted at a time.
+        threads: How many slabs are filtered at a time.
     """
     order = np.argsort(F[:, j], kind="stable")
     ordered = F[order]
@@ -109,14 +147,14 @@ def _by_slabs(F: Array, j: int, threads: int) -> Mask:
     def shadow(rows: Array) -> Array:
         return rows[_front(np.delete(rows, j, axis=1), keep_weakly=False)]
 
-    def sifted(slab: Array, below: Array) -> Mask:
+    def filtered(slab: Array, below: Array) -> Mask:
         return _front(np.concatenate([below, slab]))[len(below) :]
 
     mask = np.empty(len(F), dtype=bool)
     with ThreadPoolExecutor(threads) as pool:
         shadows: Iterator[Array] = pool.map(shadow, slabs[:-1])
         below = accumulate(shadows, lambda a, b: shadow(np.concatenate([a, b])), initial=F[:0])
-        mask[order] = np.concatenate(list(pool.map(sifted, slabs, below)))
+        mask[order] = np.concatenate(list(pool.map(filtered, slabs, below)))
     return mask
 
 

@@ -1,15 +1,15 @@
 """Why a design: how far it is from the best, and what others would give and take.
 
-Everything is measured against the Pareto set: the best and the worst value of a criterion are
+Everything is measured against the Pareto set: the best and the worst value of an objective are
 those of the Pareto-optimal designs, and their difference is its range. The neighbour of a design
-towards a criterion is the nearest Pareto-optimal design, by the Euclidean distance in units of the
+towards an objective is the nearest Pareto-optimal design, by the Euclidean distance in units of the
 ranges, that is better in it by 1 % of its range or more, or, if there is none, better at all: the
-smallest change that helps the criterion. What else changes on the way is the cost of that step.
+smallest change that helps the objective. What else changes on the way is the cost of that step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto._ranking import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
 from pymoo_psi.pareto._rounding import settled, unit_lengths
-from pymoo_psi.pareto._sentences import capital, label, listed, number, percent, wrapped
+from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,11 +29,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Shares and distances closer than this, relatively, are told as equal. Far above rounding, so that
-# designs that lie symmetrically tie; far below what anybody would call a difference.
+# Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
+# that lie symmetrically tie, and far below any difference that counts.
 _TIE = 1e-9
-# Of the range. Nobody takes a smaller step, and on a dense front the nearest design that is better
-# at all would tell nothing: there both differences are next to nothing.
+# Of the range. On a dense front the nearest design that is better at all is hardly another one.
 _STEP = 0.01
 
 
@@ -44,12 +43,12 @@ class DesignComparison(Shown):
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         rows: ``(k,)`` which designs are compared; the others with the first.
-        units: Units of criteria by name.
+        units: Units of objectives by name.
         gains: ``(k, m)`` by how much each design is better than the first, in the units of the
-            criteria; below 0 where it is worse, 0 where both are equal up to rounding. More is
-            better here for each criterion, whether it is minimised or maximised.
+            objectives; below 0 where it is worse, 0 where both are equal up to rounding. More is
+            better here for each objective, whether it is minimised or maximised.
         shares: ``(k, m)`` the gains as shares of the ranges of the Pareto set; NaN where a design
-            differs in a criterion in which all Pareto-optimal designs are equal.
+            differs in an objective in which all Pareto-optimal designs are equal.
 
     Example:
         >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
@@ -65,8 +64,8 @@ class DesignComparison(Shown):
 
     def __repr__(self) -> str:
         """Return which designs are compared."""
-        labels = [label(self.ranking, row) for row in self.rows]
-        return f"DesignComparison({', '.join(labels[1:])} against {labels[0]})"
+        first, *others = (self.ranking.name_of(row) for row in self.rows)
+        return f"DesignComparison({', '.join(others)} against {first})"
 
     def __str__(self) -> str:
         """Return a sentence for each design after the first, wrapped at 80 columns."""
@@ -81,10 +80,10 @@ class DesignComparison(Shown):
             ('Design 1 against design 0: better in f2 by 5 (62 % of its range); worse in f1 by 1
             (25 %).',)
         """
-        first = label(self.ranking, self.rows[0])
+        first, *others = (self.ranking.name_of(row) for row in self.rows)
         return tuple(
-            f"{capital(label(self.ranking, row))} against {first}: {self.difference(k)}."
-            for k, row in enumerate(self.rows[1:].tolist(), start=1)
+            sentence("against", design=capital(name), other=first, difference=self.difference(k))
+            for k, name in enumerate(others, start=1)
         )
 
     def difference(self, k: int) -> str:
@@ -94,33 +93,27 @@ class DesignComparison(Shown):
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).difference(1)
             'better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %)'
         """
-        gains, shares = self.gains[k], self.shares[k]
-        names = self.ranking.objectives.names
-        order = np.argsort(-np.abs(shares), kind="stable")  # the largest first, NaN last
-        parts, first = [], True
-        for word, there in (("better", gains > 0), ("worse", gains < 0)):
-            told = []
-            for j in order[there[order]]:
-                amount = _amount(abs(gains[j]), self.units.get(names[j]), abs(shares[j]), first)
-                told.append(f"{names[j]} by {amount}")
-                first = False
-            if told:
-                parts.append(f"{word} in {', '.join(told)}")
-        return "; ".join(parts) or "equal in all criteria"
+        gains, sizes = np.abs(self.gains[k]), np.abs(self.shares[k])
+        order = np.argsort(-sizes, kind="stable")  # the largest first, NaN last
+        better, worse = order[self.gains[k][order] > 0], order[self.gains[k][order] < 0]
+        changes = _changes(self.ranking, self.units, gains, sizes, [*better, *worse])
+        sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
+        parts = [sentence(side, changes=", ".join(found)) for side, found in sides if found]
+        return "; ".join(parts) or sentence("equal")
 
     def to_frame(self) -> pd.DataFrame:
-        """Return one row for each design and criterion.
+        """Return one row for each design and objective.
 
         Returns:
             Columns: ``design`` (its row, or its label in the data frame that was given),
-            ``criterion``, ``unit``, ``value``, ``gain`` against the first design (above 0 is
+            ``objective``, ``unit``, ``value``, ``gain`` against the first design (above 0 is
             better) and ``share``, the gain as a share of the range. To have the designs side by
-            side: ``frame.pivot(index="criterion", columns="design", values="gain")``.
+            side: ``frame.pivot(index="objective", columns="design", values="gain")``.
 
         Example:
             >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
             >>> print(two.to_frame().drop(columns="unit"))
-               design criterion  value  gain  share
+               design objective  value  gain  share
             0       0        f1    1.0   0.0  0.000
             1       0        f2    9.0   0.0  0.000
             2       1        f1    2.0  -1.0 -0.250
@@ -128,13 +121,13 @@ class DesignComparison(Shown):
         """
         import pandas as pd
 
-        objectives = self.ranking.objectives
-        m = len(objectives.names)
+        objectives, k = self.ranking.objectives, len(self.rows)
+        names = list(objectives.names)
         return pd.DataFrame(
             {
-                "design": [objectives.labels[row] for row in self.rows for _ in range(m)],
-                "criterion": list(objectives.names) * len(self.rows),
-                "unit": [self.units.get(name, "") for name in objectives.names] * len(self.rows),
+                "design": [objectives.labels[row] for row in self.rows for _ in names],
+                "objective": names * k,
+                "unit": [self.units.get(name, "") for name in names] * k,
                 "value": objectives.values[self.rows].ravel(),
                 "gain": self.gains.ravel(),
                 "share": self.shares.ravel(),
@@ -149,17 +142,17 @@ class Explanation(Shown):
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         row: The design.
-        units: Units of criteria by name.
-        behind: ``(m,)`` how far it is from the best value of each criterion among the
-            Pareto-optimal designs, in the unit of the criterion, >= 0.
+        units: Units of objectives by name.
+        behind: ``(m,)`` how far it is from the best value of each objective among the
+            Pareto-optimal designs, in the unit of the objective, >= 0.
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
-            set, more only for a dominated design. 0 in a criterion that is equal for all, NaN if a
-            dominated design differs in it.
-        neighbours: ``(m,)`` for each criterion the nearest Pareto-optimal design, in units of the
+            set, more only for a dominated design. 0 in an objective that is equal for all, NaN if
+            a dominated design differs in it.
+        neighbours: ``(m,)`` for each objective the nearest Pareto-optimal design, in units of the
             ranges, that is better in it by 1 % of its range or, if there is none, better at all;
             of designs equally near the one that gains most; -1 where none is better.
         steps: The neighbours against the design: gains, and what they cost. The design itself
-            stands first, then the neighbours, each once, in the order of the criteria.
+            stands first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The nearest Pareto-optimal design that is nowhere worse and somewhere better;
             -1 if there is none, because the design is Pareto optimal itself.
 
@@ -181,7 +174,7 @@ class Explanation(Shown):
     def __repr__(self) -> str:
         """Return which design is explained, and where it is weakest."""
         weakest = ", ".join(map(str, self.weakest)) or "none"
-        return f"Explanation({label(self.ranking, self.row)}: weakest criterion {weakest})"
+        return f"Explanation({self.ranking.name_of(self.row)}: weakest objective {weakest})"
 
     def __str__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
@@ -189,7 +182,7 @@ class Explanation(Shown):
 
     @property
     def weakest(self) -> tuple[Any, ...]:
-        """The criterion with the greatest share of its range lost; all of them if several tie.
+        """The objective with the greatest share of its range lost; all of them if several tie.
 
         Empty if the design is the best in each.
 
@@ -198,9 +191,7 @@ class Explanation(Shown):
             ('f2',)
         """
         most = np.nanmax(np.append(self.shares, 0.0))
-        if most == 0:
-            return ()
-        tied = self.shares >= most * (1 - _TIE)
+        tied = (self.shares >= most * (1 - _TIE)) & (most > 0)
         return tuple(self.ranking.objectives.names[j] for j in np.flatnonzero(tied))
 
     @property
@@ -208,7 +199,7 @@ class Explanation(Shown):
         """What the design is, how far from the best, and what each step costs.
 
         First what it is among the others, second its distances from the best, the weakest
-        criterion first, then one sentence for the step towards each criterion, in the same order.
+        objective first, then one sentence for the step towards each objective, in the same order.
 
         Example:
             >>> for line in explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).sentences:
@@ -221,14 +212,18 @@ class Explanation(Shown):
         """
         # By share, and NaN, which compares with nothing, first.
         order = np.lexsort((-np.nan_to_num(self.shares), ~np.isnan(self.shares)))
-        at = {row: k for k, row in enumerate(self.steps.rows.tolist())}
-        towards: dict[int, list[str]] = {}  # a neighbour towards several criteria is told once
+        towards: dict[int, list[str]] = {}  # one sentence for a neighbour towards several
         for j in order[self.neighbours[order] >= 0]:
             name = str(self.ranking.objectives.names[j])
             towards.setdefault(int(self.neighbours[j]), []).append(name)
+        at = self.steps.rows.tolist()
         steps = [
-            f"Towards {listed(names)}: {label(self.ranking, neighbour)} is "
-            f"{self.steps.difference(at[neighbour])}."
+            sentence(
+                "step",
+                objectives=listed(names),
+                design=self.ranking.name_of(neighbour),
+                difference=self.steps.difference(at.index(neighbour)),
+            )
             for neighbour, names in towards.items()
         ]
         return (self._standing(), self._distances(order), *steps)
@@ -236,51 +231,47 @@ class Explanation(Shown):
     def _standing(self) -> str:
         """Return what the design is among the others."""
         ranking, row = self.ranking, self.row
-        name, n = capital(label(ranking, row)), int(ranking.pareto.sum())
-        front = counted(n, "Pareto-optimal design")
+        n, optima = int(ranking.pareto.sum()), len(ranking.salukvadze)
+        values = {
+            "design": capital(ranking.name_of(row)),
+            "front": counted(n, "Pareto-optimal design"),
+            "rank": ranking.rank[row],
+            "count": optima,
+        }
         if self.dominated_by >= 0:
-            better = compared(ranking, [row, self.dominated_by], self.units)
-            by = label(ranking, self.dominated_by)
-            return f"{name} is dominated: {by} is {better.difference(1)}."
+            better = compare_designs(ranking, [row, self.dominated_by], units=self.units)
+            other = ranking.name_of(self.dominated_by)
+            return sentence("dominated", other=other, difference=better.difference(1), **values)
         if n == 1:
-            return f"{name} is the only Pareto-optimal design."
+            return sentence("single", **values)
         if row in ranking.salukvadze:
-            if len(ranking.salukvadze) == 1:
-                return (
-                    f"{name} is the Salukvadze optimum: the nearest of {front} to the ideal point."
-                )
-            ties = f"{len(ranking.salukvadze)} of {front} that are equally near to the ideal point"
-            return f"{name} is a Salukvadze optimum: one of {ties}."
-        return f"{name} is one of {front}, of rank of efficiency {ranking.rank[row]}."
+            return sentence("optimum" if optima == 1 else "optima", **values)
+        return sentence("ranked", **values)
 
     def _distances(self, order: NDArray[np.intp]) -> str:
-        """Return how far the design is from the best, criteria in the order given."""
+        """Return how far the design is from the best, objectives in the order given."""
         names, frame = self.ranking.objectives.names, self.ranking.frame
-        behind = order[self.behind[order] > 0]
-        if not len(behind):
-            return "It is the best in every criterion."
-        told = [
-            f"{names[j]} by "
-            + _amount(self.behind[j], self.units.get(names[j]), self.shares[j], first=k == 0)
-            for k, j in enumerate(behind)
-        ]
-        parts = [f"Behind the best in {', '.join(told)}"]
-        if len(told) > 1 and self.weakest:
-            parts.append(f"weakest in {listed(self.weakest)}")
+        columns = order[self.behind[order] > 0]
+        if not len(columns):
+            return sentence("all best")
+        changes = _changes(self.ranking, self.units, self.behind, self.shares, columns)
+        parts = [sentence("behind", changes=", ".join(changes))]
+        if len(changes) > 1 and self.weakest:
+            parts.append(sentence("weakest", objectives=listed(self.weakest)))
         constant = np.isinf(unit_lengths(frame.ideal, frame.nadir))
-        for what, which in (("the best", ~constant), ("the same as all", constant)):
+        for what, which in (("best", ~constant), ("same", constant)):
             if (there := np.flatnonzero(which & (self.behind == 0))).size:
-                parts.append(f"{what} in {listed([names[j] for j in there])}")
+                parts.append(sentence(what, objectives=listed([names[j] for j in there])))
         return "; ".join(parts) + "."
 
     def to_frame(self) -> pd.DataFrame:
-        """Return one row for each criterion.
+        """Return one row for each objective.
 
         Returns:
-            Index: the criteria. Columns: ``unit``, ``value`` of the design, ``best`` and ``worst``
-            of the Pareto set, ``behind`` (how far from the best), ``share`` of the range,
+            Index: the objectives. Columns: ``unit``, ``value`` of the design, ``best`` and
+            ``worst`` of the Pareto set, ``behind`` (how far from the best), ``share`` of the range,
             ``neighbour`` (row or label of the design of the step, missing where none is better),
-            ``gain`` of the step in the criterion itself. What it costs in the others:
+            ``gain`` of the step in the objective itself. What it costs in the others:
             ``explanation.steps.to_frame()``.
 
         Example:
@@ -292,9 +283,11 @@ class Explanation(Shown):
         """
         import pandas as pd
 
-        objectives = self.ranking.objectives
-        at = {row: k for k, row in enumerate(self.steps.rows.tolist())}
-        there = [int(row) for row in self.neighbours]
+        objectives, at = self.ranking.objectives, self.steps.rows.tolist()
+        neighbours, gains = [], []
+        for j, row in enumerate(self.neighbours.tolist()):
+            neighbours.append(objectives.labels[row] if row >= 0 else None)
+            gains.append(self.steps.gains[at.index(row), j] if row >= 0 else np.nan)
         return pd.DataFrame(
             {
                 "unit": [self.units.get(name, "") for name in objectives.names],
@@ -303,18 +296,14 @@ class Explanation(Shown):
                 "worst": self.ranking.nadir,
                 "behind": self.behind,
                 "share": self.shares,
-                "neighbour": pd.array(
-                    [objectives.labels[row] if row >= 0 else None for row in there], dtype=object
-                ),
-                "gain": [
-                    self.steps.gains[at[row], j] if row >= 0 else np.nan
-                    for j, row in enumerate(there)
-                ],
+                "neighbour": pd.array(neighbours, dtype=object),
+                "gain": gains,
             },
             index=pd.Index(objectives.names),
         )
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
 def explain(
     F: Any,
     i: int | str,
@@ -325,20 +314,21 @@ def explain(
 ) -> Explanation:
     """Say why a design: how far it is from the best, and what a step to a neighbour costs.
 
-    The range of a criterion is that of the Pareto-optimal rows, from the best to the worst value.
-    The neighbour towards a criterion is the nearest Pareto-optimal row that is better in it by 1 %
+    The range of an objective is that of the Pareto-optimal rows, from the best to the worst value.
+    The neighbour towards an objective is the nearest Pareto-optimal row that is better in it by 1 %
     of its range or more (if there is none, better at all), in the Euclidean distance with each
-    criterion in units of its range: the smallest change that helps. What the other criteria lose
+    objective in units of its range: the smallest change that helps. What the other objectives lose
     on that step is its cost. Values that are equal up to rounding are equal.
 
     Args:
-        F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used.
+        F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used;
+            or a ranking of them, which has its own ``normalize`` and ``maximize``.
         i: The row of the design, from 0; or its label if that is a text. An integer is always a
             row, whatever the labels are.
-        normalize: Of the rank that the sentences tell, as for
+        normalize: Of the rank in the sentences, as for
             :func:`pymoo_psi.rank_of_efficiency`; distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
-        units: Units of criteria by name, for the sentences and the frame.
+        units: Units of objectives by name, for the sentences and the frame.
 
     Returns:
         Numbers, a frame (``.to_frame()``) and sentences (``print`` it).
@@ -360,8 +350,29 @@ def explain(
         Towards cost: A is better in cost by 1 € (25 % of its range); worse in yield by
         20 (67 %).
     """
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    return explained(ranking, _row("i", i, ranking), units or {})
+    ranking = ranking_from(F, normalize, maximize)
+    row = _row("i", i, ranking)
+    front, values, (own,), lengths = _measured(ranking, [row])
+    behind = own - values.min(axis=0)
+    distance = np.sqrt((((values - own) / lengths) ** 2).sum(axis=1))
+    distance[np.isnan(distance)] = np.inf
+    neighbours = np.full(len(own), -1, dtype=np.intp)
+    for j in range(len(own)):
+        better = values[:, j] < own[j]
+        clearly = better & (own[j] - values[:, j] >= _STEP * lengths[j])  # of tiny ranges that is 0
+        nearest = _nearest(clearly if clearly.any() else better, distance)
+        if len(nearest):
+            neighbours[j] = front[nearest[values[nearest, j].argmin()]]
+    dominated_by = -1
+    if not ranking.pareto[row]:
+        # The least excess, not none: a value in a chain of close ones may be settled otherwise
+        # here than among all designs, where the dominance was found.
+        excess = np.fmax((values - own) / lengths, 0).max(axis=1)
+        dominated_by = int(front[_nearest(excess == excess.min(), distance)[0]])
+    others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
+    steps = _compared(ranking, [row, *others], units or {})
+    shares = _shares(behind, lengths)
+    return Explanation(ranking, row, units or {}, behind, shares, neighbours, steps, dominated_by)
 
 
 def compare_designs(
@@ -401,68 +412,44 @@ def compare_designs(
         raise ArgumentTypeError(f"rows must be a list of rows of F, got {rows!r:.80}")
     if len(rows) < 2:
         raise invalid("rows", "two rows or more", list(rows))
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    return compared(ranking, [_row("rows", row, ranking) for row in rows], units or {})
-
-
-@np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
-def explained(ranking: EfficiencyRanking, row: int, units: Mapping[Any, str]) -> Explanation:
-    """Return :func:`explain` of a design that is ranked already."""
-    front, values, (own,), lengths = _measured(ranking, [row])
-    behind = own - values.min(axis=0)
-    distance = np.sqrt((((values - own) / lengths) ** 2).sum(axis=1))
-    distance[np.isnan(distance)] = np.inf
-    neighbours = np.full(len(own), -1, dtype=np.intp)
-    for j in range(len(own)):
-        better = values[:, j] < own[j]
-        clearly = better & (own[j] - values[:, j] >= _STEP * lengths[j])  # of tiny ranges that is 0
-        nearest = _nearest(clearly if clearly.any() else better, distance)
-        if len(nearest):
-            neighbours[j] = front[nearest[values[nearest, j].argmin()]]
-    dominated_by = -1
-    if not ranking.pareto[row]:
-        # The least excess, not none: a value in a chain of close ones may be settled otherwise
-        # here than among all designs, where the dominance was found.
-        excess = np.fmax((values - own) / lengths, 0).max(axis=1)
-        dominated_by = int(front[_nearest(excess == excess.min(), distance)[0]])
-    others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    steps = compared(ranking, [row, *others], units)
-    shares = _shares(behind, lengths)
-    return Explanation(ranking, row, units, behind, shares, neighbours, steps, dominated_by)
+    ranking = ranking_from(F, normalize, maximize)
+    return _compared(ranking, [_row("rows", row, ranking) for row in rows], units or {})
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def compared(
+def _compared(
     ranking: EfficiencyRanking, rows: Sequence[int], units: Mapping[Any, str]
 ) -> DesignComparison:
-    """Return :func:`compare_designs` of designs that are ranked already, one or more."""
+    """Return the comparison of one design or more with the first."""
     names = ranking.objectives.names
     if unknown := [name for name in units if name not in names]:
-        raise invalid("units", f"of criteria among {', '.join(map(str, names))}", unknown[0])
+        raise invalid("units", f"of objectives among {', '.join(map(str, names))}", unknown[0])
     _, _, own, lengths = _measured(ranking, rows)
     gains = own[0] - own + 0.0  # no -0.0
     shares = _shares(gains, lengths)
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), units, gains, shares)
 
 
-def instead(ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[Any, str]) -> str:
-    """Return what a selector has chosen, and what that gives and takes against a design.
+def alternative(
+    ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[Any, str]
+) -> str:
+    """Return what a selector chooses, and what that gives and takes against a design.
 
     Args:
         ranking: Of all designs.
-        chosen: The rows that the selector has chosen, the first one to be told of; none or more.
+        chosen: The rows that the selector chooses, of which the first is described; may be empty.
         row: The design, in most cases the optimum.
-        units: Units of criteria by name.
+        units: Units of objectives by name.
     """
     if not len(chosen):
         return "no design stands out."
     if row in chosen:
         optimum = ", the optimum itself" if row in ranking.salukvadze else ""
-        text = f"{label(ranking, row)}{optimum}."
+        text = f"{ranking.name_of(row)}{optimum}."
     else:
-        (text,) = compared(ranking, [row, int(chosen[0])], units).sentences
-        name = label(ranking, int(chosen[0]))  # which begins the sentence, there as a sentence does
-        text = f"{name}{text[len(name) :]}"
+        names = [ranking.name_of(i) for i in (int(chosen[0]), row)]
+        difference = _compared(ranking, [row, int(chosen[0])], units).difference(1)
+        text = sentence("against", design=names[0], other=names[1], difference=difference)
     return text + (f" It is the first of {len(chosen)} that are chosen." if len(chosen) > 1 else "")
 
 
@@ -470,13 +457,12 @@ def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Ar
     """Return the Pareto-optimal rows, their values, those of ``rows``, and the ranges.
 
     All are minimised, and values that are equal up to rounding are the same number. The range of
-    a criterion that is constant is infinite.
+    an objective that is constant is infinite.
     """
-    front = np.flatnonzero(ranking.pareto)
-    objectives, frame = ranking.objectives, ranking.frame
+    front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
     wanted = np.concatenate([front, np.array(rows, dtype=np.intp)])
     together = settled(objectives.values[wanted] * objectives.sign)
-    lengths = unit_lengths(frame.ideal, frame.nadir)
+    lengths = unit_lengths(ranking.frame.ideal, ranking.frame.nadir)
     return front, together[: len(front)], together[len(front) :], lengths
 
 
@@ -484,8 +470,7 @@ def _nearest(candidates: NDArray[np.bool_], distance: Array) -> Rows:
     """Return which candidates are nearest, all of them if several tie up to rounding."""
     rows = np.flatnonzero(candidates)
     least = distance[rows].min(initial=np.inf)
-    nearest: Rows = rows[distance[rows] <= least * (1 + _TIE)]
-    return nearest
+    return np.asarray(rows[distance[rows] <= least * (1 + _TIE)])
 
 
 def _shares(differences: Array, lengths: Array) -> Array:
@@ -494,6 +479,7 @@ def _shares(differences: Array, lengths: Array) -> Array:
 
 
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
+    """Return the row of a design that is given by its row or its label."""
     if isinstance(value, str):  # an integer is always a row, whatever the labels are
         labels = enumerate(ranking.objectives.labels)
         rows = [row for row, label in labels if isinstance(label, str) and label == value]
@@ -503,13 +489,26 @@ def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
         raise invalid(name, "a row of F from 0, or the label of just one row", found)
     row, n = integer(name, value, minimum=0), len(ranking.rank)
     if row >= n:
-        raise invalid(name, f"a row of F, 0 to {n - 1}", Received(f"{row}"))
+        raise invalid(name, f"a row of F, 0 to {n - 1}", row)
     return row
 
 
-def _amount(value: float, unit: str | None, share: float, first: bool) -> str:
-    """Return an amount with its unit and its share of the range, which the first one explains."""
-    amount = f"{number(value)} {unit}" if unit else number(value)
-    if np.isnan(share):  # of a criterion in which all Pareto-optimal designs are equal
-        return amount
-    return f"{amount} ({percent(share)}{' of its range' if first else ''})"
+def _changes(
+    ranking: EfficiencyRanking,
+    units: Mapping[Any, str],
+    sizes: Array,
+    shares: Array,
+    columns: Iterable[int],
+) -> list[str]:
+    """Return a text for each objective of some columns: by how much it changes."""
+    texts = []
+    for k, j in enumerate(columns):
+        name = ranking.objectives.names[j]
+        values = {
+            "objective": name,
+            "amount": f"{number(sizes[j])} {units.get(name, '')}".strip(),
+            "share": percent(shares[j]),
+        }
+        template = "first change" if k == 0 else "change"
+        texts.append(sentence("bare change" if np.isnan(shares[j]) else template, **values))
+    return texts

@@ -23,8 +23,8 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -32,9 +32,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._tables import Shown, latex_table
-from pymoo_psi._validation import Received, boolean, collection, integer, invalid
+from pymoo_psi._validation import (
+    Received,
+    boolean,
+    collection,
+    finite_array,
+    integer,
+    invalid,
+    known_name,
+    objective_matrix,
+)
+from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
-from pymoo_psi.pareto._objectives import Objectives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 
 if TYPE_CHECKING:
@@ -44,6 +53,114 @@ Array = NDArray[np.float64]
 
 RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
 """The columns that follow the objectives in the frame of a ranking."""
+
+
+@dataclass(frozen=True, eq=False)
+class Objectives:
+    """The objective values of n designs in the original units and directions, with their names.
+
+    Attributes:
+        values: ``(n, m)`` finite objective values as given; a copy of its own.
+        sign: ``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
+        names: The m column names of a data frame; f1, f2, … for an array.
+        labels: The row labels of a data frame; 0, 1, … for an array.
+    """
+
+    values: Array
+    sign: Array
+    names: tuple[Any, ...]
+    labels: Any
+
+    @classmethod
+    def of(cls, F: Any, maximize: Collection[Any] = ()) -> Objectives:
+        """Check and keep objective values.
+
+        Args:
+            F: ``(n, m)`` array or data frame, n, m >= 1.
+            maximize: Which are to be maximised: column indices from 0 or, of a data frame, names.
+
+        Raises:
+            ArgumentValueError: The values are not finite, or there is no such objective.
+            ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
+        """
+        names: tuple[Any, ...] | None = None
+        labels: Any = None
+        # A data frame by what it offers, so that arrays do not pay for importing pandas.
+        if hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy"):
+            names, labels = tuple(F.columns), F.index
+            F = _numbers(F)
+        values = objective_matrix("F", F).copy()
+        n, m = values.shape
+        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+        sign = np.ones(m)
+        sign[[_column("maximize", entry, m, names) for entry in maximize]] = -1.0
+        if names is None:
+            names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
+        return cls(values, sign, names, labels)
+
+    @property
+    def minimized(self) -> Array:
+        """``(n, m)`` the values with the sign of those to be maximised turned."""
+        return self.values * self.sign
+
+    def original(self, minimized: Array) -> Array:
+        """Return ``(..., m)`` minimised values in the original directions."""
+        return np.asarray(minimized * self.sign + 0.0)  # no -0.0
+
+    def headings(self, units: Mapping[Any, str]) -> list[str]:
+        """Return the names for readers, each with its unit, and "(max)" if it is maximised."""
+        return [
+            f"{name}{f' [{units[name]}]' if units.get(name) else ''}{' (max)' if sign < 0 else ''}"
+            for name, sign in zip(self.names, self.sign.tolist(), strict=True)
+        ]
+
+    def column(self, argument: str, entry: Any) -> int:
+        """Return the index of an objective that an argument gives by name or index."""
+        return _column(argument, entry, len(self.names), self.names)
+
+    def rows(self, indices: NDArray[np.intp]) -> Objectives:
+        """Return the same objectives of some of the designs."""
+        labels = [self.labels[i] for i in indices.tolist()]
+        return Objectives(self.values[indices], self.sign, self.names, labels)
+
+    def turned(self, name: str, value: ArrayLike) -> Array:
+        """Return a point in the original directions as one that is minimised."""
+        point = finite_array(name, value)
+        if point.shape != self.sign.shape:
+            rule = f"of shape {self.sign.shape}"
+            raise invalid(name, rule, Received(f"shape {point.shape}"))
+        return point * self.sign
+
+
+def _numbers(frame: Any) -> Array:
+    """Return the values of a data frame; a missing value is NaN."""
+    for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
+        # Nothing is converted: text, dates and objects are no numbers until the user says so.
+        if getattr(dtype, "kind", "O") not in "fiub":
+            raise ArgumentTypeError(
+                f"column {name!r} of F must hold real numbers, got dtype {dtype}; "
+                f"give F[[...]], the columns that are objectives; names of the designs are "
+                f"labels by F.set_index({name!r})"
+            )
+    values: Array = frame.to_numpy(dtype=np.float64, na_value=np.nan)
+    return values
+
+
+def _column(argument: str, entry: Any, m: int, names: Sequence[Any] | None) -> int:
+    """Return the index of an objective; a name goes before an index."""
+    if names is not None and entry in names:
+        if names.count(entry) > 1:
+            raise invalid(argument, "names that only one column has", entry)
+        return names.index(entry)
+    if isinstance(entry, str):
+        if names is None:
+            remedy = "name objectives only where F is a data frame"
+            raise invalid(argument, f"column indices from 0 to {m - 1}", entry, remedy)
+        known_name(argument, entry, [name for name in names if isinstance(name, str)])
+    column = integer(argument, entry, minimum=0)
+    if column >= m:
+        raise invalid(argument, f"column indices from 0 to {m - 1}", column)
+    return column
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +173,7 @@ class EfficiencyRanking(Shown):
         pareto: ``(n,)`` which rows are Pareto optimal.
         frame: The points U and N and the scale in which the criteria are measured, all objectives
             minimised.
-        objectives: What was ranked, in the user's sense and under the user's names.
+        objectives: What was ranked, in the original units and directions, with names and labels.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
             up to rounding. They are the rows of rank 6, and there is usually one. Only if several
             rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
@@ -78,32 +195,47 @@ class EfficiencyRanking(Shown):
     objectives: Objectives
 
     def __repr__(self) -> str:
-        """Return how much is ranked and which row is the best."""
+        """Return how much is ranked and which design is the best."""
         n, m = self.objectives.values.shape
-        first, labels = self.salukvadze[:3].tolist(), self.objectives.labels
-        best = ", ".join(map(str, first))
+        best = ", ".join(self.name_of(row) for row in self.salukvadze[:3].tolist())
         more = ", …" if len(self.salukvadze) > 3 else ""
-        # Of a table the rows are those of its Pareto set, and no test points.
-        called = ", ".join(str(labels[row]) for row in first)
-        named = "" if called == best else f", labelled {called}{more}"
         return (
             f"EfficiencyRanking({n} designs by {m} objectives: {np.sum(self.pareto)} Pareto "
-            f"optimal, the best in row {best}{more}{named})"
+            f"optimal, the best is {best}{more})"
         )
+
+    def name_of(self, row: int) -> str:
+        """Return what sentences call a design: its label if that is a text, else "design 3".
+
+        Example:
+            >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).name_of(2)
+            'design 2'
+        """
+        label = self.objectives.labels[row]
+        return label if isinstance(label, str) else f"design {label}"
+
+    def with_labels(self, labels: Sequence[Any]) -> EfficiencyRanking:
+        """Return the same ranking with other labels of the designs.
+
+        Example:
+            >>> rank_of_efficiency([[1, 4], [2, 2]]).with_labels(["A", "B"]).name_of(1)
+            'B'
+        """
+        return replace(self, objectives=replace(self.objectives, labels=labels))
 
     @property
     def ideal(self) -> Array:
-        """``(m,)`` the point U in the user's sense.
+        """``(m,)`` the point U in the original directions.
 
         Example:
             >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).ideal
             array([1., 1.])
         """
-        return self.objectives.in_users_sense(self.frame.ideal)
+        return self.objectives.original(self.frame.ideal)
 
     @property
     def nadir(self) -> Array:
-        """``(m,)`` the point N in the user's sense.
+        """``(m,)`` the point N in the original directions.
 
         Example:
             The dominated row does not count.
@@ -111,7 +243,7 @@ class EfficiencyRanking(Shown):
             >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1], [9, 9]]).nadir
             array([4., 4.])
         """
-        return self.objectives.in_users_sense(self.frame.nadir)
+        return self.objectives.original(self.frame.nadir)
 
     def subset(self, rank: int) -> NDArray[np.intp]:
         """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first.
@@ -160,15 +292,10 @@ class EfficiencyRanking(Shown):
         values, shape = shown.values, self.objectives.values.shape
         if values.shape != shape:
             raise invalid("F", f"of shape {shape}", Received(f"shape {values.shape}"))
-        given = shown.names if names is None else names
-        columns = list(collection("names", given, f"a list of {shape[1]} names"))
-        if len(columns) != shape[1]:
-            raise invalid("names", f"{shape[1]} names", columns)
-        if taken := [name for name in columns if name in RANKING_COLUMNS]:
-            rule = "other than mu1, mu2, mu3, rank and pareto, which are columns of the ranking"
-            raise invalid("names", rule, taken[0], "give others by names=[...]")
-        if twice := [name for name in columns if columns.count(name) > 1]:
-            raise invalid("names", "distinct", twice[0], "give others by names=[...]")
+        columns = list(shown.names if names is None else names)
+        if len(columns) != shape[1] or len({*columns, *RANKING_COLUMNS}) < shape[1] + 5:
+            rule = f"{shape[1]} different names other than {', '.join(RANKING_COLUMNS)}"
+            raise invalid("names", rule, columns, "give others by names=[...]")
         frame = pd.DataFrame(values, columns=columns, index=pd.Index(shown.labels))
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
@@ -197,25 +324,14 @@ class EfficiencyRanking(Shown):
             \bottomrule
             \end{tabular}
         """
-        columns = self._columns(integer("top", top, minimum=1), {} if units is None else units)
-        return latex_table([(name, values.tolist()) for name, values in columns])
+        top = integer("top", top, minimum=1)
+        frame = self.to_frame(names=self.objectives.headings(units or {})).drop(columns="pareto")
+        frame.insert(0, "design", frame.index, allow_duplicates=True)
+        return latex_table((str(name), col.tolist()) for name, col in frame.head(top).items())
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        import pandas as pd
-
-        names, values = zip(*self._columns(n, {}), strict=True)
-        frame = pd.concat([pd.Series(column) for column in values[1:]], axis=1)
-        frame.index = pd.Index(values[0], name=getattr(self.objectives.labels, "name", None))
-        return frame.set_axis(list(names[1:]), axis=1), len(self.rank)
-
-    def _columns(self, n: int, units: Mapping[Any, str]) -> list[tuple[str, NDArray[Any]]]:
-        """Return heading and values of each column for readers, of the first n designs."""
-        rows, objectives = self.order[:n], self.objectives
-        labels = np.array([objectives.labels[row] for row in rows.tolist()], dtype=object)
-        headings = objectives.headings(units)
-        columns = zip(headings, objectives.values[rows].T, strict=True)
-        mu = zip(RANKING_COLUMNS, self.criteria[rows].T, strict=False)
-        return [("design", labels), *columns, *mu, ("rank", self.rank[rows])]
+        frame = self.to_frame(names=self.objectives.headings({}))
+        return frame.head(n), len(frame)
 
     @property
     def order(self) -> NDArray[np.intp]:
@@ -247,7 +363,7 @@ def rank_of_efficiency(
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does.
-        ideal: ``(m,)`` the point U, in the same sense as ``F``; by default the best values over
+        ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
             the Pareto-optimal rows. It must be at least as good as they are.
         nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
             rows.
@@ -290,16 +406,15 @@ def ranking_of(
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
 ) -> EfficiencyRanking:
-    """Rank checked objectives whose Pareto-optimal rows, one or more, are known."""
+    """Return :func:`rank_of_efficiency` of objectives whose Pareto-optimal rows are known."""
     normalize = boolean("normalize", normalize)
     F = objectives.minimized
     F[pareto] = front = settled(F[pareto])
     best = front.min(axis=0)
     U = best if ideal is None else objectives.turned("ideal", ideal)
     N = front.max(axis=0) if nadir is None else objectives.turned("nadir", nadir)
-    sign = objectives.sign
-    _require_order("ideal", "the best value of every objective", U, best, sign, better=True)
-    _require_order("nadir", "the ideal in every objective", N, U, sign, better=False)
+    _require("ideal", "no worse than the best value of every objective", U, best, objectives)
+    _require("nadir", "no better than the ideal", U, N, objectives)
     with np.errstate(over="ignore"):
         span = N - U
     if not np.isfinite(span).all():
@@ -322,24 +437,34 @@ def ranking_of(
     return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
 
 
+def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:
+    """Return F if it is a ranking, or else the ranking of F."""
+    if isinstance(F, EfficiencyRanking):
+        return F
+    return rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+
+
+def measured_in(ranking: EfficiencyRanking) -> str:
+    """Return in what the distances of a ranking are measured, as a sentence without its end."""
+    if ranking.frame.normalize:
+        return "Normalised: distances in units of the ranges"
+    return "Not normalised: plain distances, as in the paper"
+
+
 def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
     """Return the Pareto-optimal rows, and their objectives, minimised and settled."""
     front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
     return front, settled(objectives.values[front] * objectives.sign)
 
 
-def _require_order(
-    name: str, than: str, point: Array, other: Array, sign: Array, *, better: bool
-) -> None:
-    """Require a point to be nowhere worse than another, or nowhere better; both minimised."""
-    lower, upper = (point, other) if better else (other, point)
-    wrong = np.flatnonzero(lower > upper)
+def _require(name: str, rule: str, low: Array, high: Array, objectives: Objectives) -> None:
+    """Require one of two points to be nowhere above the other; both minimised."""
+    wrong = np.flatnonzero(low > high)
     if len(wrong):
         j = wrong[0]
-        rule = f"at {'most' if better == (sign[j] > 0) else 'least'} {than}"
-        mine, theirs = (float(p[j] * sign[j]) + 0.0 for p in (point, other))  # no -0.0
-        shown = f"{mine} against {theirs} in objective {j + 1}"
-        raise invalid(name, rule, Received(shown))
+        point, other = (low, high) if name == "ideal" else (high, low)
+        mine, theirs = objectives.original(point)[j], objectives.original(other)[j]
+        raise invalid(name, rule, Received(f"{mine} against {theirs} in objective {j + 1}"))
 
 
 @dataclass(frozen=True, eq=False)

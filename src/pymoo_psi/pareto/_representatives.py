@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo_psi._tables import Shown
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.pareto._indicators import farthest_first
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,10 +84,9 @@ class Representatives(Shown):
 
         objectives = self.ranking.objectives
         names = list(objectives.names)
-        for name in names:
-            if name in ("share", "farthest") or names.count(name) > 1:
-                rule = "of objectives with distinct names other than share and farthest"
-                raise invalid("F", rule, name, "rename it")
+        if len({*names, "share", "farthest"}) < len(names) + 2:
+            rule = "of objectives with different names other than share and farthest"
+            raise invalid("F", rule, names, "rename them")
         labels = pd.Index([objectives.labels[row] for row in self.rows])
         frame = pd.DataFrame(objectives.values[self.rows], columns=names, index=labels)
         return frame.assign(share=self.shares, farthest=self.farthest)
@@ -104,7 +103,8 @@ def representatives(
     chance in it: of equally far designs the first is taken.
 
     Args:
-        F: ``(n, m)`` objective values, an array or a data frame; dominated rows are left out.
+        F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has
+            its own ``normalize`` and ``maximize``; dominated rows are left out.
         k: How many, >= 1.
         normalize: Measure distances with each objective in units of its range over the Pareto
             set; ``False`` takes plain Euclidean distances.
@@ -127,11 +127,7 @@ def representatives(
         (array([ 41,   0, 100]), array([0.48, 0.19, 0.34]))
     """
     k = integer("k", k, minimum=1)
-    return representatives_of(rank_of_efficiency(F, normalize=normalize, maximize=maximize), k)
-
-
-def representatives_of(ranking: EfficiencyRanking, k: int) -> Representatives:
-    """Return :func:`representatives` of designs that are ranked already."""
+    ranking = ranking_from(F, normalize, maximize)
     front, values = front_of(ranking)
     points = ranking.frame.scaled(values)
     unit = points.max() or 1.0  # so that no square over- or underflows

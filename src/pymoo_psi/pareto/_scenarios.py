@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi.pareto._feasibility import competes
+from pymoo_psi.pareto._dominance import competes
 from pymoo_psi.pareto._ranking import rank_of_efficiency
 
 if TYPE_CHECKING:

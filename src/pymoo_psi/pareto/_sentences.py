@@ -1,35 +1,81 @@
-"""How sentences about designs name them, and tell shares of ranges."""
+"""Sentences about designs: the templates, and how names, numbers and shares are written.
+
+The decision page fills the same templates (:data:`SENTENCES`, which it has as JSON), so that the
+page, the command, the report and Python say the same.
+"""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
-from pymoo_psi.pareto._ranking import EfficiencyRanking
+SENTENCES = {
+    # What a design is among the others (Explanation); front is "3 Pareto-optimal designs".
+    "dominated": "{design} is dominated: {other} is {difference}.",
+    "single": "{design} is the only Pareto-optimal design.",
+    "optimum": "{design} is the Salukvadze optimum: the nearest of {front} to the ideal point.",
+    "optima": "{design} is a Salukvadze optimum: one of {count} of {front} that are equally near "
+    "to the ideal point.",
+    "ranked": "{design} is one of {front}, of rank of efficiency {rank}.",
+    # Its distances from the best, the parts joined by "; ".
+    "all best": "It is the best in every objective.",
+    "behind": "Behind the best in {changes}",
+    "weakest": "weakest in {objectives}",
+    "best": "the best in {objectives}",
+    "same": "the same as all in {objectives}",
+    # A change of one objective, the first of a sentence and those that follow; without a share
+    # where the objective is equal for all Pareto-optimal designs.
+    "first change": "{objective} by {amount} ({share} of its range)",
+    "change": "{objective} by {amount} ({share})",
+    "bare change": "{objective} by {amount}",
+    # One design against another, the parts joined by "; ", and in sentences.
+    "better": "better in {changes}",
+    "worse": "worse in {changes}",
+    "equal": "equal in all objectives",
+    "against": "{design} against {other}: {difference}.",
+    "step": "Towards {objectives}: {design} is {difference}.",
+    # Cautions.
+    "alone": "Only one design is Pareto optimal: the objectives do not conflict.",
+    "alike": "All {count} Pareto-optimal designs have the same values.",
+    "constant": "Equal for all Pareto-optimal designs, and without weight: {objectives}.",
+    "redundant": "Objectives that agree to within 1 % of their ranges, and so count more than "
+    "once: {groups}.",
+    "scale": "Without normalising, {objective} with a range of {range} outweighs {other} with one "
+    "of {least}.",
+    "equidistant": "{near} of {count} Pareto-optimal designs are within 1 % of the least distance "
+    "to the ideal point, as on a sphere around it: a preference must choose.",
+    "tie": "{design} is as near to the ideal point as {others}.",
+    "near tie": "{design} is {farther} farther from the ideal point, and differs by {share} of the "
+    "range in {objective}.",
+    "near ties": "{design}, one of {count} such designs, is {farther} farther from the ideal "
+    "point, and differs by {share} of the range in {objective}.",
+    "extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: the set "
+    "bulges away from the ideal point, so that no compromise is nearer to it than the extreme "
+    "designs.",
+    "plain extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: it is "
+    "no compromise.",
+    "edge": "The optimum is the best in {objectives}, to within 1 % of the range: it lies at an "
+    "edge of the set.",
+    "outlier": "{design} alone stretches the range of {stretched} {times} times; without it the "
+    "optimum would be {other}, which differs by {share} of the range in {objective}.",
+    "best unstable": "Without {design}, the best in {extreme}, the optimum would be {other}, which "
+    "differs by {share} of the range in {objective}.",
+    "worst unstable": "Without {design}, the worst in {extreme}, the optimum would be {other}, "
+    "which differs by {share} of the range in {objective}.",
+    "unselective": "{ranked} of {count} Pareto-optimal designs have a rank: ranks do not "
+    "discriminate.",
+}
+"""Templates by name, filled by ``str.format`` with texts only."""
 
 
-def labelled(ranking: EfficiencyRanking, labels: Sequence[str]) -> EfficiencyRanking:
-    """Return a ranking whose designs have other names."""
-    return replace(ranking, objectives=replace(ranking.objectives, labels=labels))
-
-
-def measured_in(ranking: EfficiencyRanking) -> str:
-    """Return in what the distances of a ranking are measured."""
-    if ranking.frame.normalize:
-        return "Normalised: distances in units of the ranges"
-    return "Not normalised: plain distances, as in the paper"
-
-
-def label(ranking: EfficiencyRanking, row: int) -> str:
-    """Return what a design is called: a label that is a text stands for itself."""
-    name = ranking.objectives.labels[row]
-    return name if isinstance(name, str) else f"design {name}"
+def sentence(name: str, **values: object) -> str:
+    """Return a template of :data:`SENTENCES`, filled."""
+    return SENTENCES[name].format(**values)
 
 
 def capital(text: str) -> str:
-    """Begin a sentence with what a design is called; a name that the user gave stays as it is."""
+    """Begin a sentence with the name of a design; a name that the user gave stays as it is."""
     ours = text.startswith(("design ", "row ", "test point "))
     return text[0].upper() + text[1:] if ours else text
 
@@ -42,12 +88,12 @@ def listed(names: Sequence[Any], word: str = "and") -> str:
 
 def number(value: float, digits: int = 4) -> str:
     """Return a number with a few digits, large ones as people write them: 59990, not 5.999e+04."""
-    text = f"{value + 0.0:.{digits}g}"  # of -0.0, a zero whose sign was turned, 0
+    text = f"{value + 0.0:.{digits}g}"  # + 0.0: no -0
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
 
 
 def percent(share: float) -> str:
-    """Return a share as a sentence tells it: two digits, and none behind the point above 10."""
+    """Return a share with two digits, above 10 % with none behind the point."""
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
         return "less than 0.01 %"
@@ -55,7 +101,7 @@ def percent(share: float) -> str:
 
 
 def wrapped(sentences: Sequence[str], columns: int = 80) -> str:
-    """Return sentences in lines that are no longer, no percent sign apart from its number."""
-    whole = (sentence.replace(" %", "\0%") for sentence in sentences)
-    lines = (textwrap.fill(sentence, columns, break_on_hyphens=False) for sentence in whole)
+    """Return sentences in lines of at most so many columns, no percent sign off its number."""
+    whole = (text.replace(" %", "\0%") for text in sentences)
+    lines = (textwrap.fill(text, columns, break_on_hyphens=False) for text in whole)
     return "\n".join(lines).replace("\0", " ")

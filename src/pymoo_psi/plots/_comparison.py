@@ -25,7 +25,7 @@ from pymoo_psi._markers import GREY
 from pymoo_psi._validation import Received, boolean, counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.comparison._statistics import shift
-from pymoo_psi.pareto._indicators import attainment_surfaces
+from pymoo_psi.pareto import attainment_surfaces
 from pymoo_psi.plots._style import (
     FIGURE_SUFFIXES,
     literal,

@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.paper._figures import RankedPoints
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._ranking import UtopianFrame
+from pymoo_psi.pareto import EfficiencyRanking, UtopianFrame
 from pymoo_psi.plots._designs import label_axes
 from pymoo_psi.plots._style import enlarge_markers, literal, new_page, view
 from pymoo_psi.plots._table import MATRIX, row_height, share_axes

@@ -27,7 +27,7 @@ from pymoo_psi.parallel._outcome import (
     same_folder,
     same_process,
 )
-from pymoo_psi.pareto._feasibility import competes, meets_constraints
+from pymoo_psi.pareto import competes, meets_constraints
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
 # parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128

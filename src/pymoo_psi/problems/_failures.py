@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import known_name
-from pymoo_psi.pareto._feasibility import constraint_violation
+from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._restricted import Restricted

@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import counted
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import EfficiencyRanking, cautions, rank_of_efficiency
-from pymoo_psi.pareto._explanation import Explanation, explained, instead
-from pymoo_psi.pareto._representatives import representatives_of
-from pymoo_psi.pareto._sentences import (
-    label,
-    labelled,
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    Explanation,
+    alternative,
+    cautions,
+    explain,
     listed,
     measured_in,
     number,
     percent,
+    rank_of_efficiency,
+    representatives,
 )
 from pymoo_psi.plots import (
     criteria_page,
@@ -35,8 +37,7 @@ from pymoo_psi.plots import (
 )
 from pymoo_psi.plots._style import HUGE
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
-from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum
-from pymoo_psi.selection._agreement import choices_of
+from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
 from pymoo_psi.table._designs import alike, values_in_order
 from pymoo_psi.table._layout import Limits
@@ -116,7 +117,7 @@ class Case:
         own = pd.DataFrame(table.F[rows] * layout.sign, columns=list(layout.objectives))
         more = [name for name in layout.objectives if name in layout.maximized]
         ranking = rank_of_efficiency(own, normalize=normalize, maximize=more)
-        ranking = labelled(ranking, [labels[row] for row in rows])
+        ranking = ranking.with_labels([labels[row] for row in rows])
         if selectors is None:
             other = "plain distances" if normalize else "distances in units of the ranges"
             selectors = {
@@ -124,7 +125,7 @@ class Case:
                 "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
                 other: SalukvadzeOptimum(normalize=not normalize),
             }
-        choices = choices_of(selectors, ranking) if selectors else {}
+        choices = compare_selectors(ranking, selectors).chosen if selectors else {}
         return cls(table, limits, labels, rows, ranking, int(ranking.salukvadze[0]), choices)
 
     @cached_property
@@ -179,11 +180,11 @@ def _choice(case: Case) -> Iterator[Part]:
                 f"of them alone. What each limit rejects, and how near designs come, is below."
             )
         return
-    why = explained(ranking, case.chosen, case.units)
+    why = explain(ranking, case.chosen, units=case.units)
     if len(layout.objectives) <= _LEAD:
         own = zip(layout.objectives, ranking.objectives.values[case.chosen], strict=True)
         values = (f"{name} {case.amount(name, value)}" for name, value in own)
-        yield f"Chosen is {label(ranking, case.chosen)}, with {listed([*values])}."
+        yield f"Chosen is {ranking.name_of(case.chosen)}, with {listed([*values])}."
         yield Items(why.sentences)
     else:
         yield why.sentences[0]
@@ -191,7 +192,7 @@ def _choice(case: Case) -> Iterator[Part]:
     optimum = case.chosen in ranking.salukvadze
     if found:
         # They are about the optimum, which need not be what was chosen.
-        what = "" if optimum else f" on {label(ranking, int(ranking.salukvadze[0]))}, the optimum"
+        what = "" if optimum else f" on {ranking.name_of(int(ranking.salukvadze[0]))}, the optimum"
         yield Items(tuple(f"Caution{what}: {caution}" for caution in found), marked=True)
     elif optimum and ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
         yield (
@@ -220,7 +221,7 @@ def _choice(case: Case) -> Iterator[Part]:
     cells = tuple((case.named(name), _value(table.column(name)[row])) for name in others)
     if cells:
         what = "Variables and further outputs" if layout.outputs else "Variables"
-        shown = label(ranking, case.chosen)
+        shown = ranking.name_of(case.chosen)
         yield Cells(("name", "value"), cells, f"{what} of {shown}.")
 
 
@@ -238,7 +239,7 @@ def _steps(why: Explanation) -> Cells:
             told = [f"{names[j]} {_share(sizes[j])}" for j in which[:most]]
             told += [f"and {len(which) - most} more"] if len(which) > most else []
             sides.append(", ".join(told))
-        rows.append((label(why.ranking, row), *sides))
+        rows.append((why.ranking.name_of(row), *sides))
     caption = "The nearest designs that are better in a criterion, and shares of the ranges."
     return Cells(("towards", "better in", "worse in"), tuple(rows), caption)
 
@@ -422,12 +423,12 @@ def _pareto(case: Case) -> Iterator[Part]:
     yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {are} Pareto optimal."
     drawn, which = names, ""
     if len(names) > _PAIRS:
-        shares = np.nan_to_num(explained(ranking, case.chosen, {}).shares)
+        shares = np.nan_to_num(explain(ranking, case.chosen).shares)
         drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
         which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
     point = int(case.table.numbers[case.rows[case.chosen]])
     draw = partial(criteria_page, case.table, case.limits, criteria=drawn, design=point)
-    caption = f"Criteria in pairs, with {label(ranking, case.chosen)} marked.{which}"
+    caption = f"Criteria in pairs, with {ranking.name_of(case.chosen)} marked.{which}"
     yield _picture(case, drawn, draw, caption)
     if len(names) > _PAIRS:
         yield Picture(
@@ -442,19 +443,19 @@ def _alternatives(case: Case) -> Iterator[Part]:
     if ranking is None or ranking.pareto.sum() < 2 or len(case.table.layout.objectives) < 2:
         return
     told = [
-        f"{name}: {instead(ranking, chosen, case.chosen, case.units)}"
+        f"{name}: {alternative(ranking, chosen, case.chosen, case.units)}"
         for name, chosen in case.choices.items()
     ]
     if case.chosen not in ranking.salukvadze:
-        optimum = instead(ranking, ranking.salukvadze, case.chosen, case.units)
+        optimum = alternative(ranking, ranking.salukvadze, case.chosen, case.units)
         told.insert(0, f"Salukvadze optimum: {optimum}")
     if told:
         yield "By other preferences:"
         yield Items(tuple(told))
-    few = representatives_of(ranking, _FEW)
+    few = representatives(ranking, _FEW)
     if len(few.rows) < 2:
         return
-    names = [label(ranking, int(row)) for row in few.rows]
+    names = [ranking.name_of(int(row)) for row in few.rows]
     shares = ("stands for", *map(percent, few.shares))
     rows = [
         (case.named(name), *map(_number, values))

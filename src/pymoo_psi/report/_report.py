@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import Received, boolean, counted, instance, integer, invalid
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._sentences import listed
+from pymoo_psi.pareto import EfficiencyRanking, listed
 from pymoo_psi.report._contents import Case, sections_of
 from pymoo_psi.report._document import Section, html_of
 from pymoo_psi.table import TestTable

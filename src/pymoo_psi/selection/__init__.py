@@ -58,6 +58,7 @@ from pymoo_psi.selection._selectors import (
     EfficientSubset,
     Knee,
     Lexicographic,
+    RankingSelector,
     ReferencePoint,
     SalukvadzeOptimum,
 )
@@ -69,6 +70,7 @@ __all__ = [
     "Knee",
     "Lexicographic",
     "McdmMethod",
+    "RankingSelector",
     "ReferencePoint",
     "SalukvadzeOptimum",
     "SelectorComparison",

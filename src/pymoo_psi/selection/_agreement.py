@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, invalid, wrong_type
-from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
+from pymoo_psi.pareto import EfficiencyRanking, ranking_from
 from pymoo_psi.selection._selectors import RankingSelector
 
 if TYPE_CHECKING:
@@ -142,7 +142,8 @@ def compare_selectors(
     objectives minimised. What a selector does to Python's warning filters is undone.
 
     Args:
-        F: ``(n, m)`` objective values, an array or a data frame.
+        F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has
+            its own ``normalize`` and ``maximize``.
         selectors: By name, anything with pymoo's ``.do(F)`` that returns an index, several, or
             None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``,
             methods of pymcdm in a :class:`pymoo_psi.selection.McdmMethod`.
@@ -174,20 +175,18 @@ def compare_selectors(
         2          L2       2  0.5  0.40     6      2
     """
     _require_selectors(selectors)
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    chosen = choices_of(selectors, ranking)
+    ranking = ranking_from(F, normalize, maximize)
+    chosen = _choices(selectors, ranking)
     # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
     sets = [set(choice.tolist()) for choice in chosen.values()]
     agreement = np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])
     return SelectorComparison(chosen, ranking, agreement)
 
 
-def choices_of(
+def _choices(
     selectors: Mapping[str, Any], ranking: EfficiencyRanking
 ) -> dict[str, NDArray[np.intp]]:
     """Return the rows that each selector chooses among the Pareto-optimal ones of a ranking."""
-    if selectors:
-        _require_selectors(selectors)
     front = np.flatnonzero(ranking.pareto)
     objectives = ranking.objectives.rows(front)
     chosen = {}

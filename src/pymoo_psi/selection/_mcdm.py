@@ -15,9 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
 from pymoo_psi._validation import Received, invalid, wrong_type
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.pareto._ranking import front_of
-from pymoo_psi.pareto._rounding import unit_lengths
+from pymoo_psi.pareto import EfficiencyRanking, front_of, unit_lengths
 from pymoo_psi.selection._selectors import (
     RankingSelector,
     checked_weights,

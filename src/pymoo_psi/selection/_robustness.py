@@ -20,8 +20,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel._tasks import in_order, in_parallel
-from pymoo_psi.pareto import Robustness
-from pymoo_psi.pareto._feasibility import meets_constraints
+from pymoo_psi.pareto import Robustness, meets_constraints
 from pymoo_psi.pareto._scenarios import rank_scenario, tally
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.sequences import lp_tau

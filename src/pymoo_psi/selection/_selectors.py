@@ -27,10 +27,8 @@ from pymoo_psi._validation import (
     invalid,
     wrong_type,
 )
-from pymoo_psi.pareto import EfficiencyRanking, nondominated
+from pymoo_psi.pareto import EfficiencyRanking, Objectives, front_of, nondominated, ranking_of
 from pymoo_psi.pareto._compromise import highest_achievement, knee, nearest_compromise
-from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import front_of, ranking_of
 from pymoo_psi.problems._pymoo import call_of
 
 

@@ -20,6 +20,6 @@ Example:
 """
 
 from pymoo_psi.sequences._covering import covering_radius
-from pymoo_psi.sequences._lp_tau import lp_tau
+from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS, lp_tau, lp_tau_at
 
-__all__ = ["covering_radius", "lp_tau"]
+__all__ = ["MAX_DIMENSIONS", "covering_radius", "lp_tau", "lp_tau_at"]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, counted, invalid, positive_number
-from pymoo_psi.pareto._indicators import hypervolume
-from pymoo_psi.pareto._ranking import UtopianFrame
+from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.sequences import covering_radius
 from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._table import TestTable

@@ -21,7 +21,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto._feasibility import EQ_TOLERANCE
+from pymoo_psi.pareto import EQ_TOLERANCE
 
 Array = NDArray[np.float64]
 Key: TypeAlias = str | int

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pymoo_psi.pareto._ranking import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._files import comment_text
 from pymoo_psi.table._sheet import UnfitError, in_a_line
 

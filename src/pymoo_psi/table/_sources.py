@@ -14,7 +14,7 @@ import numpy as np
 
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto._ranking import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._cells import Column, Marks, read_columns
 from pymoo_psi.table._design_file import DesignFile, unfit
 from pymoo_psi.table._designs import alike

@@ -35,11 +35,16 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto import EfficiencyRanking, Explanation, nondominated
-from pymoo_psi.pareto._explanation import explained
-from pymoo_psi.pareto._feasibility import competes, violated_constraints
-from pymoo_psi.pareto._objectives import Objectives
-from pymoo_psi.pareto._ranking import ranking_of
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    Explanation,
+    Objectives,
+    competes,
+    explain,
+    nondominated,
+    ranking_of,
+    violated_constraints,
+)
 from pymoo_psi.table._designs import (
     column_kinds,
     design_matrix,
@@ -448,7 +453,7 @@ class TestTable(Shown):
         )
         ranking = ranking_of(objectives, optimal[rows], normalize=normalize)
         units = {name: layout.units[name] for name in layout.objectives if name in layout.units}
-        return explained(ranking, numbers.index(chosen), units)
+        return explain(ranking, numbers.index(chosen), units=units)
 
     def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
         """Return the ordered test table of a criterion: the feasible designs, the best first.
