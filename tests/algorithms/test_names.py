@@ -45,8 +45,8 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     told = investigate(Model(**TOLD), 16)
     assert "1 constraint, 1 output)" in repr(told)
     assert told.layout.columns == ("width", "x2", "f1", "gain", "stress", "heat")
-    assert told.layout.maximized == ("gain",)
-    assert told.layout.label("heat") == "heat [K]"
+    assert told.layout.maximize == ("gain",)
+    assert told.layout.label_of("heat") == "heat [K]"
     assert np.array_equal(told.column("gain"), -told.F[:, 1])
     given = investigate(Model(), 16, **TOLD)
     assert given.equals(told)
@@ -119,7 +119,7 @@ def test_no_sense_of_the_problem_is_lost_to_an_argument():
     with pytest.raises(ArgumentValueError, match="what the problem says itself, gain.*add 'gain'"):
         investigate(Model(**TOLD), 4, maximize=["f1"])
     both = investigate(Model(**TOLD), 4, maximize=["f1", "gain"])
-    assert both.layout.maximized == ("f1", "gain")
+    assert both.layout.maximize == ("f1", "gain")
 
 
 def test_outputs_are_those_of_the_model_however_the_tests_are_made(tmp_path):
@@ -221,5 +221,5 @@ def test_a_unit_of_no_column_is_told():
 
 def test_a_study_of_other_senses_is_refused(tmp_path):
     investigate(Model(), 8, study=tmp_path / "study.db")
-    with pytest.raises(StudyMismatchError, match="maximized"):
+    with pytest.raises(StudyMismatchError, match="maximize"):
         investigate(Model(), 8, study=tmp_path / "study.db", maximize=["f2"])

@@ -59,7 +59,7 @@ def test_tests_are_analyzed_under_a_formulation(tmp_path, capsys):
     assert main(words) == 0
     printed = capsys.readouterr().out
     asked = Formulation(
-        criteria=["f1", "f2", "ratio"], computed={"ratio": "f1/f2"}, limits={"x1": 2}
+        objectives=["f1", "f2", "ratio"], computed={"ratio": "f1/f2"}, limits={"x1": 2}
     )
     under = table.under(asked)
     assert convergence(under).verdict() in " ".join(printed.split())

@@ -88,7 +88,7 @@ def test_an_engineers_day(run, tmp_path):
     assert TestTable.read_csv("all.csv").equals(table)
     printed = run("rank", "all.csv", *ASKED, "--out", "ranked.csv")
     asked = Formulation(
-        criteria=["mass", "deflection", "stiffness"], maximize=["stiffness"],
+        objectives=["mass", "deflection", "stiffness"], maximize=["stiffness"],
         limits={"mass": 40, "height": (80, 180), "stress": 120},
         computed={"stiffness": "5 / deflection"},
     )  # fmt: skip

@@ -148,8 +148,8 @@ def test_a_sub_box_beside_the_whole_box():
 def test_what_is_not_one_problem_is_refused():
     table = TestTable.of([1], [[0.1]], [[1.0]])
     other = TestTable.of([1], [[0.1]], [[1.0]], layout=Layout.of(1, ["mass"]))
-    sub = table.under(Formulation(criteria=["r"], computed={"r": "f1 * 2"}))
-    turned = replace(table, layout=replace(table.layout, maximized=("f1",)))
+    sub = table.under(Formulation(objectives=["r"], computed={"r": "f1 * 2"}))
+    turned = replace(table, layout=replace(table.layout, maximize=("f1",)))
     bnh = investigate(get_problem("bnh"), 4)
     another = replace(bnh, problem={**bnh.problem, "parameters": {"c": 1}})
     for tables, message in [
@@ -158,7 +158,7 @@ def test_what_is_not_one_problem_is_refused():
             "the experiment 'b' must be tests of .*objectives f1 against mass",
         ),
         ({"a": table, "b": sub}, "objectives f1 against r"),
-        ({"a": table, "b": turned}, "maximized none against f1"),
+        ({"a": table, "b": turned}, "maximize none against f1"),
         ({"a": bnh, "b": another}, "parameters"),
         ({"a": table, "": table}, "experiments must be names of at least one"),
         ({"a": table, 3: table}, "experiments must be names, got 3"),

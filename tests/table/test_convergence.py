@@ -53,7 +53,7 @@ def test_senses_change_nothing(bnh):
     """A criterion that is maximised is minimised with the other sign."""
     turned = TestTable.of(
         bnh.numbers, bnh.X, bnh.F, bnh.G,
-        layout=dataclasses.replace(bnh.layout, maximized=("f2",)),
+        layout=dataclasses.replace(bnh.layout, maximize=("f2",)),
     )  # fmt: skip
     for one, other in zip(
         vars(convergence(bnh)).values(), vars(convergence(turned)).values(), strict=True

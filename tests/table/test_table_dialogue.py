@@ -202,10 +202,10 @@ def test_a_prototype_is_carried_along():
         table.sorted_by("f1"),
         table.extended(TestTable.empty()),
     ):
-        assert other.prototype.name == "today's chute"
+        assert other.prototype.names == ["today's chute"]
     softer = constraint_as_criterion(table, "g1")
-    assert softer.prototype.f.tolist() == [1.0, 1.0, 1.0, -0.3]
-    assert softer.prototype.g.tolist() == []
+    assert softer.prototype.F.tolist() == [[1.0, 1.0, 1.0, -0.3]]
+    assert softer.prototype.G.tolist() == [[]]
     assert RING.prototype is None
     assert TestTable.empty().extended(table).equals(table)
     assert not table.equals(RING)
@@ -235,7 +235,7 @@ def slice_of(table):
         (lambda: RING.with_prototype([0.5], [1, 1, 1]), ValueError, "x of the prototype must be 2 values, one for each variable, got 1"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1]), ValueError, r"f of the prototype must be of shape \(3,\), got shape \(2,\)"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
-        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be Unicode text, got 3"),
+        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be a str, got int"),
         (lambda: constraint_as_criterion(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],
 )  # fmt: skip

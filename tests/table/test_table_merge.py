@@ -108,7 +108,7 @@ def test_what_does_not_belong_together_is_refused(make, kind, message):
 def test_the_prototype_of_either_table_is_kept():
     later = run(8, 9)
     assert PROTOTYPE.merge(later).equals(later.merge(PROTOTYPE))
-    assert PROTOTYPE.merge(later).prototype.f.tolist() == [1.0, 1.0]
+    assert PROTOTYPE.merge(later).prototype.F.tolist() == [[1.0, 1.0]]
 
 
 def test_values_of_other_types_are_not_the_same():

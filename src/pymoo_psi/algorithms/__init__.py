@@ -32,8 +32,8 @@ Example:
     ...     study = pathlib.Path(folder, "chute.db")
     ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(500, study=study))
     ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(800, study=study))
-    ...     print(res.algorithm.evaluator.n_eval, TestTable.read_study(study))
-    300 TestTable(800 tests: 800 ok, 0 infeasible, 0 failed; 2 variables, 4 criteria, 1 constraint)
+    ...     print(res.algorithm.evaluator.n_eval, len(TestTable.read_study(study)))
+    300 800
 
     The best designs of an investigation start the optimiser, already evaluated.
 

@@ -99,7 +99,7 @@ class Recorded(WrappedProblem):
         >>> problem = Recorded(SphereChute(0.4, model="rolling"), study=study)
         >>> res = minimize(problem, NSGA2(10), ("n_gen", 3), seed=1)
         >>> problem.table
-        TestTable(30 tests: 30 ok, 0 infeasible, 0 failed; 2 variables, 4 criteria, 1 constraint)
+        TestTable(30 tests: 30 ok, 0 infeasible, 0 failed; 2 variables, 4 objectives, 1 constraint)
         >>> again = Recorded(SphereChute(0.4, model="rolling"), study=study)
         >>> res = minimize(again, NSGA2(10), ("n_gen", 5), seed=1)
         >>> res.algorithm.evaluator.n_eval, again.n_evaluated

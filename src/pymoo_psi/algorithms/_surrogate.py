@@ -250,7 +250,7 @@ class SurrogatePSI(PSI):
         further: list[str] = []
         for name, (least, greatest) in bounds_of(self._known_limits(), layout).items():
             if name in layout.objectives:
-                pair = (-greatest, -least) if name in layout.maximized else (least, greatest)
+                pair = (-greatest, -least) if name in layout.maximize else (least, greatest)
                 bounds.append((layout.objectives.index(name), *pair))
             elif name in layout.outputs:
                 bounds.append((known + len(further), least, greatest))

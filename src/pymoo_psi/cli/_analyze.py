@@ -24,7 +24,7 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     table, missing = tests_in(path)
     layout = table.layout
-    groups = (layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    groups = (layout.columns, layout.objectives, layout.maximize, layout.constraints)
     asked = formulation_of(columns, *groups)
     table = judged(table, asked)
     # What is limited is a column anyway; its distance to the limit tells nothing more.

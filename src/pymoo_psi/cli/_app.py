@@ -523,7 +523,7 @@ def _usage(error: Any) -> str:
 _OPTIONS = {"n_points": "--points", "n_evaluations": "--points", "n_jobs": "--jobs"}
 # How messages begin that are about what is in an option, or in one of several.
 _WITHIN = {
-    r"criteria |an? (computed column|expression|column|function) |the expression ": (
+    r"objectives |an? (computed column|expression|column|function) |the expression ": (
         "--criterion", "--objectives", "--formulation",
     ),
     r"an? limit |the limit on ": ("--limits", "--formulation"),

@@ -83,7 +83,7 @@ def decided_tests(
             by limits, what such a choice costs being unknown.
     """
     layout = table.layout
-    decided.require(path, layout.objectives, layout.maximized, layout.units, layout.columns)
+    decided.require(path, layout.objectives, layout.maximize, layout.units, layout.columns)
     if decided.kept is not None or decided.categories:
         what = "it keeps designs by hand or by options, and a report tells what limits cost"
         raise ArgumentValueError(f"{decided.path}: {what}; decide by limits alone")

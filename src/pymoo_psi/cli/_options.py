@@ -78,7 +78,7 @@ def formulation_of(
     """
     base = Formulation() if typed.formulation is None else Formulation.read_json(typed.formulation)
     known = [*columns, *base.computed]
-    named = names_in("--objectives", typed.objectives, known) or base.criteria
+    named = names_in("--objectives", typed.objectives, known) or base.objectives
     added, computed = [], dict(base.computed)
     for entry in typed.criterion:
         name, equals, text = (part.strip() for part in entry.partition("="))
@@ -231,7 +231,7 @@ def _asked(found: DesignFile | TestTable, columns: ColumnOptions) -> Formulation
     if isinstance(found, TestTable):
         layout = found.layout
         names, constraints = layout.columns, layout.constraints
-        return formulation_of(columns, names, layout.objectives, layout.maximized, constraints)
+        return formulation_of(columns, names, layout.objectives, layout.maximize, constraints)
     told = found.roles(() if columns.objectives or columns.formulation else None)
     known = found.known or told
     return formulation_of(columns, found.names, told.objectives, known.maximize, None)

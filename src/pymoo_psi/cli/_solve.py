@@ -147,7 +147,7 @@ class SolveResult:
     def _ranked(self, F: NDArray[np.float64], normalize: bool) -> EfficiencyRanking:
         layout = self.front.layout
         own = pd.DataFrame(F * layout.sign, columns=list(layout.objectives))
-        more = [name for name in layout.objectives if name in layout.maximized]
+        more = [name for name in layout.objectives if name in layout.maximize]
         return rank_of_efficiency(own, normalize=normalize, maximize=more)
 
     def labels(self, ranking: EfficiencyRanking) -> list[str]:
@@ -176,7 +176,7 @@ class SolveResult:
         """What the columns are."""
         layout = self.front.layout
         outputs = tuple(name for name in layout.outputs if name not in RANKING_COLUMNS)
-        more = tuple(name for name in layout.maximized if name in {*layout.objectives, *outputs})
+        more = tuple(name for name in layout.maximize if name in {*layout.objectives, *outputs})
         label = "test_point" if self.numbered else None
         return Roles(layout.objectives, layout.variables, label, more, outputs)
 
@@ -198,9 +198,9 @@ def run_solve(
         rule = "named unlike the columns of a ranking"
         raise invalid("the columns", rule, taken[0], "give it another name by problem.names")
     # The columns that the problem promises; what else it gives is known after the first tests.
-    groups = (layout.columns, layout.objectives, layout.maximized, layout.constraints)
+    groups = (layout.columns, layout.objectives, layout.maximize, layout.constraints)
     asked = formulation_of(search.columns, *groups, complete=False)
-    if taken := [name for name in asked.criteria if name in RANKING_COLUMNS]:
+    if taken := [name for name in asked.objectives if name in RANKING_COLUMNS]:
         raise invalid("--criterion", "named unlike the columns of a ranking", taken[0])
     if search.algorithm == "nsga3":
         found = _by_nsga3(problem, search, layout)
@@ -225,7 +225,7 @@ def run_solve(
         write_csv(frame, target, found.roles, units, numbers)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem.name()} by {search.algorithm}: {size}, {found.counts}, best ranks first"
-    label = layout.label
+    label = layout.label_of
     roles, distances = found.roles, ["mu1", "mu2", "mu3"]
     plain = [label(name) for name in (*roles.variables, *roles.objectives, *roles.outputs)]
     spare = [label(name) for name in (*roles.variables, *roles.outputs)]

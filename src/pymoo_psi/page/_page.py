@@ -107,7 +107,7 @@ def decision_page(
         failed = Counter(reasons) + Counter(failed or {})
         infeasible += int((status == "infeasible").sum())
         objectives, variables, outputs = layout.objectives, layout.variables, layout.outputs
-        maximize = layout.maximized
+        maximize = layout.maximize
         # It may have units of constraints, and of outputs that no test has given.
         shown = (*objectives, *variables, *outputs)
         units = {name: layout.units[name] for name in shown if name in layout.units}

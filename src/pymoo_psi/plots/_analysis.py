@@ -153,8 +153,8 @@ def draw_feasibility(
             if not _is_number(table, name):
                 options = values_in_order(table.column(name))
                 axis.set_ticks(range(len(options)), [literal(option, 14) for option in options])
-        axes.set_xlabel(literal(table.layout.label(first)))
-        axes.set_ylabel(literal(table.layout.label(second)))
+        axes.set_xlabel(literal(table.layout.label_of(first)))
+        axes.set_ylabel(literal(table.layout.label_of(second)))
         rule = wrapped(literal(rules.rules[0], 150), _LETTERS)
         axes.set_title(f"{title}\n{rule}".strip())
         if legend:

@@ -150,7 +150,7 @@ def reference_front(comparison: Comparison) -> Array:
 
 
 def _labels(comparison: Comparison) -> list[str]:
-    return [literal(comparison.layout.label(name), 28) for name in comparison.layout.objectives]
+    return [literal(comparison.layout.label_of(name), 28) for name in comparison.layout.objectives]
 
 
 def looks(algorithms: Sequence[str]) -> dict[str, dict[str, Any]]:

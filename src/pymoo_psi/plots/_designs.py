@@ -91,7 +91,7 @@ class Plane:
         values: ``(n, 2)`` the designs, an "option" by its index in ``options``.
         group: ``(n,)`` one of ``GROUPS``.
         limits: The least and the greatest value allowed of each quantity; infinite where open.
-        prototype: ``(k, 2)`` the prototype, k = 0 or 1.
+        prototype: ``(k, 2)`` the k existing designs.
     """
 
     names: tuple[str, str]
@@ -171,7 +171,7 @@ def variable_plane(
 ) -> Plane:
     """Return the designs in the plane of a variable, horizontal, and a criterion, likewise."""
     layout, at = table.layout, table.prototype
-    column = table.X[:, variable].tolist() + ([] if at is None else at.x[[variable]].tolist())
+    column = table.X[:, variable].tolist() + ([] if at is None else at.X[:, variable].tolist())
     objects = np.array(column, dtype=object)
     kind = column_kinds(objects[:, None])[0] if column else Kind.REAL
     options: tuple[Any, ...] = ()
@@ -202,11 +202,12 @@ def _plane(
     layout = table.layout
     values = np.column_stack([x, table.column(names[1])])
     drawn = (np.abs(values) < HUGE).all(axis=1) & (group != "")
-    at = [*x_at, *_of_prototype(table, names[1])]
+    y_at = _of_prototype(table, names[1])
+    at = np.column_stack([x_at, y_at] if len(x_at) and len(y_at) else [[], []]).astype(np.float64)
     bounds = bounds_of(limits, layout)
     return Plane(
         names=names,
-        labels=(layout.label(names[0]), layout.label(names[1])),
+        labels=(layout.label_of(names[0]), layout.label_of(names[1])),
         abscissa=abscissa,
         options=options,
         box=box,
@@ -214,18 +215,15 @@ def _plane(
         values=values[drawn],
         group=group[drawn],
         limits=(bounds.get(names[0], _OPEN), bounds.get(names[1], _OPEN)),
-        prototype=np.array(at if len(at) == 2 else [], dtype=np.float64).reshape(-1, 2),
+        prototype=at[np.isfinite(at).all(axis=1)],
     )
 
 
 def _of_prototype(table: TestTable, name: str) -> list[float]:
-    """Return the prototype's value of a criterion; nothing if there is none, or it is not known."""
+    """Return the values of an objective or constraint of existing designs, if there are any."""
     at, layout = table.prototype, table.layout
-    if at is None or name not in layout.objectives + layout.constraints:
-        return []
-    values = np.concatenate([at.f, at.g, at.h])
-    value = float(values[(layout.objectives + layout.constraints).index(name)])
-    return [value] if np.isfinite(value) else []
+    known = at is not None and name in layout.objectives + layout.constraints
+    return at.column(name).tolist() if at is not None and known else []
 
 
 def group_look(group: str, count: int) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def draw_histogram(
     found = histogram(checked_table(table), variable, bins=bins, limits=limits)
     with on_axes(ax) as axes:
         draw_bars(axes, found, numbers=numbers)
-        axes.set_xlabel(literal(table.layout.label(found.variable)))
+        axes.set_xlabel(literal(table.layout.label_of(found.variable)))
         tick_counts(axes, y=5)
         if found.values:
             name_places(axes, found.values, room=60)

@@ -177,6 +177,6 @@ def draw_section(axes: Axes, curves: Section, criterion: int, name: str) -> None
     axes.set_ylim(view(f))
     if name in curves.limits:
         draw_limits(axes, "y", name, curves.limits[name])
-    axes.set_xlabel(literal(curves.layout.label(curves.variable)))
-    axes.set_ylabel(upright(curves.layout.label(name), _UPRIGHT))
+    axes.set_xlabel(literal(curves.layout.label_of(curves.variable)))
+    axes.set_ylabel(upright(curves.layout.label_of(name), _UPRIGHT))
     tick_counts(axes, x=6, y=5)

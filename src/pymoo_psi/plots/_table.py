@@ -95,7 +95,7 @@ def table_page(
         for ax, j in zip(tops, columns, strict=True):
             found = histogram(table, j, limits=limits)
             draw_bars(ax, found, numbers=False, tested=j not in others)
-            label = layout.label(found.variable)
+            label = layout.label_of(found.variable)
             label_axes(ax, wide, (label, ax.get_ylabel()), found.values)
         for ax in tops:
             ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
@@ -275,7 +275,7 @@ def design_legends(
         limits = {label: line for label, line in lines.items() if label.startswith("limit ")}
         looks = [group_look(name, len(members)) for name, members in members_of(group).items()]
         if table.prototype is not None:
-            looks.append(prototype_look(table.prototype.name))
+            looks.append(prototype_look(", ".join(table.prototype.names)))
         looks += marks
         lines = {look["label"]: Line2D([], [], **look) for look in looks} | limits
     if bars:

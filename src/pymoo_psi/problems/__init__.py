@@ -24,7 +24,7 @@ Example:
     >>> root = FunctionalProblem(1, [lambda x: math.sqrt(x[0]), lambda x: -x[0]], xl=-1, xu=1)
     >>> table = minimize(root, PSI(8)).algorithm.table
     >>> table
-    TestTable(8 tests: 4 ok, 0 infeasible, 4 failed; 1 variable, 2 criteria, 0 constraints)
+    TestTable(8 tests: 4 ok, 0 infeasible, 4 failed; 1 variable, 2 objectives, 0 constraints)
     >>> print(table.reasons[1])
     ValueError: ...
 """

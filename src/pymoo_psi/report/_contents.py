@@ -115,7 +115,7 @@ class Case:
         # All feasible designs, as `rank` has them: without a design of the Pareto set those that
         # it dominates may come into it, which cautions tell of.
         own = pd.DataFrame(table.F[rows] * layout.sign, columns=list(layout.objectives))
-        more = [name for name in layout.objectives if name in layout.maximized]
+        more = [name for name in layout.objectives if name in layout.maximize]
         ranking = rank_of_efficiency(own, normalize=normalize, maximize=more)
         ranking = ranking.with_labels([labels[row] for row in rows])
         if selectors is None:
@@ -204,7 +204,7 @@ def _choice(case: Case) -> Iterator[Part]:
         ("criterion", "better", "chosen", "best", "worst", "behind", "of range"),
         tuple(
             (
-                case.named(name), "more" if name in layout.maximized else "less",
+                case.named(name), "more" if name in layout.maximize else "less",
                 *map(_number, numbers), _share(share),
             )
             for name, *numbers, share in zip(

@@ -47,10 +47,10 @@ Example:
 
     >>> part = Restricted(Beam(), table.refined_bounds(limits, margin=0.1))
     >>> both = TestTable.combined({"whole": table, "part": investigate(part, 256)})
-    >>> asked = Formulation(criteria=["mass", "stiffness", "stress"], limits=limits)
+    >>> asked = Formulation(objectives=["mass", "stiffness", "stress"], limits=limits)
     >>> judged = both.under(asked)
     >>> judged
-    TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 criteria, 3 constraints)
+    TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 objectives, 3 constraints)
     >>> front = judged.rows(judged.pareto()).to_frame()[["mass", "stiffness", "stress"]]
     >>> best = int(judged.ranking().salukvadze[0])
     >>> print(explain(front, best, maximize=["stiffness"]).sentences[1])
@@ -90,7 +90,6 @@ from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Layout
-from pymoo_psi.table._prototype import Prototype
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._sources import read_designs
@@ -116,7 +115,6 @@ __all__ = [
     "Histogram",
     "Kind",
     "Layout",
-    "Prototype",
     "Rule",
     "TestTable",
     "compare_with_prototype",

@@ -244,9 +244,9 @@ class DesignFile:
             known.append(computed)
         numbers = {name: self.numbers(name) for name in self.names if name in needed}
         values = computed_columns(asked, numbers)
-        roles = self.roles(() if asked.criteria else None)
+        roles = self.roles(() if asked.objectives else None)
         former = self.known or roles
-        criteria = tuple(asked.criteria) or roles.objectives
+        criteria = tuple(asked.objectives) or roles.objectives
         for name in (*criteria, *asked.limits):
             known_name("a column of the formulation", name, known, f"see {self.path}")
         for name in (*asked.maximize, *asked.minimize):

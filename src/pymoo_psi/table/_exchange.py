@@ -19,7 +19,6 @@ from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._layout import Layout
-from pymoo_psi.table._prototype import Prototype
 
 Head: TypeAlias = dict[str, Any]
 Columns: TypeAlias = dict[str, NDArray[Any]]
@@ -28,9 +27,10 @@ _LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_toleranc
 # Left out of a head where there are none: so a table without them has the head of earlier versions.
 _FURTHER: dict[str, Any] = {
     "outputs": [],
-    "maximized": [],
+    "maximize": [],
     "units": {},
     "experiments": [],
+    "label": None,
 }
 
 
@@ -41,7 +41,7 @@ def head_of(table: Any) -> Head:
         ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
-        ``eq_tolerance``; if there are any ``outputs`` and ``maximized``, lists of names, ``units``,
+        ``eq_tolerance``; if there are any ``outputs`` and ``maximize``, lists of names, ``units``,
         texts by name, and ``experiments``, pairs of a name and a number; ``prototype`` with its
         ``name``, ``x``, ``f``, ``g``, ``h`` if there is one; and ``problem`` if it is known.
     """
@@ -53,12 +53,14 @@ def head_of(table: Any) -> Head:
     head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
     head["kinds"] = [kind.value for kind in kinds]
     for key, nothing in _FURTHER.items():
-        if value := type(nothing)(getattr(layout, key)):
-            head[key] = value
-    prototype: Prototype | None = table.prototype
-    if prototype is not None:
-        values = {letter: getattr(prototype, letter).tolist() for letter in "xfgh"}
-        head["prototype"] = {"name": prototype.name} | values
+        if value := getattr(layout, key):
+            head[key] = value if nothing is None else type(nothing)(value)
+    if table.extra:
+        head["extra"] = list(table.extra)
+    if (former := table.prototype) is not None:
+        blocks = {"x": former.X, "f": former.F * layout.sign, "g": former.G, "h": former.H}
+        values = {letter: block.tolist() for letter, block in blocks.items()}
+        head["prototype"] = {"names": former.extra["prototype"].tolist()} | values
     if table.problem is not None:
         head["problem"] = table.problem
     return head
@@ -82,6 +84,7 @@ def columns_of(table: Any) -> Columns:
     columns |= zip(layout.inequalities, table.G.T, strict=True)
     columns |= zip(layout.equalities, table.H.T, strict=True)
     columns |= zip(layout.outputs, table.outputs.T, strict=True)
+    columns |= {name: choice_texts(cells.tolist()) for name, cells in table.extra.items()}
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
     reasons = np.full(len(table), "", dtype=object)
     if table.reasons:
@@ -95,20 +98,22 @@ def layout_of(head: Mapping[str, Any], where: object) -> Layout:
     try:
         bounds = {side: head[side] for side in ("lower", "upper")}
         further = {key: head.get(key, nothing) for key, nothing in _FURTHER.items()}
+        if "maximized" in head:  # before version 0.3
+            further["maximize"] = head["maximized"]
         known = {name: head[name] for name in _LAYOUT}
         return Layout(**known, **bounds, kinds=head["kinds"], **further)
     except (PsiError, ValueError, KeyError, TypeError) as error:
         raise damaged(where, f"its head is damaged: {error}") from None
 
 
-def kinds_of_columns(layout: Layout) -> dict[str, Kind]:
+def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
     """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
     real = layout.objectives + layout.constraints + layout.outputs
     return {
         "test_point": Kind.INTEGER,
         **dict(zip(layout.variables, _kinds(layout), strict=True)),
         **dict.fromkeys(real, Kind.REAL),
-        **dict.fromkeys(("status", "reason"), Kind.CHOICE),
+        **dict.fromkeys((*extra, "status", "reason"), Kind.CHOICE),
     }
 
 
@@ -148,10 +153,13 @@ def table_of(
     # The status is taken from the file, not derived: the table checks it against the constraints,
     # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
+    extra = {name: choice_values(columns[name]) for name in head.get("extra", ())}
     try:
-        prototype = _prototype(head.get("prototype"))
         problem = head.get("problem")
-        return make(layout, numbers, X, F, G, H, status, reasons, prototype, outputs, problem)
+        table = make(layout, numbers, X, F, G, H, status, reasons, None, outputs, problem, extra)
+        for name, *values in _prototypes(head.get("prototype")):
+            table = table.with_prototype(*values, name=name)  # type: ignore[attr-defined]
+        return table
     except PsiError as error:
         raise damaged(where, str(error)) from None
 
@@ -160,14 +168,15 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
     return layout.kinds or (Kind.REAL,) * len(layout.variables)
 
 
-def _prototype(values: Any) -> Prototype | None:
-    """Return the prototype in a head, which the table checks."""
+def _prototypes(values: Any) -> list[Any]:
+    """Return name and values of the prototypes in a head, which the table checks."""
     if values is None:
-        return None
+        return []
     try:
-        x = np.array(values["x"], dtype=object)  # the types of its cells as they are
-        return Prototype(**values | {"x": x})
-    except (KeyError, TypeError) as error:
+        if "name" in values:  # before version 0.3 there was one
+            values = {"names": [values["name"]], **{k: [values[k]] for k in "xfgh"}}
+        return list(zip(*(values[key] for key in ("names", *"xfgh")), strict=True))
+    except (KeyError, TypeError, ValueError) as error:
         raise ArgumentValueError(f"its head is damaged: {error} of its prototype") from None
 
 

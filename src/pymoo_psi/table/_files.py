@@ -37,10 +37,7 @@ from pymoo_psi.table._exchange import (
 
 Path: TypeAlias = str | PathLike[str]
 MARK = "pymoo_psi_test_table"
-_FORMAT = 3  # of the head; a reader refuses a later one
-# Without these a table is one of format 2. Earlier versions know nothing of them, and would take
-# what is to be maximised for minimised, and leave columns out.
-_OF_3 = {"maximized", "outputs", "experiments"}
+_FORMAT = 4  # of the head; a reader refuses a later one
 _WORDS = {"boolean": "binary", "text": "choice", "mixed": "choice"}  # for kinds in format 1
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _ROWS = 8192  # parsed at a time, so that the memory for texts stays small
@@ -152,7 +149,7 @@ def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Column
 
 def _head_text(head: Head, columns: Columns) -> str:
     """Return the head of a file, JSON in one line."""
-    marks = {MARK: _FORMAT if _OF_3 & {*head} else 2, "tests": len(columns["test_point"])}
+    marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
     return json.dumps(marks | head, ensure_ascii=False)
 
 
@@ -174,7 +171,7 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind], lis
         named = zip(head.get("variables", ()), kinds, strict=False)
         old_texts = [name for name, kind in named if kind == "text"]
         head["kinds"] = [_WORDS.get(str(kind), kind) for kind in kinds] if n else []
-    return head, n, kinds_of_columns(layout_of(head, path)), old_texts
+    return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ())), old_texts
 
 
 def _complete(path: Path, columns: Columns, n: int, old_texts: Iterable[str]) -> Columns:

@@ -1,8 +1,8 @@
-"""What is asked of tests: criteria, senses, limits, constraints that hold, computed columns.
+"""What is asked of tests: objectives, directions, limits, constraints that hold, computed columns.
 
 In Parameter Space Investigation the problem is formulated after the tests, and often anew
 (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995, Chapter 1): a limit was
-too tight, a criterion was forgotten, a constraint turns out to be negotiable.
+too tight, an objective was forgotten, a constraint turns out to be negotiable.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import Received, invalid, known_name, real_array, wrong_type
+from pymoo_psi._validation import Received, boolean, instance, invalid, known_name, real_array
+from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
@@ -27,23 +28,23 @@ from pymoo_psi.table._limits import bounds_of, ends
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 Computation: TypeAlias = str | Callable[[Columns], Any]
-"""An expression, or a function of the ``(n,)`` columns by name, in their own sense, to ``(n,)``."""
+"""An expression, or a function of the ``(n,)`` columns by name, in the original direction."""
 
 
 @dataclass(frozen=True)
 class Formulation:
-    """A formulation of a problem, by which tests are judged anew: see :meth:`TestTable.under`.
+    """A formulation of a problem, applied to tests by :meth:`TestTable.under`.
 
-    All columns are named, and all values are in their own sense. What is not said stays as the
-    table has it: the criteria, their senses, and the constraints.
+    All columns are named, and all values are in the original direction. What is not said stays as
+    the table has it: the objectives, their directions, and the constraints.
 
     Attributes:
-        criteria: Names of the criteria: any columns but variables, constraints among them, which
-            then are constraints no more (an equality counts by its absolute value); the table's
-            unless given. The table's other criteria become outputs.
-        maximize: Criteria of which more is better, beside those of which the table says so.
-        minimize: Criteria of which less is better although the table says otherwise.
-        limits: Limits on criteria, variables and outputs, ``(lower, upper)`` with ``None`` for an
+        objectives: Names of the objectives: any columns of numbers, the table's unless given. A
+            variable or a constraint among them is one no more (an equality counts by its absolute
+            value). The table's other objectives become outputs.
+        maximize: Objectives to be maximised, beside those of which the table says so.
+        minimize: Objectives to be minimised although the table says otherwise.
+        limits: Limits on objectives, variables and outputs, ``(lower, upper)`` with ``None`` for an
             open end; a number is an upper limit. Each becomes an inequality constraint, such as
             ``mass<=30`` with the value mass - 30.
         relaxed: Constraints that are left out and become outputs; another bound than theirs is a
@@ -54,9 +55,13 @@ class Formulation:
             ``_`` stand in backquotes; it knows + - * / ** and parentheses, abs, sqrt, exp, log
             (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan, sinh, cosh,
             tanh, min, max and pi, and nothing of Python.
+        normalize: Whether designs are ranked in units of the objectives' ranges.
+        chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
+        reason: Why it was chosen.
+        page: What else the decision page showed; changes no decision.
 
     Raises:
-        ArgumentValueError: A name is given twice or in two senses, a limit is none, or an
+        ArgumentValueError: A name is given twice or in two directions, a limit is none, or an
             expression cannot be read.
         ArgumentTypeError: A name is not text, a limit not of numbers.
 
@@ -64,7 +69,7 @@ class Formulation:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[1.0], [2.0], [4.0]], [[3.0, 6], [2, 2], [1, 4]])
         >>> asked = Formulation(
-        ...     criteria=["f1", "ratio"], limits={"x1": (None, 3)}, computed={"ratio": "f2 / f1"})
+        ...     objectives=["f1", "ratio"], limits={"x1": (None, 3)}, computed={"ratio": "f2 / f1"})
         >>> print(table.under(asked).to_frame()[["f1", "ratio", "status", "violated"]])
                      f1  ratio      status violated
         test_point
@@ -73,25 +78,28 @@ class Formulation:
         3           1.0    4.0  infeasible    x1<=3
     """
 
-    criteria: Sequence[str] = ()
+    objectives: Sequence[str] = ()
     maximize: Sequence[str] = ()
     minimize: Sequence[str] = ()
     limits: Mapping[str, Limit] = field(default_factory=dict)
     relaxed: Sequence[str] = ()
     computed: Mapping[str, Computation] = field(default_factory=dict)
+    normalize: bool = True
+    chosen: str | None = None
+    reason: str = ""
+    page: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
-        for group in ("criteria", "maximize", "minimize", "relaxed"):
+        for group in ("objectives", "maximize", "minimize", "relaxed"):
             names = column_names(group, getattr(self, group))
             if twice := [name for name in names if names.count(name) > 1]:
                 raise invalid(group, "columns that are named once", twice[0])
             object.__setattr__(self, group, names)
         if both := [name for name in self.maximize if name in self.minimize]:
             raise invalid("maximize and minimize", "of different columns", both[0])
-        for group in ("limits", "computed"):
-            if not isinstance(entries := getattr(self, group), Mapping):
-                raise wrong_type(group, "a mapping by column", entries)
+        for group in ("limits", "computed", "page"):
+            entries = mapping_of(group, getattr(self, group), "columns to values")
             column_names(group, tuple(entries))
             object.__setattr__(self, group, dict(entries))
         limits = {name: _plain(name, limit) for name, limit in self.limits.items()}
@@ -99,6 +107,22 @@ class Formulation:
         for how in self.computed.values():
             if not callable(how):
                 Expression.of(how)
+        boolean("normalize", self.normalize)
+        instance("chosen", self.chosen or "", str)
+        instance("reason", self.reason, str)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns that it uses, apart from those that it computes.
+
+        Example:
+            >>> Formulation(["mass", "r"], limits={"x1": 3}, computed={"r": "f2 / f1"}).columns
+            ('mass', 'x1', 'f2', 'f1')
+        """
+        used = [*self.objectives, *self.maximize, *self.minimize, *self.relaxed, *self.limits]
+        for how in self.computed.values():
+            used += [] if callable(how) else Expression.of(how).columns
+        return tuple(name for name in dict.fromkeys(used) if name not in self.computed)
 
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the formulation as JSON, which :meth:`read_json` reads and hands can edit.
@@ -125,21 +149,19 @@ class Formulation:
             if callable(how):
                 rule = f"{name!r} must be computed by an expression to be written"
                 raise ArgumentTypeError(f'{rule}, got a function; say it as text: "mass / stress"')
-        content = {
-            f.name: value if isinstance(value, dict) else list(value)
-            for f in fields(self)
-            if (value := getattr(self, f.name))
-        }
+        blank = Formulation()
         # One line for each attribute: short enough to be read, and to be edited by hand.
         lines = ",\n ".join(
-            f'"{name}": {json.dumps(value, ensure_ascii=False)}' for name, value in content.items()
+            f'"{f.name}": {json.dumps(getattr(self, f.name), ensure_ascii=False)}'
+            for f in fields(self)
+            if getattr(self, f.name) != getattr(blank, f.name)
         )
         with whole_file(path) as written:
             written.write_text(f"{{\n {lines}\n}}\n", encoding="utf-8")
 
     @classmethod
     def read_json(cls, path: str | PathLike[str]) -> Formulation:
-        """Read a formulation; whoever wrote the file, reading and using it runs nothing of it.
+        """Read a formulation, or a decision that the page saved; the file may be untrusted.
 
         Raises:
             ArgumentValueError: The file is no formulation, or what it says is none.
@@ -156,43 +178,13 @@ class Formulation:
         content = Path(path).read_bytes()
         try:
             found = json.loads(content.decode("utf-8-sig"), object_pairs_hook=distinct)
-        except (ValueError, RecursionError) as error:
-            raise ArgumentValueError(
-                f"{path} must be a formulation, an object of JSON: {error}"
-            ) from None
-        try:
             if not isinstance(found, dict):
                 raise invalid("it", "an object of JSON", found)
             for key in found:
                 known_name("an entry", key, [f.name for f in fields(cls)])
             return cls(**found)
-        except (ArgumentValueError, ArgumentTypeError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(f"{path} must be a formulation: {error}") from None
-
-
-def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, NDArray[Any]]:
-    """Return columns with those that a formulation computes from them.
-
-    Raises:
-        ArgumentValueError: One is named like another column, or uses one that is not there; a
-            function returns values of another shape.
-        ArgumentTypeError: A function returns other than real numbers.
-    """
-    whole = dict(columns)
-    for name, how in formulation.computed.items():
-        if name in whole or name in RESERVED:
-            raise invalid("a computed column", "named unlike other columns", name)
-        if callable(how):
-            n = len(next(iter(whole.values())))
-            with np.errstate(all="ignore"):  # as in expressions: the values tell
-                values = np.array(real_array(f"what {name!r} is computed to", how(dict(whole))))
-            if values.shape != (n,):
-                found = Received(f"shape {values.shape}")
-                raise invalid(f"what {name!r} is computed to", f"of shape {(n,)}", found)
-            whole[name] = values
-        else:
-            whole[name] = Expression.of(how).values(whole)
-    return whole
 
 
 def formulated(
@@ -203,38 +195,44 @@ def formulated(
     Args:
         formulation: What is asked.
         layout: That of the table.
-        columns: ``(n,)`` its columns, in their own sense.
+        columns: ``(n,)`` its columns, in the original direction.
 
     Raises:
         ArgumentValueError: A column is not there, or cannot be what is asked of it.
     """
     whole = computed_columns(formulation, columns)
-    criteria = tuple(formulation.criteria) or layout.objectives
-    for name in criteria:
-        if name in layout.variables:
-            remedy = f"compute a column from it: computed={{'small_{name}': '{name}'}}"
-            raise invalid("criteria", "columns other than variables", name, remedy)
-        known_name("criteria", name, [n for n in whole if n not in layout.variables])
+    objectives = tuple(formulation.objectives) or layout.objectives
+    for name in objectives:
+        known_name("objectives", name, whole)
+        whole[name] = real_column(name, whole[name])
     for group in ("maximize", "minimize"):
         for name in getattr(formulation, group):
-            known_name(group, name, criteria, "only criteria have a sense")
+            known_name(group, name, objectives, "only objectives have a direction")
     for name in formulation.relaxed:
         known_name("relaxed", name, layout.constraints)
-    for name in set(criteria).intersection(layout.equalities):
+    for name in set(objectives).intersection(layout.equalities):
         whole[name] = np.abs(whole[name])
-    gone = {*criteria, *formulation.relaxed}
-    kept = [tuple(n for n in group if n not in gone)
-            for group in (layout.inequalities, layout.equalities)]  # fmt: skip
+    gone = {*objectives, *formulation.relaxed}
+    kept = [j for j, name in enumerate(layout.variables) if name not in gone]
+    inequalities, equalities = (
+        tuple(name for name in group if name not in gone)
+        for group in (layout.inequalities, layout.equalities)
+    )
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
-    outputs = tuple(name for name in former if name not in {*criteria, *kept[0], *kept[1]})
-    more = {*layout.maximized, *formulation.maximize}.difference(formulation.minimize)
+    held = {*objectives, *inequalities, *equalities}
+    outputs = tuple(name for name in former if name not in held)
+    more = {*layout.maximize, *formulation.maximize}.difference(formulation.minimize)
     asked = replace(
         layout,
-        objectives=criteria,
-        inequalities=kept[0],
-        equalities=kept[1],
+        variables=tuple(layout.variables[j] for j in kept),
+        objectives=objectives,
+        inequalities=inequalities,
+        equalities=equalities,
         outputs=outputs,
-        maximized=tuple(name for name in (*criteria, *outputs) if name in more),
+        lower=layout.lower[kept],
+        upper=layout.upper[kept],
+        kinds=tuple(layout.kinds[j] for j in kept) if layout.kinds else (),
+        maximize=tuple(name for name in (*objectives, *outputs) if name in more),
     )
     limits = {}
     for name, (low, high) in bounds_of(formulation.limits, asked).items():
@@ -247,7 +245,26 @@ def formulated(
                 limits[f"{name}>={_whole(low)}"] = low - values
             if high < np.inf:
                 limits[f"{name}<={_whole(high)}"] = values - high
-    return replace(asked, inequalities=(*kept[0], *limits)), whole | limits
+    return replace(asked, inequalities=(*inequalities, *limits)), whole | limits
+
+
+def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, NDArray[Any]]:
+    """Return columns with those that a formulation computes from them."""
+    whole = dict(columns)
+    for name, how in formulation.computed.items():
+        if name in whole or name in RESERVED:
+            raise invalid("a computed column", "named unlike other columns", name)
+        if not callable(how):
+            whole[name] = Expression.of(how).values(whole)
+            continue
+        n = len(next(iter(whole.values())))
+        with np.errstate(all="ignore"):  # as in expressions: the values show it
+            values = np.array(real_array(f"what {name!r} is computed to", how(dict(whole))))
+        if values.shape != (n,):
+            found = Received(f"shape {values.shape}")
+            raise invalid(f"what {name!r} is computed to", f"of shape {(n,)}", found)
+        whole[name] = values
+    return whole
 
 
 def _plain(name: str, limit: Any) -> Any:

@@ -51,12 +51,13 @@ class Layout:
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
         outputs: ``k`` names of what else the model gives, numbers that are neither criteria nor
             constraints.
-        maximized: The criteria of which more is better, and outputs that would be such criteria.
-            ``F`` holds the criteria with the sign turned, as pymoo minimises; whatever is reached
-            by their names is in their own sense.
+        maximize: The objectives to be maximised, and outputs that would be such objectives.
+            ``F`` holds these objectives with the sign turned, as pymoo minimises; whatever is
+            reached by their names is in the original direction.
         units: Units of columns by name, also of outputs that no test has brought yet.
         experiments: Of tests joined by :meth:`TestTable.combined`, the name of each experiment
             and the number of the test point before its first one; empty for others.
+        label: Name of the column in ``extra`` that names the designs, or None.
 
     Example:
         >>> layout = Layout.of(["width", "height"], ["mass"], lower=[1, 1], upper=[2, 5])
@@ -73,13 +74,14 @@ class Layout:
     eq_tolerance: float
     kinds: tuple[Kind, ...] = ()
     outputs: tuple[str, ...] = ()
-    maximized: tuple[str, ...] = ()
+    maximize: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     experiments: tuple[tuple[str, int], ...] = ()
+    label: str | None = None
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and senses, units, kinds and bounds fit."""
-        for group in (*_GROUPS, "maximized"):
+        for group in (*_GROUPS, "maximize"):
             object.__setattr__(self, group, column_names(group, getattr(self, group)))
         object.__setattr__(self, "experiments", _known_experiments(self.experiments))
         reserved = RESERVED + (ORIGIN if self.experiments else ())
@@ -110,11 +112,11 @@ class Layout:
         object.__setattr__(self, "eq_tolerance", tolerance)
         object.__setattr__(self, "kinds", _known_kinds(self.kinds, len(self.variables)))
         sensible = self.objectives + self.outputs
-        for name in self.maximized:
+        for name in self.maximize:
             known_name("maximize", name, sensible)
         # In the order of the columns, so that layouts of one meaning are equal.
-        more = tuple(name for name in sensible if name in self.maximized)
-        object.__setattr__(self, "maximized", more)
+        more = tuple(name for name in sensible if name in self.maximize)
+        object.__setattr__(self, "maximize", more)
         object.__setattr__(self, "units", _unit_texts(self.units))
 
     @classmethod
@@ -156,7 +158,7 @@ class Layout:
 
         Example:
             >>> layout = Layout.of(2, ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
-            >>> layout.label("x1"), layout.label("mass"), layout.sign
+            >>> layout.label_of("x1"), layout.label_of("mass"), layout.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
         names = _numbered("x", variables)
@@ -205,20 +207,20 @@ class Layout:
             >>> Layout.of(1, ["mass", "gain"], maximize=["gain"]).sign
             array([ 1., -1.])
         """
-        return np.array([-1.0 if name in self.maximized else 1.0 for name in self.objectives])
+        return np.array([-1.0 if name in self.maximize else 1.0 for name in self.objectives])
 
-    def label(self, name: str) -> str:
+    def label_of(self, name: str) -> str:
         """Return the name of a column with its unit, and "(max)" if more of it is better.
 
         For axes and headings, as the decision page has them.
 
         Example:
-            >>> Layout.of(1, ["mass"], units={"mass": "kg"}).label("mass")
+            >>> Layout.of(1, ["mass"], units={"mass": "kg"}).label_of("mass")
             'mass [kg]'
         """
         unit = self.units.get(name, "")
         text = f"{name} [{unit}]" if unit else name
-        return f"{text} (max)" if name in self.maximized else text
+        return f"{text} (max)" if name in self.maximize else text
 
     @property
     def is_blank(self) -> bool:
@@ -268,9 +270,9 @@ class Layout:
         """
         if other is self:
             return ""
-        for group in (*_GROUPS[:-1], "maximized", "eq_tolerance"):
+        for group in (*_GROUPS[:-1], "maximize", "eq_tolerance"):
             a, b = getattr(self, group), getattr(other, group)
-            if group == "maximized":  # of the columns that both have
+            if group == "maximize":  # of the columns that both have
                 a, b = ([n for n in a if n in other.columns], [n for n in b if n in self.columns])
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
@@ -301,8 +303,8 @@ def joined_layout(layout: Layout, other: Layout) -> Layout:
     units = {**layout.units, **other.units, **own}
     if (outputs, units) == (layout.outputs, layout.units):
         return layout
-    more = tuple(dict.fromkeys((*layout.maximized, *other.maximized)))
-    return replace(layout, outputs=outputs, maximized=more, units=units)
+    more = tuple(dict.fromkeys((*layout.maximize, *other.maximize)))
+    return replace(layout, outputs=outputs, maximize=more, units=units)
 
 
 def is_writable(text: str) -> bool:

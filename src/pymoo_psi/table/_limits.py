@@ -36,7 +36,7 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
         if name in found:
             raise invalid("limits", "given once for a column", limits)
         found[name] = ends(name, limit)
-        if name in layout.maximized and isinstance(limit, numbers.Real):
+        if name in layout.maximize and isinstance(limit, numbers.Real):
             raise invalid(
                 f"the limit on {name!r}, of which more is better,",
                 "a pair (lower, upper)",

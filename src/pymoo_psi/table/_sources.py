@@ -176,9 +176,9 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         raise unfit(path, none if len(table) else "it holds no tests yet")
     rows = None
     if prototype is not None:
-        cells = dict(zip(layout.objectives, prototype.f.tolist(), strict=True))
-        cells |= dict(zip(layout.variables, prototype.x.tolist(), strict=True))
-        rows = pd.DataFrame([cells], index=[prototype.name])
+        names = (*layout.objectives, *layout.variables)
+        cells = {name: prototype.column(name) for name in names}
+        rows = pd.DataFrame(cells, index=prototype.names)
     n, others = len(feasible), len(table) - len(feasible)
     # Of tests with the same design the first stands for all, as in the table's own Pareto set.
     feasible = feasible[table.rows(feasible).repeats == 0]
@@ -194,7 +194,7 @@ def designs_of_tests(path: str | PathLike[str], table: TestTable, missing: str =
         remarks.append(f"{again} of them tested a design once more, which counts once.")
     # The other column of their origin numbers the tests, as the label does: it is nothing to weigh.
     further = layout.outputs + (ORIGIN[:1] if layout.experiments else ())
-    roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximized, further)
+    roles = Roles(layout.objectives, layout.variables, "test_point", layout.maximize, further)
     told = tuple(remarks)
     return DesignFile(
         Path(path), columns, feasible + 1, (), roles, rows, told, reasons, others - len(lost)

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import warnings
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
@@ -25,6 +27,7 @@ from pymoo_psi._tables import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     counted,
+    finite_array,
     finite_number,
     instance,
     integer,
@@ -55,9 +58,16 @@ from pymoo_psi.table._designs import (
 from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
 from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._layout import ORIGIN, Key, Layout, Limits, is_writable, joined_layout
+from pymoo_psi.table._layout import (
+    ORIGIN,
+    RESERVED,
+    Key,
+    Layout,
+    Limits,
+    is_writable,
+    joined_layout,
+)
 from pymoo_psi.table._limits import bounds_of, within
-from pymoo_psi.table._prototype import Prototype
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,7 +93,7 @@ class TestTable(Shown):
     is the greatest value allowed; where more is better it is refused, as it could mean either. They
     are set on the tests there are and need no evaluation; to ask for more, see :meth:`under`.
 
-    ``F`` is pymoo's: all criteria minimised, those that are maximised (``layout.maximized``) with
+    ``F`` is pymoo's: all criteria minimised, those that are maximised (``layout.maximize``) with
     the sign turned. Whatever is reached by a criterion's name is in its own sense: :meth:`column`,
     limits, frames, files, plots.
 
@@ -98,18 +108,20 @@ class TestTable(Shown):
         H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
         status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
         reasons: Why designs failed, for the numbers of their test points.
-        prototype: An existing design to compare with, if there is one.
+        prototype: Existing designs to compare with, a table of the same columns; or None.
         outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
             a design failed, or an earlier version of the model did not give it.
         problem: What the tests are of: name, parameters, sampling and key, by which studies tell
-            one problem from another; ``None`` where nobody has said.
+            one problem from another; ``None`` if unknown.
+        extra: ``(n,)`` columns carried along that are neither, such as texts of a foreign file.
+        remarks: What a reader must know about the rows, in sentences; they are not written.
 
     Example:
         >>> table = TestTable.of(
         ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]],
         ...     G=[[-1.0], [0.0], [0.5]])
         >>> table
-        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variable, 2 criteria, 1 constraint)
+        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variable, 2 objectives, 1 constraint)
         >>> table.feasible({"f1": 1.5}).tolist()
         [True, False, False]
     """
@@ -124,9 +136,11 @@ class TestTable(Shown):
     H: Array
     status: NDArray[np.str_]
     reasons: Mapping[int, str] = field(default_factory=dict)
-    prototype: Prototype | None = None
+    prototype: TestTable | None = None
     outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
     problem: Mapping[str, Any] | None = None
+    extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
@@ -149,10 +163,9 @@ class TestTable(Shown):
         self._set(checked)
         self._check_status()
         self._check_reasons()
-        if self.prototype is not None:
-            self._set({"prototype": self.prototype.checked(layout)})
         if self.problem is not None:
             instance("problem", self.problem, dict)
+        self._set({"extra": _extra_columns(self.extra, layout, len(numbers))})
 
     @classmethod
     def of(
@@ -166,6 +179,7 @@ class TestTable(Shown):
         outputs: Mapping[str, ArrayLike] | None = None,
         reasons: Mapping[int, str] | None = None,
         layout: Layout | None = None,
+        extra: Mapping[str, Any] | None = None,
     ) -> TestTable:
         """Return a table of evaluated designs; their status follows from the constraints.
 
@@ -184,6 +198,7 @@ class TestTable(Shown):
             reasons: Why designs failed, for their numbers.
             layout: Names, senses, units, kinds, bounds and tolerance; default names, all criteria
                 minimised and no bounds unless given.
+            extra: ``(n,)`` columns carried along that are neither, by name.
 
         Raises:
             ArgumentValueError: The arrays do not fit each other or the layout.
@@ -205,7 +220,8 @@ class TestTable(Shown):
         layout, further = _with_outputs(layout, len(numbers), {} if outputs is None else outputs)
         # "failed" fits any constraints; what the status is follows from the checked arrays.
         status = np.full(len(numbers), "failed")
-        table = cls(layout, numbers, X, F, G, H, status, outputs=further)
+        more: Any = {} if extra is None else extra
+        table = cls(layout, numbers, X, F, G, H, status, outputs=further, extra=more)
         failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
         lost = ~failed & ~np.isfinite(table.F).all(axis=1)
         lost &= ~table._violated().any(axis=1)
@@ -238,7 +254,7 @@ class TestTable(Shown):
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
         sizes = [
             counted(self.X.shape[1], "variable"),
-            counted(self.F.shape[1], "criterion", "criteria"),
+            counted(self.F.shape[1], "objective"),
             counted(len(self.layout.constraints), "constraint"),
         ]
         if self.layout.outputs:
@@ -262,6 +278,31 @@ class TestTable(Shown):
             ['real', 'integer', 'choice']
         """
         return self.layout.kinds or column_kinds(self.X)
+
+    @property
+    def names(self) -> list[str]:
+        """What sentences call the n designs, each another: by the label, else by test point.
+
+        Of designs with the same label each has its number behind it; a label that is a number has
+        the name of its column before it.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.names
+            ['test point 1', 'test point 2', 'test point 3']
+            >>> from dataclasses import replace
+            >>> layout = replace(table.layout, label="row_no")
+            >>> replace(table, layout=layout, extra={"row_no": ["A", "A", 7]}).names
+            ['A #1', 'A #2', 'row no 7']
+        """
+        label, numbers = self.layout.label, self.numbers.tolist()
+        if label is None:
+            return [f"test point {number}" for number in numbers]
+        texts = [str(cell) for cell in self.extra[label].tolist()]
+        count, word = Counter(texts), label.replace("_", " ")
+        pairs = zip(texts, numbers, strict=True)
+        texts = [text if count[text] == 1 else f"{text} #{number}" for text, number in pairs]
+        return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in texts]
 
     @property
     def repeats(self) -> NDArray[np.int64]:
@@ -317,7 +358,7 @@ class TestTable(Shown):
                 break
             j -= block.shape[1]
         values: NDArray[Any] = block[:, j]
-        return -values if name in layout.objectives and name in layout.maximized else values
+        return -values if name in layout.objectives and name in layout.maximize else values
 
     # Sets of designs under limits
 
@@ -409,6 +450,20 @@ class TestTable(Shown):
         objectives = Objectives(Objectives.of(front).values * sign, sign, names, labels)
         return ranking_of(objectives, known, normalize=normalize)
 
+    def best(self, limits: Limits | None = None, *, normalize: bool = True) -> TestTable:
+        """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
+
+        Raises:
+            ArgumentValueError: As :meth:`ranking`.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
+            >>> table.best().names, table.best().F
+            (['test point 2'], array([[1., 1.]]))
+        """
+        first = self.ranking(limits, normalize=normalize).salukvadze[0]
+        return self.rows(np.flatnonzero(self.pareto(limits))[[first]])
+
     def explain(
         self,
         test_point: int | None = None,
@@ -444,12 +499,12 @@ class TestTable(Shown):
             why = "which failed" if "failed" in status else "which violates constraints or limits"
             found = Received(f"{chosen!r}, {why if status else 'which is not in the table'}")
             raise invalid("test_point", "the number of a feasible design", found)
-        layout = self.layout
+        layout, names = self.layout, self.names
         objectives = Objectives(
             self.F[rows] * layout.sign + 0.0,  # no -0.0
             layout.sign,
             layout.objectives,
-            [f"test point {number}" for number in numbers],
+            [names[row] for row in rows],
         )
         ranking = ranking_of(objectives, optimal[rows], normalize=normalize)
         units = {name: layout.units[name] for name in layout.objectives if name in layout.units}
@@ -512,7 +567,7 @@ class TestTable(Shown):
             ...     [1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]], G=[[0.2], [-0.1], [-0.3]],
             ...     outputs={"gain": [0.5, 0.7, 0.6]}, layout=layout)
             >>> asked = Formulation(
-            ...     criteria=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
+            ...     objectives=["mass", "gain"], maximize=["gain"], limits={"stress": 0.3},
             ...     relaxed=["stress"])
             >>> table.under(asked).pareto(), table.pareto()
             (array([ True,  True, False]), array([False,  True, False]))
@@ -537,12 +592,27 @@ class TestTable(Shown):
         for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
             block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
         named = dict(zip(layout.outputs, outputs.T, strict=True))
+        variables = self.layout.variables
+        X = self.X[:, [variables.index(name) for name in layout.variables]]
         table = TestTable.of(
-            self.numbers, self.X, F, G, H, outputs=named, reasons=reasons, layout=layout
-        )
-        if self.prototype is None:
-            return table
-        return table._with(prototype=self.prototype.under(formulation, self.layout))
+            self.numbers, X, F, G, H, outputs=named, reasons=reasons, layout=layout,
+            extra=self.extra,
+        )  # fmt: skip
+        former = None if self.prototype is None else self._prototype_under(formulation)
+        return table._with(prototype=former, remarks=self.remarks)
+
+    def _prototype_under(self, formulation: Formulation) -> TestTable:
+        known = self.prototype
+        assert known is not None
+        names = self.layout.outputs
+        layout = replace(known.layout, outputs=names, maximize=self.layout.maximize)
+        outputs = _joined_outputs(names, [known])
+        table = known._with(layout=layout, outputs=outputs).under(formulation)
+        for j in np.flatnonzero(~np.isfinite(table.F).all(axis=0)):
+            rule = f"{table.layout.objectives[j]} of the prototype"
+            remedy = "give the prototype with its constraints, or after under()"
+            raise invalid(rule, "known and finite", Received(str(table.F[0, j])), remedy)
+        return table
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
@@ -622,6 +692,7 @@ class TestTable(Shown):
         # Rows of a right table are right, unless one that is selected twice.
         _require_distinct(numbers)
         cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
+        cut["extra"] = {name: column[chosen] for name, column in self.extra.items()}
         kept = set(numbers.tolist()) if self.reasons else set()
         reasons = {n: text for n, text in self.reasons.items() if n in kept}
         return self._with(numbers=numbers, reasons=reasons, **cut)
@@ -676,6 +747,8 @@ class TestTable(Shown):
             reasons=reasons,
             prototype=prototype,
             problem=problem,
+            extra=_joined_extra(tables),
+            remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
             **joined,
         )
 
@@ -811,6 +884,8 @@ class TestTable(Shown):
             and np.array_equal(self.numbers, other.numbers)
             and all(_same_cells(getattr(self, b), getattr(other, b)).all() for b in _BLOCKS)
             and dict(self.reasons) == dict(other.reasons)
+            and list(self.extra) == list(other.extra)
+            and all(_same_cells(self.extra[name], other.extra[name]).all() for name in self.extra)
             and (self.prototype is None) == (other.prototype is None)
             and not _other_prototype(self, other)
         )
@@ -824,11 +899,11 @@ class TestTable(Shown):
         *,
         name: str = "prototype",
     ) -> TestTable:
-        """Return the table with an existing design carried along.
+        """Return the table with an existing design carried along, beside those it has.
 
         Args:
             x: ``(n_var,)`` its variables; they may lie outside the box.
-            f: ``(m,)`` its criteria, finite, each in its own sense.
+            f: ``(m,)`` its objectives, finite, in the original direction.
             g: ``(n_ieq,)`` its inequality constraints; not known unless given.
             h: ``(n_eq,)`` its equality constraints; not known unless given.
             name: What it is called.
@@ -839,16 +914,34 @@ class TestTable(Shown):
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
-            >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.name
-            'model of 2019'
+            >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.names
+            ['model of 2019']
         """
-        layout = self.layout
+        layout, known = self.layout, self.prototype
         kinds = self.kinds if len(self) else layout.kinds
         x = design_row("x of the prototype", x, layout.variables, kinds)
-        g = np.full(len(layout.inequalities), np.nan) if g is None else g
-        h = np.full(len(layout.equalities), np.nan) if h is None else h
-        values: dict[str, Any] = {"f": f, "g": g, "h": h}
-        return self._with(prototype=Prototype(name, x, **values).checked(layout))
+        values = []
+        groups = (layout.objectives, layout.inequalities, layout.equalities)
+        for letter, value, names in zip("fgh", (f, g, h), groups, strict=True):
+            argument = f"{letter} of the prototype"
+            given = real_array(argument, np.full(len(names), np.nan) if value is None else value)
+            if given.shape != (len(names),):
+                found = Received(f"shape {given.shape}")
+                raise invalid(argument, f"of shape {(len(names),)}", found)
+            values.append(given[None])
+        F = finite_array("f of the prototype", values[0][0])[None] * layout.sign
+        own = replace(
+            layout,
+            outputs=(),
+            maximize=tuple(name for name in layout.objectives if name in layout.maximize),
+            kinds=(),  # it may be of other kinds: 2.5 of what are integers here
+            experiments=(),
+            label="prototype",
+        )
+        number = 1 if known is None else len(known) + 1
+        called = {"prototype": [instance("the prototype's name", name, str)]}
+        former = TestTable.of([number], x[None], F, *values[1:], layout=own, extra=called)
+        return self._with(prototype=former if known is None else known.extended(former))
 
     # Frames and files
 
@@ -880,7 +973,7 @@ class TestTable(Shown):
         # Which are Pareto optimal is not asked of a million tests for ten rows.
         frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns="pareto")
         empty = [name for name in ("violated", "reason") if not frame[name].any()]
-        headings = {name: self.layout.label(name) for name in self.layout.columns}
+        headings = {name: self.layout.label_of(name) for name in self.layout.columns}
         return frame.drop(columns=empty).rename(columns=headings), len(self)
 
     def to_latex(self, columns: Sequence[str] | None = None) -> str:
@@ -909,7 +1002,7 @@ class TestTable(Shown):
             \end{tabular}
         """
         names = self.layout.variables + self.layout.objectives if columns is None else columns
-        shown = [(self.layout.label(name), self.column(name).tolist()) for name in names]
+        shown = [(self.layout.label_of(name), self.column(name).tolist()) for name in names]
         return latex_table([("test point", self.numbers.tolist()), *shown])
 
     def to_csv(self, path: str | PathLike[str]) -> None:
@@ -1238,9 +1331,40 @@ def _same_cells(a: NDArray[Any], b: NDArray[Any]) -> Mask:
 
 def _other_prototype(a: TestTable, b: TestTable) -> str:
     """Say in what the prototypes of two tables differ; empty if in nothing, or one has none."""
-    if a.prototype is None or b.prototype is None or a.prototype.same_as(b.prototype):
+    one, other = a.prototype, b.prototype
+    if one is None or other is None or one is other:
         return ""
-    return f"prototype {a.prototype.name!r} against {b.prototype.name!r} or its values"
+    blocks = [(getattr(one, block), getattr(other, block)) for block in "XFGH"]
+    same = one.names == other.names and all(
+        x.shape == y.shape and _same_cells(x, y).all() for x, y in blocks
+    )
+    return "" if same else f"prototype {one.names[0]!r} against {other.names[0]!r} or its values"
+
+
+def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
+    """Return further columns as arrays of objects, which must be n long and named distinctly."""
+    columns = {}
+    for name, cells in mapping("extra", extra, "names to columns").items():
+        column = np.fromiter(cells, object)
+        if name in (*layout.columns, *RESERVED) or column.shape != (n,):
+            rule = f"{n} cells long and named unlike other columns"
+            raise invalid("an extra column", rule, Received(f"{name!r} of {len(column)}"))
+        column.setflags(write=False)
+        columns[name] = column
+    if layout.label is not None:
+        known_name("label", layout.label, columns)
+    return columns
+
+
+def _joined_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[np.object_]]:
+    """Return the extra columns of tables, one below the other; None where one does not have it."""
+    names = dict.fromkeys(name for table in tables for name in table.extra)
+    return {
+        name: np.concatenate([
+            table.extra.get(name, np.full(len(table), None, dtype=object)) for table in tables
+        ])
+        for name in names
+    }  # fmt: skip
 
 
 def other_problem(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:

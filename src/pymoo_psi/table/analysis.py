@@ -337,14 +337,14 @@ def constraint_as_criterion(table: TestTable, constraint: Key) -> TestTable:
     """
     layout = table.layout
     name = layout.constraints[layout.constraint(constraint)]
-    return table.under(Formulation(criteria=(*layout.objectives, name)))
+    return table.under(Formulation(objectives=(*layout.objectives, name)))
 
 
 # The prototype
 
 
 def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
-    """Return what the Pareto-optimal designs gain on the prototype, the best first.
+    """Return what the Pareto-optimal designs gain on the (first) prototype, the best first.
 
     Returns:
         Index ``test_point``; columns: the criteria; ``gain_f1`` …, by how much the design is
@@ -376,7 +376,7 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
     # Else the comparison would overwrite the criterion of that name without a word.
     if taken := [name for name in names if name in added]:
         raise invalid("the criteria", "named unlike the columns of the comparison", taken[0])
-    gain = (table.prototype.f - F) * sign
+    gain = table.prototype.F[0] - table.F[pareto]
     better = (gain > 0).sum(axis=1)
     dominates = (gain >= 0).all(axis=1) & (better > 0)
     frame = pd.DataFrame(
