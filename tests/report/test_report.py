@@ -23,8 +23,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.report import _document, decision_report
 from pymoo_psi.report._document import Cells, Items, Picture
-from pymoo_psi.table import Layout
-from pymoo_psi.table.analysis import constraint_costs
+from pymoo_psi.table import Layout, constraint_costs
 
 
 class Reader(HTMLParser):

@@ -18,8 +18,7 @@ from pymoo_psi.errors import (
     StudyVersionError,
 )
 from pymoo_psi.storage import Study, read_study
-from pymoo_psi.table import Layout
-from pymoo_psi.table._exchange import columns_of, head_of
+from pymoo_psi.table import Layout, columns_of, head_of
 from tests.storage.studies import HEAD, begun, bits, block, contents
 
 FIXTURE = Path(__file__).parent / "fixtures" / "study_version_1.db"

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.table import Layout, violations
-from pymoo_psi.table._layout import RESERVED
+from pymoo_psi.table import RESERVED, Layout, violations
 from tests.table.exact_csv import EXACT
 
 SLOW = settings(deadline=None)  # files, and pandas imported by the first example

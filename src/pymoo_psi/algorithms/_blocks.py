@@ -27,9 +27,7 @@ from pymoo_psi.parallel._outcome import one_line
 from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace
-from pymoo_psi.table import Layout, TestTable
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import lacking
+from pymoo_psi.table import Layout, Limits, TestTable, lacking
 
 # Designs in the first block of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.

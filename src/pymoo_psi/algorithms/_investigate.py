@@ -35,9 +35,7 @@ from pymoo_psi.problems._evaluation import (
 )
 from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.problems._pymoo import require_problem
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table import Limits, TestTable, bounds_of
 
 _KEPT = ("all", "feasible", "pareto")
 # Rows from which on a Pareto set is sifted on the way. Each time there are twice as many rows as

@@ -17,10 +17,7 @@ from pymoo_psi.algorithms._store import Memory
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._design_space import DesignSpace, design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._designs import real_column
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table import Limits, TestTable, bounds_of, real_column
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,9 +33,7 @@ from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs, value_column
 from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of, excess, lacking
+from pymoo_psi.table import Limits, TestTable, bounds_of, excess, lacking
 
 
 class PSI(Algorithm):

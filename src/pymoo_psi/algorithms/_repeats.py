@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi.algorithms._outputs import values_of_table
 from pymoo_psi.parallel._outcome import Values
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._designs import design_keys
+from pymoo_psi.table import TestTable, design_keys
 
 _Key = tuple[str, ...]
 

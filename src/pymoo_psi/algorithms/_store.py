@@ -18,8 +18,7 @@ from pymoo_psi._validation import collection, integer, invalid
 from pymoo_psi.storage import Study
 from pymoo_psi.storage._database import LAST, told
 from pymoo_psi.storage._share import ALL, Share
-from pymoo_psi.table import Layout, TestTable
-from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
+from pymoo_psi.table import Layout, TestTable, columns_of, head_of, kinds_of_columns, table_of
 
 # Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
 # and not much more is lost when the process is killed.

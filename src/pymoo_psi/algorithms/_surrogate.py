@@ -28,10 +28,7 @@ from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validate
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.storage._database import Proposal
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of, lacking
-from pymoo_psi.table._table import other_problem
+from pymoo_psi.table import Limits, TestTable, bounds_of, lacking, other_problem
 
 Array = NDArray[np.float64]
 Method = TypeVar("Method", bound=Callable[..., Any])

@@ -10,8 +10,7 @@ from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.cli._options import tests_in
 from pymoo_psi.cli._output import require_folder, require_output, require_study, say
 from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._table import STATUSES, read_tests
+from pymoo_psi.table import STATUSES, TestTable, read_tests
 
 _TABLES = (".csv", ".parquet")  # suffixes of files with a test table
 

@@ -23,8 +23,7 @@ from pymoo_psi._validation import Received, Remark, invalid, known_name
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems._design_space import Variable, design_space, own_names
-from pymoo_psi.table import DesignFile, Formulation, TestTable
-from pymoo_psi.table._layout import Limit, Limits
+from pymoo_psi.table import DesignFile, Formulation, Limit, Limits, TestTable
 from pymoo_psi.table._roles import Roles
 from pymoo_psi.table._sources import designs_of_tests, read_designs_or_tests
 

@@ -40,10 +40,8 @@ from pymoo_psi.problems import FailureTolerant, untolerant
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences import MAX_DIMENSIONS
-from pymoo_psi.table import Formulation, Layout, TestTable
-from pymoo_psi.table._designs import alike
+from pymoo_psi.table import Formulation, Layout, TestTable, alike, read_tests
 from pymoo_psi.table._roles import Roles
-from pymoo_psi.table._table import read_tests
 
 _NEAR_END = 0.05  # of a variable's range
 _SHOWN = 12  # designs printed; all are in the file

@@ -17,7 +17,7 @@ from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted
 from pymoo_psi.page._document import html_of
 from pymoo_psi.pareto import EfficiencyRanking, settled
-from pymoo_psi.table._limits import Bounds
+from pymoo_psi.table import Bounds
 from pymoo_psi.table._roles import Roles, roles_head
 
 Role = Literal["criterion", "variable", "output"]

@@ -22,7 +22,7 @@ from pymoo_psi._validation import counted
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.page._data import text_column
 from pymoo_psi.pareto import listed
-from pymoo_psi.table._limits import Bounds, ends, within
+from pymoo_psi.table import Bounds, ends, within
 
 if TYPE_CHECKING:
     import pandas as pd

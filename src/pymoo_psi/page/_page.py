@@ -15,10 +15,8 @@ from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.page._data import Column, DecisionPage, Role, text_column
 from pymoo_psi.page._decision import Decision
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Bounds, Limit, TestTable, ends, within
 from pymoo_psi.table._design_file import design_ids
-from pymoo_psi.table._layout import Limit
-from pymoo_psi.table._limits import Bounds, ends, within
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -25,9 +25,16 @@ from pymoo_psi.plots._style import (
     on_axes,
     wrapped,
 )
-from pymoo_psi.table import Convergence, Kind, Rule, TestTable, feasibility_rules
-from pymoo_psi.table._designs import value_ranks, values_in_order
-from pymoo_psi.table._layout import Limits
+from pymoo_psi.table import (
+    Convergence,
+    Kind,
+    Limits,
+    Rule,
+    TestTable,
+    feasibility_rules,
+    value_ranks,
+    values_in_order,
+)
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -23,10 +23,7 @@ from numpy.typing import NDArray
 from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import instance
 from pymoo_psi.plots._style import HUGE, literal, view
-from pymoo_psi.table import Kind, TestTable
-from pymoo_psi.table._designs import column_kinds, value_ranks
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table import Kind, Limits, TestTable, bounds_of, column_kinds, value_ranks
 
 Array = NDArray[np.float64]
 

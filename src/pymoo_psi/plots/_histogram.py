@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from pymoo_psi._validation import boolean, counted
 from pymoo_psi.plots._designs import FEASIBLE, GROUPS, PARETO, checked_table, name_places
 from pymoo_psi.plots._style import legend_below, literal, on_axes, tick_counts
-from pymoo_psi.table import Histogram, TestTable, histogram
-from pymoo_psi.table._layout import Key, Limits
+from pymoo_psi.table import Histogram, Key, Limits, TestTable, histogram
 
 _WRITTEN = 12  # bins over which there is room for the numbers
 

@@ -14,11 +14,7 @@ from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.plots._designs import checked_table, draw_limits, upright
 from pymoo_psi.plots._style import CURVES, HUGE, literal, tick_counts, view
 from pymoo_psi.plots._table import design_legends, grid_page
-from pymoo_psi.table import Kind, Layout, TestTable
-from pymoo_psi.table._designs import column_kinds
-from pymoo_psi.table._layout import Key, Limits
-from pymoo_psi.table._limits import bounds_of
-from pymoo_psi.table.analysis import design_of
+from pymoo_psi.table import Key, Kind, Layout, Limits, TestTable, bounds_of, column_kinds, design_of
 
 Array = NDArray[np.float64]
 

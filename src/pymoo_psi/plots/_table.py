@@ -31,8 +31,7 @@ from pymoo_psi.plots._designs import (
 )
 from pymoo_psi.plots._histogram import draw_bars
 from pymoo_psi.plots._style import enlarge_markers, named_legend, new_page, view
-from pymoo_psi.table import Layout, TestTable, histogram
-from pymoo_psi.table._layout import Key, Limits
+from pymoo_psi.table import Key, Layout, Limits, TestTable, histogram
 
 MATRIX = 6  # variables, and criteria, beside which the text on the axes is still readable
 

@@ -38,11 +38,17 @@ from pymoo_psi.plots import (
 from pymoo_psi.plots._style import HUGE
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import TestTable, convergence, feasibility_rules, sensitivities
-from pymoo_psi.table._designs import alike, values_in_order
-from pymoo_psi.table._layout import Limits
-from pymoo_psi.table._limits import bounds_of
-from pymoo_psi.table.analysis import constraint_costs
+from pymoo_psi.table import (
+    Limits,
+    TestTable,
+    alike,
+    bounds_of,
+    constraint_costs,
+    convergence,
+    feasibility_rules,
+    sensitivities,
+    values_in_order,
+)
 
 Rows = NDArray[np.intp]
 

@@ -15,8 +15,7 @@ from pymoo_psi._validation import Received, boolean, counted, instance, integer,
 from pymoo_psi.pareto import EfficiencyRanking, listed
 from pymoo_psi.report._contents import Case, sections_of
 from pymoo_psi.report._document import Section, html_of
-from pymoo_psi.table import TestTable
-from pymoo_psi.table._layout import Limits
+from pymoo_psi.table import Limits, TestTable
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -88,12 +88,23 @@ run as a formula.
 from pymoo_psi._kinds import Kind
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile
+from pymoo_psi.table._designs import (
+    alike,
+    column_kinds,
+    design_keys,
+    design_matrix,
+    real_column,
+    value_ranks,
+    values_in_order,
+)
+from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._layout import RESERVED, Key, Layout, Limit, Limits, is_writable
+from pymoo_psi.table._limits import Bounds, bounds_of, ends, excess, lacking, within
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._sources import read_designs
-from pymoo_psi.table._table import TestTable
+from pymoo_psi.table._table import STATUSES, TestTable, other_problem, read_tests
 from pymoo_psi.table.analysis import (
     Dependence,
     Histogram,
@@ -101,31 +112,58 @@ from pymoo_psi.table.analysis import (
     constraint_as_criterion,
     constraint_costs,
     dependence,
+    design_of,
     histogram,
     section_points,
     violations,
 )
 
 __all__ = [
+    "RESERVED",
+    "STATUSES",
+    "Bounds",
     "Convergence",
     "Dependence",
     "DesignFile",
     "FeasibilityRules",
     "Formulation",
     "Histogram",
+    "Key",
     "Kind",
     "Layout",
+    "Limit",
+    "Limits",
     "Rule",
     "TestTable",
+    "alike",
+    "bounds_of",
+    "column_kinds",
+    "columns_of",
     "compare_with_prototype",
     "constraint_as_criterion",
     "constraint_costs",
     "convergence",
     "dependence",
+    "design_keys",
+    "design_matrix",
+    "design_of",
+    "ends",
+    "excess",
     "feasibility_rules",
+    "head_of",
     "histogram",
+    "is_writable",
+    "kinds_of_columns",
+    "lacking",
+    "other_problem",
     "read_designs",
+    "read_tests",
+    "real_column",
     "section_points",
     "sensitivities",
+    "table_of",
+    "value_ranks",
+    "values_in_order",
     "violations",
+    "within",
 ]
