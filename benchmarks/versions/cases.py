@@ -34,15 +34,16 @@ from pymoo_psi.cli import main
 
 # What has another name in another version ---------------------------------------------------------
 
-NEW = hasattr(table, "read_table")
+OBJECTIVES = "objectives" if "objectives" in psi.Formulation.__dataclass_fields__ else "criteria"
+MAXIMIZE = "maximize" if "maximize" in table.Layout.__dataclass_fields__ else "maximized"
 
 
 def formulated(objectives=(), **others):
-    return psi.Formulation(**{"objectives" if NEW else "criteria": objectives}, **others)
+    return psi.Formulation(**{OBJECTIVES: objectives}, **others)
 
 
 def maximized(layout):
-    return layout.maximize if NEW else layout.maximized
+    return getattr(layout, MAXIMIZE)
 
 
 def analysis(name):
@@ -58,9 +59,8 @@ def fields(thing, names):
 
 def numbers_in(texts):
     """The numbers of sentences, whose words may differ."""
-    return np.array(
-        [float(n) for text in texts for n in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", str(text))]
-    )
+    plain = " ".join(map(str, texts)).replace("to within 1 %", "")
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", plain)]
 
 
 def of_ranking(ranking):
@@ -515,7 +515,7 @@ def analyses(rng, folder):
         where = analysis("feasibility_rules")(tests, limits)
         return {
             "importance": sorted(where.importance.items()),
-            "rules": [numbers_in([rule.text]).tolist() for rule in where.rules],
+            "rules": [numbers_in([rule.text]) for rule in where.rules],
             "sizes": [(rule.n_tests, rule.n_feasible) for rule in where.rules],
         }
 
