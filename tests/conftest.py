@@ -32,7 +32,7 @@ QUICK = (
     "chute/test_motion.py",
     "comparison/test_statistics.py",
     "evaluation/test_evaluation.py",
-    "evaluation/test_robust.py",
+    "problems/test_robust.py",
     "parallel/test_cost.py",
     "pareto/test_explanation.py",
     "pareto/test_feasibility.py",

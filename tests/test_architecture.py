@@ -22,7 +22,7 @@ LAYERS = [
     ("method", {"table", "storage"}),
     (
         "pymoo",
-        {"problems", "evaluation", "parallel", "algorithms", "selection"},
+        {"problems", "parallel", "algorithms", "selection"},
     ),
     ("experiments", {"comparison", "paper"}),
     ("faces", {"plots", "page", "report", "cli", "__main__"}),

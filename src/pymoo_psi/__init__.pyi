@@ -4,7 +4,6 @@ from . import algorithms as algorithms
 from . import chute as chute
 from . import comparison as comparison
 from . import errors as errors
-from . import evaluation as evaluation
 from . import page as page
 from . import paper as paper
 from . import parallel as parallel
@@ -25,7 +24,6 @@ from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
-from .evaluation import Robust as Robust
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import cautions as cautions
@@ -35,6 +33,7 @@ from .pareto import rank_of_efficiency as rank_of_efficiency
 from .pareto import representatives as representatives
 from .problems import FailureTolerant as FailureTolerant
 from .problems import Restricted as Restricted
+from .problems import Robust as Robust
 from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute
 from .selection import CompromiseProgramming as CompromiseProgramming

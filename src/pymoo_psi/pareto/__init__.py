@@ -69,7 +69,7 @@ from pymoo_psi.pareto._ranking import (
 )
 from pymoo_psi.pareto._representatives import Representatives, representatives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
-from pymoo_psi.pareto._scenarios import Robustness
+from pymoo_psi.pareto._scenarios import Robustness, rank_scenario, tally
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
     capital,
@@ -114,12 +114,14 @@ __all__ = [
     "number",
     "percent",
     "rank_of_efficiency",
+    "rank_scenario",
     "ranking_from",
     "ranking_of",
     "representatives",
     "sentence",
     "settled",
     "spread_subset",
+    "tally",
     "unit_lengths",
     "violated_constraints",
     "wrapped",

@@ -29,6 +29,7 @@ Example:
     ValueError: ...
 """
 
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._evaluation import (
     columns_of_values,
     evaluate_designs,
@@ -38,16 +39,23 @@ from pymoo_psi.problems._evaluation import (
 )
 from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
 from pymoo_psi.problems._restricted import Restricted
+from pymoo_psi.problems._robust import Robust
+from pymoo_psi.problems._scenarios import evaluated, scenario_problem, scenario_values
 from pymoo_psi.problems._sphere_chute import SphereChute, VectorizedSphereChute
 
 __all__ = [
     "FailureTolerant",
     "Restricted",
+    "Robust",
     "SphereChute",
     "VectorizedSphereChute",
     "columns_of_values",
+    "design_space",
     "evaluate_designs",
+    "evaluated",
     "leave_failed_out",
+    "scenario_problem",
+    "scenario_values",
     "stream_designs",
     "streams",
     "untolerant",

@@ -1,10 +1,10 @@
-"""Criteria as statistics over scenarios: designs that stay good when nothing is as planned."""
+"""Objectives as statistics over scenarios: a problem whose optima are robust."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,29 +19,26 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
+    mapping,
     wrong_type,
 )
-from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace, design_space, own_names
 from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._scenarios import evaluated, scenario_problem, scenario_values
 from pymoo_psi.problems._wrapped import WrappedProblem
-from pymoo_psi.sequences import lp_tau
-from pymoo_psi.sequences._scenarios import quantiles
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Designs in scenarios that are held at a time. A vectorised model is at its full speed long before,
-# and ten criteria and variables of so many take 40 MB.
+# and ten objectives and variables of so many take 40 MB.
 _AT_A_TIME = 2**18
 
 
 class Robust(WrappedProblem):
-    """Any pymoo problem with its criteria taken as statistics over scenarios.
+    """Any pymoo problem with its objectives taken as statistics over scenarios.
 
     In each scenario the variables of a design differ from their nominal values within tolerances,
-    and parameters of the problem have other values. Each criterion of a design becomes a statistic
+    and parameters of the problem have other values. Each objective of a design becomes a statistic
     over the scenarios, and all constraints together become one: the share of the scenarios in
     which any is violated is at most ``failure_probability``. PSI, NSGA-III or any other algorithm
     then searches for designs that are good in this sense.
@@ -52,7 +49,7 @@ class Robust(WrappedProblem):
     scenarios by as few calls as possible: a vectorised model stays fast, an elementwise one is run
     by its runner.
 
-    A scenario in which the model fails, or a criterion is not finite, counts as violated, and the
+    A scenario in which the model fails, or an objective is not finite, counts as violated, and the
     statistics are of the others. Designs within tolerances of a bound are evaluated beyond it: if
     the model must not be, give :class:`~pymoo_psi.Restricted` bounds to this problem that leave
     room. What else a model gives is not kept.
@@ -71,10 +68,10 @@ class Robust(WrappedProblem):
         n_scenarios: How many scenarios.
         criteria: ``"mean"``; ``"quantile:0.9"``, the value that is not exceeded with a probability
             of 0.9, up to ``"quantile:1"``, the worst of all; or ``"cvar:0.9"``, the mean of the
-            worst tenth. One text for all criteria or a list with one for each. They are of the
-            minimised values, so that of a criterion to be maximised the low ones are the bad ones.
+            worst tenth. One text for all objectives or a list with one for each. They are of the
+            minimised values, so that of an objective to be maximised the low ones are the bad ones.
         failure_probability: The share of scenarios in which a design may violate constraints, 0
-            to below 1. It is told in steps of ``1 / n_scenarios``.
+            to below 1. It is known in steps of ``1 / n_scenarios``.
 
     Attributes:
         wrapped: The problem in the first scenario.
@@ -129,21 +126,18 @@ class Robust(WrappedProblem):
         criteria: str | Sequence[str] = "mean",
         failure_probability: float = 0.0,
     ) -> None:
-        tolerances = _by_name("tolerances", tolerances)
-        uncertainty = _by_name("uncertainty", uncertainty)
+        tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
+        uncertainty = uncertainty or {}
         n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
-        n_tolerances = len(tolerances)
         if not tolerances and not uncertainty:
             raise invalid("tolerances", "given, or uncertainty", Received("neither"))
-        # The origin has no quantile under an unbounded distribution; the second point is the
-        # centre, with all quantities at their medians.
-        points = lp_tau(n_scenarios, n_tolerances + len(uncertainty), first=2)
-        self.parameters = quantiles("uncertainty", uncertainty, points[:, n_tolerances:])
+        spread = {name: _Within.of(name, given) for name, given in tolerances.items()}
+        self.offsets, self.parameters = scenario_values(
+            n_scenarios, tolerances=spread, uncertainty=uncertainty
+        )
         self._problems = _problems(problem, tuple(uncertainty), self.parameters)
         nominal = self._problems[0]
         self.space = design_space(nominal)
-        spread = {name: _Within.of(name, given) for name, given in tolerances.items()}
-        self.offsets = quantiles("tolerances", spread, points[:, :n_tolerances])
         own = own_names(nominal, self.space)
         self._columns = [_real_variable(name, self.space, own) for name in tolerances]
         if len(set(self._columns)) < len(tolerances):  # by both its names
@@ -160,8 +154,8 @@ class Robust(WrappedProblem):
         )
         # The wrapped problem's names, without those of constraints that there are no more.
         known = {*self.space.names, *(f"f{j + 1}" for j in range(nominal.n_obj))}
-        told = getattr(nominal, "names", None) or {}
-        self.names = {name: own for name, own in told.items() if name in known}
+        given = getattr(nominal, "names", None) or {}
+        self.names = {name: own for name, own in given.items() if name in known}
         shown = {self.names.get(name, name) for name in known}
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in shown}
@@ -221,16 +215,17 @@ class Robust(WrappedProblem):
     def _statistics(
         self, designs: NDArray[Any], args: Any, kwargs: Any
     ) -> tuple[Array, NDArray[np.float64]]:
-        """Return the ``(n, m)`` criteria of designs, and in what share they violate constraints."""
+        """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
         s, n = len(self.offsets), len(designs)
         if len(self._problems) == 1:
             together = np.concatenate([self._offset(designs, k) for k in range(s)])
-            F, valid = _evaluated(self.wrapped, self.space.designs(together), args, kwargs)
+            F, valid, _ = evaluated(self.wrapped, self.space.designs(together), *args, **kwargs)
             F, valid = F.reshape(s, n, -1), valid.reshape(s, n)
         else:
+            moved = [self.space.designs(self._offset(designs, k)) for k in range(s)]
             pairs = [
-                _evaluated(problem, self.space.designs(self._offset(designs, k)), args, kwargs)
-                for k, problem in enumerate(self._problems)
+                evaluated(problem, X, *args, **kwargs)[:2]
+                for problem, X in zip(self._problems, moved, strict=True)
             ]
             F, valid = (np.stack(arrays) for arrays in zip(*pairs, strict=True))
         finite = np.isfinite(F).all(axis=2)
@@ -309,12 +304,6 @@ class _Within:
         return self.half * (2 * q - 1)
 
 
-def _by_name(argument: str, given: Any) -> Mapping[str, Any]:
-    if given is not None and not isinstance(given, Mapping):
-        raise wrong_type(argument, "a mapping by names", given)
-    return given or {}
-
-
 def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[Any]:
     """Return the one problem, or that of each scenario."""
     if not names:
@@ -323,15 +312,10 @@ def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[A
     if isinstance(problem, Problem) or not callable(problem):
         rule = f"a function of {', '.join(names)} that returns a pymoo problem"
         raise wrong_type("problem", f"{rule} where uncertainty is given", problem)
-    make: Callable[..., Any] = problem
-    problems = [make(**dict(zip(names, row, strict=True))) for row in parameters.tolist()]
-    for made in problems:
-        require_problem(made, names)
-        if (made.n_obj, made.n_var) != (problems[0].n_obj, problems[0].n_var):
-            rule = "of as many variables and objectives in every scenario"
-            shown = f"{made.n_var} and {made.n_obj} beside {problems[0].n_var} and"
-            raise invalid("problem", rule, Received(f"{shown} {problems[0].n_obj}"))
-    return problems
+    rows = [dict(zip(names, row, strict=True)) for row in parameters.tolist()]
+    first = scenario_problem("problem", problem, rows[0], None)
+    like = (first.n_var, first.n_obj)
+    return [first, *(scenario_problem("problem", problem, row, like) for row in rows[1:])]
 
 
 def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int:
@@ -351,12 +335,12 @@ def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int
 
 
 def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
-    """Return the statistic of each criterion, checked."""
+    """Return the statistic of each objective, checked."""
     texts = [criteria] * m if isinstance(criteria, str) else criteria
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
         raise wrong_type("criteria", "a text or a list of them", criteria)
     if len(texts) != m:
-        raise invalid("criteria", f"{m} statistics, one for each criterion", list(texts))
+        raise invalid("criteria", f"{m} statistics, one for each objective", list(texts))
     for text in texts:
         found = re.fullmatch(r"mean|(quantile|cvar):([0-9]+\.?[0-9]*|\.[0-9]+)", text)
         q = float(found[2]) if found and found[2] else 0.5
@@ -364,11 +348,3 @@ def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
             rule = "'mean', 'quantile:q' with 0 < q <= 1 or 'cvar:q' with 0 < q < 1"
             raise invalid("criteria", rule, text)
     return tuple(texts)
-
-
-def _evaluated(problem: Any, designs: Any, args: Any, kwargs: Any) -> tuple[Array, Mask]:
-    """Return the ``(n, m)`` criteria of designs, and which of them are valid and feasible."""
-    out = evaluate_designs(problem, designs, *args, **kwargs)
-    failed = np.array([bool(reason) for reason in out["failure"]], dtype=bool)
-    feasible = meets_constraints(out["G"], out["H"]) & ~failed
-    return np.asarray(out["F"]), competes(out["F"], feasible)
