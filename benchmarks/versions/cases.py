@@ -736,9 +736,47 @@ def random_file(rng, path):
     return names, F, decimal
 
 
+def random_workbook(rng, path):
+    """A sheet as others write it: formats, a hidden row or column, a total, numbers as text."""
+    from openpyxl import Workbook
+
+    n, m = int(rng.integers(2, 20)), int(rng.integers(2, 5))
+    F, names = np.round(rng.normal(size=(n, m)) * 100, 3), [f"c{k}" for k in range(m)]
+    book = Workbook()
+    sheet = book.active
+    sheet.append(["name", *names])
+    for i, row in enumerate(F):
+        sheet.append([f"design {chr(65 + i)}", *map(float, row)])
+    event = rng.integers(10)
+    if event == 0:
+        sheet.row_dimensions[3].hidden = True
+    elif event == 1:
+        sheet.append(["Total", *map(float, F.sum(axis=0))])
+    elif event == 2:
+        for cell in sheet["B"][1:]:
+            cell.number_format = "0.00%"
+    elif event == 3:
+        sheet["B2"] = str(rng.choice(["1,5", "1.5", "n/a", "12 kg"]))
+    elif event == 4:
+        sheet["C3"] = None
+    elif event == 5:
+        book.create_sheet("other").append(["a", "b"])
+    elif event == 6:
+        sheet.column_dimensions["B"].hidden = True
+    elif event == 7:
+        sheet.insert_rows(1)
+        sheet["A1"] = "Results of spring"
+    book.save(path)
+    return names, F, "."
+
+
 def foreign_files(rng, folder):
     file, found = folder / "designs.csv", {}
-    names, F, decimal = random_file(rng, file)
+    if rng.random() < 0.2:
+        file = folder / "designs.xlsx"
+        names, F, decimal = random_workbook(rng, file)
+    else:
+        names, F, decimal = random_file(rng, file)
     words = []
     if rng.random() < 0.5:
         words += ["--maximize", names[0]]
