@@ -23,7 +23,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
-from pymoo_psi.selection import HighTradeoff, McdmMethod, _mcdm, compare_selectors
+from pymoo_psi.selection import HighTradeoff, McdmMethod, compare_selectors
 from tests.selection.test_selectors import topsis
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
@@ -61,7 +61,7 @@ def test_the_reference_point_by_its_definition(F, data):
 
 
 @given(F=sets, normalize=st.booleans())
-def test_who_aspires_to_the_ideal_has_the_least_bad_worst_criterion(F, normalize):
+def test_the_ideal_as_reference_point_is_the_chebyshev_compromise(F, normalize):
     ideal = rank_of_efficiency(F).ideal
     aspiring = ReferencePoint(ideal, normalize=normalize).do(F)
     assert aspiring.tolist() == CompromiseProgramming(np.inf, normalize=normalize).do(F).tolist()
@@ -107,7 +107,7 @@ def test_weighted_sums_choose_what_pymcdm_chooses():
         assert CompromiseProgramming(1, weights=weights).do(F).tolist() == chosen
 
 
-def test_a_point_that_every_criterion_betters_and_one_out_of_reach():
+def test_reference_points_within_and_out_of_reach():
     F = np.array([[0.0, 1.0], [0.3, 0.4], [0.6, 0.35], [1.0, 0.0]])
     for step in (-10.0, 10.0):  # along the diagonal only the distance changes
         assert ReferencePoint([0.6 + step, 0.35 + step]).do(F).tolist() == [2]
@@ -130,7 +130,7 @@ def test_a_tolerance_gives_up_a_share_of_the_range_for_what_follows():
 
 
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
-def test_the_knee_of_two_criteria_is_the_least_sum_where_it_bulges(F):
+def test_the_knee_of_two_objectives_is_the_least_sum_where_it_bulges(F):
     _, d = in_shares(F, rank_of_efficiency(F).ideal)
     expected = CompromiseProgramming(1).do(F).tolist() if d.sum(axis=1).min() < 1 - 1e-9 else []
     if np.isfinite(d).all() and d.any(axis=0).all():
@@ -151,7 +151,7 @@ def test_a_dent_in_a_plane_is_its_knee_in_any_unit(m):
 
 
 def test_sets_without_a_knee():
-    """One design, one criterion, a curve in three criteria whose extremes span no plane."""
+    """One design, one objective, a curve in three objectives whose extremes span no plane."""
     curve = np.column_stack([np.linspace(0, 1, 9), np.linspace(0, 1, 9), np.linspace(1, 0, 9) ** 2])
     for F in (curve, curve[:1], curve[:, :1], np.ones((3, 2))):
         assert Knee().do(F).tolist() == []
@@ -159,10 +159,8 @@ def test_sets_without_a_knee():
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("m", [2, 3])
-def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed, monkeypatch):
-    monkeypatch.setattr(_mcdm, "_BLOCK", 7)  # so that there are several blocks, the last one short
-    monkeypatch.setattr(_mcdm, "_CANDIDATES", 5)
-    F = np.random.default_rng(seed).dirichlet(np.ones(m), 60) ** 1.7
+def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed):
+    F = np.random.default_rng(seed).dirichlet(np.ones(m), 150) ** 1.7  # several blocks of rows
     _, d = in_shares(F, F.min(axis=0))
     with warnings.catch_warnings():
         expected = HighTradeoffPoints().do(d)
@@ -191,7 +189,7 @@ SELECTORS = {
 
 @settings(max_examples=10)
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
-def test_every_selector_knows_what_is_maximised(F):
+def test_directions_do_not_matter(F):
     cost = pd.DataFrame(F, columns=["cost", "yield"])
     gain = cost.assign(**{"yield": 7 - cost["yield"]})
     selectors = SELECTORS | {"aspiration": ReferencePoint([3.0, -1.0])}
@@ -213,16 +211,12 @@ F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
     ("call", "kind", "message"),
     [
         (lambda: ReferencePoint([1, np.nan]), ValueError, "point must be finite"),
-        (lambda: ReferencePoint("cost"), TypeError, "point must be an array of real numbers"),
         (lambda: ReferencePoint([1, 2, 3]).do(F3), ValueError, r"point must be of shape \(2,\)"),
         (lambda: ReferencePoint([1, 2], weights=[1]).do(F3), ValueError, "weights must be 2 numbers"),
         (lambda: Lexicographic([]), ValueError, "order must be one or more objectives, each once"),
-        (lambda: Lexicographic([0, 0]), ValueError, "each once, got"),
         (lambda: Lexicographic("cost"), TypeError, "order must be a list of objectives, got 'cost'"),
-        (lambda: Lexicographic([2]).do(F3), ValueError, "order must be column indices from 0 to 1, got 2"),
         (lambda: Lexicographic([0], tolerance=2), ValueError, "tolerance must be a share from 0 to 1"),
         (lambda: Lexicographic(["c"]).do(pd.DataFrame(F3, columns=["a", "b"])), ValueError, "order must be one of 'a', 'b'"),
-        (lambda: Knee().do(F3, maximize=["a"]), ValueError, "maximize must be column indices"),
     ],
 )  # fmt: skip
 def test_mistakes(call, kind, message):

@@ -38,6 +38,7 @@ from pymoo_psi.problems._evaluation import (
     value_column,
 )
 from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
+from pymoo_psi.problems._pymoo import call_of
 from pymoo_psi.problems._restricted import Restricted
 from pymoo_psi.problems._robust import Robust
 from pymoo_psi.problems._scenarios import evaluated, scenario_problem, scenario_values
@@ -49,6 +50,7 @@ __all__ = [
     "Robust",
     "SphereChute",
     "VectorizedSphereChute",
+    "call_of",
     "columns_of_values",
     "design_space",
     "evaluate_designs",

@@ -1,4 +1,4 @@
-"""Choosing from a Pareto set: selectors by pymoo's convention, their agreement, robustness.
+"""Selection of designs from a Pareto set: selectors, their agreement, robustness.
 
 Every selector has ``.do(F)``, which gives the rows to choose. :class:`EfficientSubset` gives
 exactly one rank (``ranking.rank >= 5`` gives it with the optimum). The methods of
@@ -44,20 +44,21 @@ Example:
 
     :class:`pymoo_psi.Robust` makes robustness a problem, for any algorithm.
 
-A selector of your own: if it chooses by distances or ranks, derive from ``RankingSelector`` in
-``_selectors.py`` and write ``_choose(self, ranking)``, which returns an index array; else derive
-from pymoo's ``Indicator`` and write ``do(self, F, *args, **kwargs)``.
+A selector of your own: if it chooses by distances or ranks, derive from :class:`RankingSelector`
+and write ``_choose(self, ranking)``, which returns an index array; else derive from pymoo's
+``Indicator`` and write ``do(self, F, *args, **kwargs)``.
 :func:`compare_selectors` takes it as it is.
 """
 
 from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
-from pymoo_psi.selection._mcdm import HighTradeoff, McdmMethod
 from pymoo_psi.selection._robustness import robustness
 from pymoo_psi.selection._selectors import (
     CompromiseProgramming,
     EfficientSubset,
+    HighTradeoff,
     Knee,
     Lexicographic,
+    McdmMethod,
     RankingSelector,
     ReferencePoint,
     SalukvadzeOptimum,

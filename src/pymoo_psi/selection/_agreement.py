@@ -1,4 +1,4 @@
-"""Several selectors asked about one Pareto set, and who agrees with whom."""
+"""What several selectors choose from one Pareto set, and which of them agree."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ class SelectorComparison(Shown):
         chosen: By name of the selector, the indices of the rows it chooses; perhaps none.
         ranking: The ranking of all rows by efficiency, against which the choices are shown.
         agreement: ``(k, k)`` share of the designs chosen by either of two selectors that both
-            choose: 1 for the same choice, 0 for none in common. One that chooses nothing agrees
-            with nobody.
+            choose: 1 for the same choice, 0 for none in common, or where one chooses nothing.
 
     Example:
         >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
@@ -134,12 +133,12 @@ def compare_selectors(
     normalize: bool = True,
     maximize: Collection[Any] = (),
 ) -> SelectorComparison:
-    """Ask several selectors about one set of designs.
+    """Compare what several selectors choose from one set of designs.
 
-    All are asked the same question: they get the Pareto-optimal rows only, since methods that take
-    dominated rows into account would shift their scales by them. Those of this package know which
-    objectives are maximised, so that a reference point is in the user's own sense; others get all
-    objectives minimised. What a selector does to Python's warning filters is undone.
+    All get the Pareto-optimal rows only, since methods that take dominated rows into account would
+    shift their scales by them. Those of this package know which objectives are maximised, so that
+    a reference point is in the original directions; others get all objectives minimised. What a
+    selector does to Python's warning filters is undone.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has
@@ -191,7 +190,7 @@ def _choices(
     objectives = ranking.objectives.rows(front)
     chosen = {}
     for name, selector in selectors.items():
-        if isinstance(selector, RankingSelector):  # it may speak of objectives by name and sense
+        if isinstance(selector, RankingSelector):  # it may name objectives and directions
             answer: Any = selector.chosen(objectives)
         else:
             with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off

@@ -1,9 +1,9 @@
-"""Choosing designs from a Pareto set by pymoo's convention: ``.do(F)`` returns indices.
+"""Selectors by pymoo's convention: ``.do(F)`` returns the indices of the chosen rows.
 
 Every selector here returns an index array, as several designs may be equally good, or none be of
-the wanted rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives
-of which more is better, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights``
-returns one index, its ``HighTradeoffPoints`` an array or None.
+the wanted rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives to
+be maximised, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one
+index, its ``HighTradeoffPoints`` an array or None.
 :func:`pymoo_psi.selection.compare_selectors` takes them all.
 """
 
@@ -27,9 +27,28 @@ from pymoo_psi._validation import (
     invalid,
     wrong_type,
 )
-from pymoo_psi.pareto import EfficiencyRanking, Objectives, front_of, nondominated, ranking_of
-from pymoo_psi.pareto._compromise import highest_achievement, knee, nearest_compromise
-from pymoo_psi.problems._pymoo import call_of
+from pymoo_psi.pareto import (
+    LAST_PLACES,
+    EfficiencyRanking,
+    Objectives,
+    front_of,
+    levels,
+    nondominated,
+    ranking_of,
+    unit_lengths,
+)
+from pymoo_psi.problems import call_of
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+# Bulges below this share of the ranges are none. A plane through extremes is right to about
+# 1e-16 / 1e-6 of them, see below, and a billionth decides nothing.
+_STRAIGHT = 1e-9
+# Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
+_FLAT = 1e-6
+_RADIUS = 0.125  # of neighbours, pymoo's own
+_BLOCK, _CANDIDATES = 64, 2048  # points whose differences, 1 MB an array, stay in the cache
 
 
 class RankingSelector(Indicator):
@@ -47,7 +66,7 @@ class RankingSelector(Indicator):
         """Return the call that makes it."""
         return call_of(self)
 
-    def do(self, F: Any, *, maximize: Collection[Any] = ()) -> NDArray[np.intp]:
+    def do(self, F: Any, *, maximize: Collection[Any] = ()) -> Rows:
         """Return the indices of the chosen rows of ``F``.
 
         Args:
@@ -62,12 +81,12 @@ class RankingSelector(Indicator):
         """
         return self.chosen(objectives_of(F, maximize))
 
-    def chosen(self, objectives: Objectives) -> NDArray[np.intp]:
-        """Return what :meth:`do` returns, of objectives that know their names and senses."""
+    def chosen(self, objectives: Objectives) -> Rows:
+        """Return what :meth:`do` returns, of checked objectives with names and directions."""
         pareto = nondominated(objectives.minimized)
         return self._choose(ranking_of(objectives, pareto, normalize=self.normalize))
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
         raise NotImplementedError
 
 
@@ -84,7 +103,7 @@ class SalukvadzeOptimum(RankingSelector):
         array([1])
     """
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
         return ranking.salukvadze
 
 
@@ -114,7 +133,7 @@ class EfficientSubset(RankingSelector):
         if rank > 6:
             raise invalid("rank", "3 to 6", rank)
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
         return ranking.subset(self.rank)
 
 
@@ -150,7 +169,7 @@ class CompromiseProgramming(RankingSelector):
     """
 
     p: float
-    weights: NDArray[np.float64] | None
+    weights: Array | None
 
     def __init__(
         self, p: float = 2, *, weights: ArrayLike | None = None, normalize: bool = True
@@ -158,29 +177,36 @@ class CompromiseProgramming(RankingSelector):
         super().__init__(normalize=normalize)
         if isinstance(p, bool) or not isinstance(p, numbers.Real):
             raise wrong_type("p", "a number from 1 to inf", p)
-        try:
-            self.p = float(p)
-        except OverflowError:  # an integer beyond floats
-            self.p = np.nan
-        if not self.p >= 1:  # below 1 it is no norm; written so that NaN is refused
+        if not p >= 1:  # below 1 it is no norm; written so that NaN is refused
             raise invalid("p", "a number from 1 to inf", p)
+        self.p = float(p)
         self.weights = None if weights is None else checked_weights(weights)
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        return nearest_compromise(ranking, self.p, weights_of(len(ranking.ideal), self.weights))
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
+        (front, F), frame = front_of(ranking), ranking.frame
+        weights = weights_of(F.shape[1], self.weights)
+        with np.errstate(over="ignore"):  # NumPy 1 warns where it divides denormal numbers
+            d = frame.scaled(F)
+            unit = d.max() or 1.0  # so that no sum of terms overflows
+            terms, noise = weights * (d / unit), LAST_PLACES * (weights * (frame.sizes(F) / unit))
+            # At p = inf rows that share the worst term are told apart by the sum of terms: the
+            # augmented distance max + rho * sum in the limit of a small rho.
+            for p in (self.p, 1.0) if np.isinf(self.p) else (self.p,):
+                nearest = levels(_norm(terms, p), float(_norm(noise[None, :], p)[0])) == 0
+                front, terms = front[nearest], terms[nearest]
+        return front
 
 
 class ReferencePoint(RankingSelector):
-    """The Pareto-optimal designs that come nearest to what one aspires to, or exceed it by most.
+    """The Pareto-optimal designs nearest to a reference point, or that exceed it by most.
 
     They have the least achievement function max_j w_j (f_j − r_j) / (N_j − U_j), where r is the
-    reference point, the aspiration, and N − U the range of an objective (Wierzbicki 1980). Among
+    reference point and N − U the range of an objective (Wierzbicki 1980). Among
     designs that tie in it the least sum of the terms decides: the augmented function in the limit
-    of a small augmentation. A point that is out of reach, and one that every objective can better,
-    are both answered sensibly.
+    of a small augmentation. The point may be out of reach, or one that every objective can better.
 
     Args:
-        point: ``(m,)`` the wanted value of each objective, in the sense of the ``F`` that
+        point: ``(m,)`` the wanted value of each objective, in the directions of the ``F`` that
             ``.do(F, maximize=...)`` gets: of an objective to be maximised as it is, not negative.
         weights: ``(m,)`` weights >= 0, not all 0; all 1 unless given. Only their ratios matter.
         normalize: As for :class:`SalukvadzeOptimum`.
@@ -204,11 +230,20 @@ class ReferencePoint(RankingSelector):
         self.point = finite_array("point", point)
         self.weights = None if weights is None else checked_weights(weights)
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        objectives = ranking.objectives
-        weights = weights_of(len(objectives.names), self.weights)
-        point = objectives.turned("point", self.point)
-        return highest_achievement(ranking, point, weights)
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
+        (front, F), frame = front_of(ranking), ranking.frame
+        weights = weights_of(F.shape[1], self.weights)
+        point = ranking.objectives.turned("point", self.point)
+        with np.errstate(over="ignore"):  # as above
+            d = (F - point) / frame.scale
+            unit = np.abs(d).max() or 1.0
+            terms = weights * (d / unit)
+            sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
+            noise = LAST_PLACES * (weights * (sizes / unit))
+            for measure, tolerance in ((np.max, noise.max()), (np.sum, noise.sum())):
+                best = levels(measure(terms, axis=1), float(tolerance)) == 0
+                front, terms = front[best], terms[best]
+        return front
 
 
 class Lexicographic(RankingSelector):
@@ -242,7 +277,7 @@ class Lexicographic(RankingSelector):
         if not 0 <= self.tolerance <= 1:
             raise invalid("tolerance", "a share from 0 to 1", self.tolerance)
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
         columns = [ranking.objectives.column("order", entry) for entry in self.order]
         rows, values = front_of(ranking)
         allowed = self.tolerance * np.ptp(values, axis=0)
@@ -260,7 +295,9 @@ class Knee(RankingSelector):
     1999); for two objectives it is ``CompromiseProgramming(1)``. There it costs more to improve
     any objective than it does between the extremes. ``.do(F)`` returns no index where there is no
     knee: if the set is straight or bulges away from U, or its extremes span no plane. Units and
-    ranges do not matter to it.
+    ranges do not matter to it. The extreme design of an objective is the one that is worst in it
+    for the best in all others: of least largest, then least sum of the others, in units of the
+    ranges (Deb and Jain 2014).
 
     Example:
         >>> import numpy as np
@@ -273,8 +310,115 @@ class Knee(RankingSelector):
     def __init__(self) -> None:
         super().__init__()
 
-    def _choose(self, ranking: EfficiencyRanking) -> NDArray[np.intp]:
-        return knee(ranking)
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
+        front, values = front_of(ranking)
+        best = values.min(axis=0)
+        lengths = unit_lengths(best, values.max(axis=0))
+        bulge = _bulges(((values - best) / lengths)[:, np.isfinite(lengths)])
+        if bulge.max(initial=0.0) <= _STRAIGHT:
+            return front[:0]
+        return np.asarray(front[levels(-bulge, _STRAIGHT) == 0])
+
+
+class HighTradeoff(RankingSelector):
+    """What pymoo's ``HighTradeoffPoints`` chooses, in units of the ranges and of any set.
+
+    A design stays if leaving it for any neighbour costs much more than it gains: more by two
+    standard deviations than for the other designs, or the one for which it costs most if that is
+    more than one above the mean (Rachmawati and Srinivasan 2009). Neighbours are the designs
+    within an eighth of the ranges, with fewer than 2 m of them the nearest 2 m. Such a design is a
+    knee in its surroundings, where :class:`Knee` finds the knee of the whole set.
+
+    ``.do(F)`` returns an index array; no index if no design stands out. All pairs of neighbours
+    count: 10 000 designs take about a second, ten times as many a hundred times as long.
+
+    Args:
+        normalize: Measure each objective in units of its range, which pymoo's own selector leaves
+            to its caller, though its radius of 0.125 takes for granted.
+
+    Example:
+        >>> import numpy as np
+        >>> f1 = np.linspace(0, 1, 21)
+        >>> F = np.column_stack([f1, np.where(f1 < 0.5, 1 - 1.8 * f1, 0.2 - 0.2 * f1)])
+        >>> HighTradeoff().do(F)
+        array([10])
+    """
+
+    def _choose(self, ranking: EfficiencyRanking) -> Rows:
+        front, values = front_of(ranking)
+        points = ranking.frame.scaled(values)
+        # Of equal designs one: pymoo divides their differences, 0 by 0. Nor can it tell which of
+        # two designs stands out.
+        distinct, which = np.unique(points, axis=0, return_inverse=True)
+        if len(distinct) < 3:
+            return front[:0]
+        mu = _least_tradeoffs(distinct)
+        mean, deviation = mu.mean(), mu.std()
+        found = np.flatnonzero((mu - mean >= 2 * deviation) & (deviation > 0))
+        if not len(found) and mu.max() - mean > deviation > 0:
+            found = np.array([mu.argmax()])
+        return front[np.isin(which.ravel(), found)]
+
+
+class McdmMethod(RankingSelector):
+    """A method of pymcdm, such as TOPSIS or VIKOR, as a selector with pymoo's ``.do(F)``.
+
+    ``.do(F)`` returns an index array of the rows the method ranks first, of all that are given:
+    usually one, all of them if they tie. Any object with ``method(matrix, weights, types)`` and
+    ``method.rank(scores)`` will do. Objectives are handed over as costs. A constant objective, by
+    whose range several methods would divide, is left out.
+
+    Args:
+        method: An instance, such as ``pymcdm.methods.TOPSIS()``.
+        weights: ``(m,)`` weights >= 0, not all 0; equal unless given. Only ratios matter.
+
+    Raises:
+        ArgumentTypeError: ``method`` cannot be called so; a class was given for an instance.
+        ArgumentValueError: A weight is negative, or all are 0; by ``.do``: their number is not
+            that of the objectives, or the method finds no scores for ``F``.
+
+    Example:
+        >>> import numpy as np
+        >>> class WeightedSum:
+        ...     def __call__(self, matrix, weights, types):
+        ...         return matrix @ weights
+        ...     def rank(self, scores):
+        ...         return 1 + np.searchsorted(np.sort(scores), scores)
+        >>> F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
+        >>> McdmMethod(WeightedSum()).do(F)
+        array([1])
+        >>> McdmMethod(WeightedSum(), weights=[1, 9]).do(F)
+        array([2])
+    """
+
+    def __init__(self, method: Any, *, weights: ArrayLike | None = None) -> None:
+        super().__init__()
+        if isinstance(method, type) or not callable(method) or not hasattr(method, "rank"):
+            rule = "a method of pymcdm such as pymcdm.methods.TOPSIS()"
+            raise wrong_type("method", rule, method)
+        self.method = method
+        self.weights = None if weights is None else checked_weights(weights)
+
+    def chosen(self, objectives: Objectives) -> Rows:
+        """Return the rows that the method ranks first."""
+        F = objectives.minimized
+        weights = weights_of(F.shape[1], self.weights)
+        # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
+        counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
+        if not counts.any():  # all designs are equal
+            return np.arange(len(F))
+        F, weights = F[:, counts], weights[counts] / weights[counts].sum()
+        rule = f"fit for {type(self.method).__name__}"
+        try:
+            with np.errstate(all="ignore"):  # scores that are not finite are refused below
+                # pymcdm's types: -1 is a cost.
+                scores = np.asarray(self.method(F, weights, -np.ones(F.shape[1], dtype=int)))
+        except ValueError as error:
+            raise invalid("F", rule, Received("an error"), str(error)) from error
+        if scores.shape != (len(F),) or not np.isfinite(scores).all():
+            raise invalid("F", rule, Received("no finite scores"))
+        ranks = np.asarray(self.method.rank(scores))
+        return np.flatnonzero(ranks == ranks.min())
 
 
 def objectives_of(F: Any, maximize: Collection[Any]) -> Objectives:
@@ -285,17 +429,17 @@ def objectives_of(F: Any, maximize: Collection[Any]) -> Objectives:
     return Objectives.of(F, maximize)
 
 
-def checked_weights(weights: ArrayLike) -> NDArray[np.float64]:
+def checked_weights(weights: ArrayLike) -> Array:
     """Return ``(m,)`` weights, none negative and not all 0, so scaled that they sum to 1."""
     array = finite_array("weights", weights)
     if array.ndim != 1 or (array < 0).any() or not array.any():
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
     ratios = array / array.max()  # first, as the sum of large weights overflows
-    shares: NDArray[np.float64] = ratios / ratios.sum()
+    shares: Array = ratios / ratios.sum()
     return shares
 
 
-def weights_of(m: int, weights: NDArray[np.float64] | None) -> NDArray[np.float64]:
+def weights_of(m: int, weights: Array | None) -> Array:
     """Return ``(m,)`` weights of a selector, whose number is known by its ``.do`` only."""
     if weights is None:
         return np.ones(m)
@@ -304,3 +448,69 @@ def weights_of(m: int, weights: NDArray[np.float64] | None) -> NDArray[np.float6
             "weights", f"{m} numbers, one for each objective", Received(f"{len(weights)}")
         )
     return weights
+
+
+def _norm(terms: Array, p: float) -> Array:
+    """Return the L_p norms of rows >= 0, which do not underflow at a large p."""
+    largest: Array = terms.max(axis=1)
+    if np.isinf(p):
+        return largest
+    share = terms / np.where(largest > 0, largest, 1.0)[:, None]
+    norms: Array = largest * (share**p).sum(axis=1) ** (1 / p)
+    return norms
+
+
+def _bulges(d: Array) -> Array:
+    """Return how far ``(n, m)`` points lie beyond the plane of the extremes; 0 if there is none."""
+    n, m = d.shape
+    extremes = np.empty((m, m))
+    for j in range(m if m > 1 else 0):
+        others = np.delete(d, j, axis=1)
+        extremes[j] = d[np.lexsort((d[:, j], others.sum(axis=1), others.max(axis=1)))[0]]
+    if m < 2 or np.linalg.matrix_rank(extremes, tol=_FLAT) < m:
+        return np.zeros(n)
+    normal = np.linalg.solve(extremes, np.ones(m))  # the plane is d·normal = 1
+    if (normal <= 0).any():
+        return np.zeros(n)
+    bulges: Array = (1 - d @ normal) / np.linalg.norm(normal)
+    return bulges
+
+
+def _least_tradeoffs(points: Array) -> Array:
+    """``(n,)`` what leaving each of ``(n, m)`` points for a neighbour costs at least for its gain.
+
+    Losses over gains, summed over the objectives; the neighbours are those within ``_RADIUS``, or,
+    if that are fewer than 2 m with the point itself, the nearest 2 m. The points are distinct, and
+    none dominates another, so that each gain is above 0.
+    """
+    from scipy.spatial import KDTree  # a fifth of a second, at every start of a command
+
+    n, m = points.shape
+    tree = KDTree(points)
+    mu, count = np.full(n, np.inf), np.zeros(n, dtype=np.intp)
+    # Points that are next to each other in the tree have most of their neighbours in common: a
+    # block of them against all candidates needs no list of pairs, which would take the most time.
+    for start in range(0, n, _BLOCK):
+        rows = tree.indices[start : start + _BLOCK]
+        own = points[rows]
+        reached = (points >= own.min(axis=0) - _RADIUS) & (points <= own.max(axis=0) + _RADIUS)
+        near = points[reached.all(axis=1)]
+        for first in range(0, len(near), _CANDIDATES):
+            others = near[first : first + _CANDIDATES]
+            loss, gain, square = np.zeros((3, len(rows), len(others)))
+            for j in range(m):
+                step = others[:, j] - own[:, j, None]
+                loss += np.maximum(step, 0)
+                gain -= np.minimum(step, 0)
+                square += step**2
+            inside = square <= _RADIUS**2
+            count[rows] += np.count_nonzero(inside, axis=1)
+            ratio = np.full(loss.shape, np.inf)
+            np.divide(loss, gain, out=ratio, where=inside & (gain > 0))
+            mu[rows] = np.minimum(mu[rows], ratio.min(axis=1))
+    least = min(2 * m, n - 1)
+    few = np.flatnonzero(count < least)
+    if len(few):
+        step = points[tree.query(points[few], k=least + 1)[1][:, 1:]] - points[few, None]
+        mu[few] = (np.maximum(step, 0).sum(axis=2) / np.maximum(-step, 0).sum(axis=2)).min(axis=1)
+    return mu
