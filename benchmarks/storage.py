@@ -4,7 +4,7 @@
     python -m benchmarks.storage --kills 30
 
 Beside it what SQLite itself takes for the same cells: ``executemany`` into the same table, in one
-transaction, without checksums, blocks or locks.
+transaction, without blocks or locks.
 
 With ``--kills`` nothing is timed: eight processes test the shares of a run into one folder and are
 killed and started again, at random moments, until the kills are used up; then they come to an end.

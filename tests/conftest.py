@@ -43,7 +43,7 @@ QUICK = (
     "problems",
     "selection",
     "sequences",
-    "storage/test_folder.py",
+    "study/test_folder.py",
     "table/test_expression.py",
     "table/test_table.py",
 )

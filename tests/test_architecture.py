@@ -19,7 +19,7 @@ ROOT = Path(pymoo_psi.__file__).parent
 LAYERS = [
     ("ground", {"errors", "_validation", "_files", "_kinds", "_markers", "_tables"}),
     ("mathematics", {"sequences", "chute", "pareto"}),
-    ("method", {"table", "storage"}),
+    ("method", {"table", "study"}),
     (
         "pymoo",
         {"problems", "parallel", "algorithms", "selection"},

@@ -28,7 +28,7 @@ Each room is a module with a chapter on its subject. A layer imports only those 
 |---|---|---|
 | ground | `errors`, `_validation`, `_files`, `_kinds`, `_markers` | nothing |
 | mathematics | `sequences`, `chute`, `pareto` | arrays |
-| method | `storage` (the study), `table` (the test table) | arrays, pandas; SQLite in `storage` |
+| method | `study` (the study), `table` (the test table) | arrays, pandas; SQLite in `study` |
 | pymoo | `problems`, `parallel`, `algorithms`, `selection` | pymoo |
 | experiments | `comparison`, `paper` | all above |
 | faces | `plots`, `page`, `report`, `cli` | results of all above |

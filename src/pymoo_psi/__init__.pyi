@@ -13,7 +13,7 @@ from . import problems as problems
 from . import report as report
 from . import selection as selection
 from . import sequences as sequences
-from . import storage as storage
+from . import study as study
 from . import table as table
 from .algorithms import PSI as PSI
 from .algorithms import LPTauSampling as LPTauSampling

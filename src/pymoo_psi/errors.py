@@ -92,7 +92,7 @@ class StudyCorruptError(StudyError):
 
 
 class StudyVersionError(StudyError):
-    """The study file was written by a later version of the package.
+    """The study file was written by another version of the package.
 
     Example:
         >>> import contextlib, os, sqlite3, tempfile
@@ -106,7 +106,7 @@ class StudyVersionError(StudyError):
         ...         TestTable.read_study(path)
         ...     except StudyVersionError as error:
         ...         print(error)
-        study ...chute.db has format 99, but this version of pymoo-psi knows formats up to ...
+        study ...chute.db has format 99, but this version of pymoo-psi reads format ...
     """
 
 

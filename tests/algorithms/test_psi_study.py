@@ -30,7 +30,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.errors import EvaluationError, StudyCorruptError, StudyMismatchError
-from pymoo_psi.storage import _database
+from pymoo_psi.study import Study
 
 
 class Counted(ElementwiseProblem):
@@ -274,13 +274,13 @@ def test_each_test_is_written_once(tmp_path, written):
 @pytest.fixture
 def written(monkeypatch):
     """How many tests each transaction writes."""
-    counts, put_tests = [], _database.put_tests
+    counts, append = [], Study.append
 
-    def noted(db, facts, cells, new, replaced):
-        counts.append(int(new.sum()))
-        return put_tests(db, facts, cells, new, replaced)
+    def noted(study, columns, **of):
+        counts.append(append(study, columns, **of))
+        return counts[-1]
 
-    monkeypatch.setattr(_database, "put_tests", noted)
+    monkeypatch.setattr(Study, "append", noted)
     return counts
 
 
@@ -369,7 +369,7 @@ import json, os, signal, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo_psi import PSI
-from pymoo_psi.storage import Study
+from pymoo_psi.study import Study
 
 Study.__init__.__kwdefaults__["wait"] = 300  # for runs that are stopped while they write
 

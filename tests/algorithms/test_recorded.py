@@ -3,10 +3,12 @@
 import copy
 import os
 import pickle
+import sqlite3
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
 
@@ -143,8 +145,10 @@ def test_workers_end_if_a_result_cannot_be_stored(tmp_path, monkeypatch):
             out["F"] = x
 
     problem = Recorded(Told(), study=tmp_path / "s.db")
-    os.link(tmp_path / "s.db", tmp_path / "second name")  # under which no study is written
-    with pytest.raises(PsiError, match="hard link") as kept:
+    full = "SELECT RAISE(ABORT, 'database or disk is full')"
+    with closing(sqlite3.connect(tmp_path / "s.db")) as db:
+        db.execute(f"CREATE TRIGGER full BEFORE INSERT ON tests BEGIN {full}; END")
+    with pytest.raises(PsiError, match="disk is full") as kept:
         problem.evaluate(np.linspace(0, 1, 9)[:, None])
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "worker").read_text()), 0)

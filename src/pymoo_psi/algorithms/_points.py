@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling
 from pymoo_psi.sequences import lp_tau, lp_tau_at
-from pymoo_psi.storage._share import Share
+from pymoo_psi.study import Share
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +84,6 @@ class Points:
     def cut(self, rows: range | NDArray[np.intp]) -> Cut:
         """Return the points in some places, from 0; one at least."""
         places = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
-        numbers = self._share.dealt(self._rounds.start + places)
+        numbers = self._share.numbers(self._rounds.start + places)
         given = None if self._units is None else self._units[numbers - self._first]
         return Cut(numbers, self._n_dim, given)

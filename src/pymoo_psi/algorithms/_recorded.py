@@ -31,8 +31,7 @@ from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, unto
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._wrapped import WrappedProblem
-from pymoo_psi.storage import Study
-from pymoo_psi.storage._database import LAST
+from pymoo_psi.study import LAST, Study
 from pymoo_psi.table import TestTable, design_matrix
 
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from

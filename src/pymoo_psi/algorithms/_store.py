@@ -15,9 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import collection, integer, invalid
-from pymoo_psi.storage import Study
-from pymoo_psi.storage._database import LAST, told
-from pymoo_psi.storage._share import ALL, Share
+from pymoo_psi.study import ALL, LAST, Share, Study
 from pymoo_psi.table import Layout, TestTable, columns_of, head_of, kinds_of_columns, table_of
 
 # Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
@@ -86,8 +84,6 @@ class Memory:
         if self.share.of == 1:
             self.study.begin(head)
         else:
-            with told(self.study.path):
-                os.makedirs(os.path.dirname(self.study.path), exist_ok=True)
             self.study.begin(head, self.share, points)
 
     def writing(self) -> AbstractContextManager[None]:

@@ -27,7 +27,7 @@ from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._pymoo import require_known_keywords
-from pymoo_psi.storage._database import Proposal
+from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, lacking, other_problem
 
 Array = NDArray[np.float64]

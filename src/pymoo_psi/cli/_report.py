@@ -18,7 +18,7 @@ from pymoo_psi.cli._options import formulated_in, units_in
 from pymoo_psi.cli._output import require_output, say
 from pymoo_psi.errors import StudyError
 from pymoo_psi.report import decision_report
-from pymoo_psi.storage._study import begun
+from pymoo_psi.study import Study
 from pymoo_psi.table import TestTable
 
 
@@ -66,7 +66,7 @@ def run_report(
     about += [getattr(remark, "fact", remark) for remark in remarks]
     if path.is_file():  # what a pipe has given it does not give again
         with suppress(StudyError):  # another file tells no date
-            about.insert(1, f"Study begun {begun(str(path))}")
+            about.insert(1, f"Study begun {Study(path).facts()['begun']}")
     report = decision_report(
         table,
         limits,

@@ -1140,7 +1140,7 @@ class TestTable(Shown):
             >>> len(table)
             200
         """
-        from pymoo_psi.storage import write_study  # SQLite is loaded where there is a study
+        from pymoo_psi.study import write_study  # SQLite is loaded where there is a study
 
         write_study(path, head_of(self), columns_of(self))
 
@@ -1222,7 +1222,7 @@ class TestTable(Shown):
 
 def read_tests(path: str | PathLike[str]) -> tuple[TestTable, str]:
     """Return the tests of a study or a folder of studies, and which are missing, or nothing."""
-    from pymoo_psi.storage import read_folder, read_study
+    from pymoo_psi.study import read_folder, read_study
 
     if os.path.isdir(path):
         head, columns, missing = read_folder(path)

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
-from pymoo_psi.storage._database import Columns
-from pymoo_psi.storage._share import Share, studies_in
-from pymoo_psi.storage._study import differences, head_in, read_facts, span
+from pymoo_psi.study._share import Share
+from pymoo_psi.study._study import Columns, Study, differences, span, studies_in
 
 _SHOWN = 6  # ranges of missing points, and shares that lack some, in a message
 
@@ -33,16 +32,16 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     files = studies_in(folder)
     if not files:
         raise StudyAccessError(f"folder {folder} holds no study; check the name")
-    facts, blocks = zip(*map(read_facts, files), strict=True)
-    head = head_in(facts[0])
+    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
+    head = dict(facts[0]["head"])
     for file, other in zip(files, facts, strict=True):
-        if differing := differences(other, head, "in the first", "in the second"):
+        if differing := differences(other["head"], head, "in the first", "in the second"):
             raise StudyMismatchError(
                 f"studies {file} and {files[0]} belong to different problems: {differing}; "
                 "keep one folder for each problem"
             )
     # A share has the outputs that its tests have brought so far, NaN where they did not.
-    outputs = tuple(dict.fromkeys(name for f in facts for name in f.get("outputs", ())))
+    outputs = tuple(dict.fromkeys(name for f in facts for name in f["head"].get("outputs", ())))
     head |= {"outputs": list(outputs)} if outputs else {}
     columns = {}
     for name in {**dict.fromkeys(outputs), **blocks[0]}:
@@ -54,24 +53,22 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     columns = {name: column[order] for name, column in columns.items()}
     numbers = columns["test_point"]
     again = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    for i in again.tolist():
-        if not all(_same(column[i], column[i - 1]) for column in columns.values()):
-            one, other = (files[source[order[j]]] for j in (i - 1, i))
+    for column in columns.values():
+        one, other = column[again], column[again - 1]
+        # NaN is the value that differs from itself.
+        for i in again[(one != other) & ((one == one) | (other == other))]:
+            pair = [files[source[order[j]]] for j in (i - 1, i)]
             raise StudyMismatchError(
-                f"studies {one} and {other} have different results for test point {numbers[i]}; "
+                f"studies {' and '.join(pair)} have different results for test point {numbers[i]}; "
                 "move the file that is wrong, or older, to another folder"
             )
     columns = {name: np.delete(column, again) for name, column in columns.items()}
     return head, columns, _missing(facts, columns["test_point"])
 
 
-def _same(a: Any, b: Any) -> bool:
-    return bool(a == b or (a != a and b != b))  # NaN is the value that differs from itself
-
-
-def _missing(shares: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -> str:
+def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -> str:
     """Say which test points of an investigation are not stored in any of its shares."""
-    known = [facts for facts in shares if "share" in facts]
+    known = [facts for facts in studies if "share" in facts]
     if not known:
         return ""
     first, last = span(known)
@@ -79,26 +76,25 @@ def _missing(shares: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) ->
     absent = np.setdiff1d(np.arange(first, last + 1), numbers, assume_unique=True)
     if len(absent) == 0:
         return ""
-    told = []
+    lacking = []
     for part in range(1, of + 1):
         share = Share(part, of)
-        own = share.dealt(np.array(share.rounds(first, last)))
-        lacking = int(np.isin(own, absent, assume_unique=True).sum())
-        if lacking:
-            told.append(f"{part} ({'all' if lacking == len(own) else lacking} of {len(own)})")
-    shown = f"{', '.join(told[:_SHOWN])}{', …' if len(told) > _SHOWN else ''}"
+        own = share.numbers(np.array(share.rounds(first, last)))
+        if n := int(np.isin(own, absent, assume_unique=True).sum()):
+            lacking.append(f"{part} ({'all' if n == len(own) else n} of {len(own)})")
     return (
-        f"{len(absent)} of {last - first + 1} test points are missing: {_ranges(absent)}; of {of} "
-        f"shares these lack points: {shown}"
+        f"{len(absent)} of {last - first + 1} test points are missing: {_short(_ranges(absent))}; "
+        f"of {of} shares these lack points: {_short(lacking)}"
     )
 
 
-def _ranges(numbers: NDArray[np.int64]) -> str:
-    """Return ascending numbers as a short text: "3, 7 to 12, 15, …"."""
+def _ranges(numbers: NDArray[np.int64]) -> list[str]:
+    """Return increasing numbers as texts of ranges: "3", "7 to 12"."""
     starts = np.flatnonzero(np.diff(numbers, prepend=numbers[:1] - 2) > 1)
     ends = [*(starts[1:] - 1), len(numbers) - 1]
-    told = [
-        f"{a}" if a == b else f"{a} to {b}"
-        for a, b in zip(numbers[starts].tolist(), numbers[ends].tolist(), strict=True)
-    ]
-    return ", ".join(told[:_SHOWN] + ["…"] * (len(told) > _SHOWN))
+    pairs = zip(numbers[starts].tolist(), numbers[ends].tolist(), strict=True)
+    return [f"{a}" if a == b else f"{a} to {b}" for a, b in pairs]
+
+
+def _short(texts: list[str]) -> str:
+    return ", ".join(texts[:_SHOWN] + ["…"] * (len(texts) > _SHOWN))

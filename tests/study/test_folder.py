@@ -8,16 +8,15 @@ import pytest
 from pymoo_psi import TestTable
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
-from pymoo_psi.storage import Study, read_folder, read_study, write_study
-from pymoo_psi.storage._share import Share
-from tests.storage.studies import HEAD, begun, bits, block, rows
+from pymoo_psi.study import Share, Study, read_folder, read_study, write_study
+from tests.study.studies import HEAD, begun, bits, block, rows
 
 
 @pytest.mark.parametrize("of", [1, 2, 3, 7, 64])
 def test_every_point_is_of_one_share(of):
     for first, last in ((1, 1000), (7, 70), (64, 64)):
         numbers = [
-            share.dealt(np.array(share.rounds(first, last), dtype=np.int64))
+            share.numbers(np.array(share.rounds(first, last), dtype=np.int64))
             for share in (Share(k, of) for k in range(1, of + 1))
         ]
         assert sorted(np.concatenate(numbers)) == list(range(first, last + 1))
@@ -26,7 +25,7 @@ def test_every_point_is_of_one_share(of):
 
 def test_whose_a_point_is_does_not_depend_on_the_run():
     share = Share(3, 8)
-    short, long = (share.dealt(np.array(share.rounds(1, last))) for last in (100, 2000))
+    short, long = (share.numbers(np.array(share.rounds(1, last))) for last in (100, 2000))
     assert short.tolist() == long[long <= 100].tolist()
 
 
@@ -35,7 +34,7 @@ def test_every_share_is_spread_over_the_box(of):
     """Every 64th point of LPτ has the same six leading digits in the first coordinate."""
     points = lp_tau(of * 64, 2)
     for k in range(1, of + 1):
-        numbers = Share(k, of).dealt(np.arange(64))
+        numbers = Share(k, of).numbers(np.arange(64))
         assert (np.ptp(points[numbers - 1], axis=0) > 0.9).all()
         assert all(len({*np.floor(column * 8)}) >= 7 for column in points[numbers - 1].T)
 
@@ -47,7 +46,7 @@ def shares(folder, of, last, parts=None, head=HEAD):
         share = Share(k, of)
         study = Study(folder / share.file)
         study.begin(head, share, (1, last))
-        study.append(rows(whole, share.dealt(np.array(share.rounds(1, last))) - 1))
+        study.append(rows(whole, share.numbers(np.array(share.rounds(1, last))) - 1))
     return whole
 
 

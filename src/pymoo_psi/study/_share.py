@@ -1,15 +1,13 @@
-"""Shares: how the points of one investigation are dealt out to machines, a file for each."""
+"""Shares: the points of one investigation divided among machines, a file for each."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, integer, invalid, wrong_type
-from pymoo_psi.storage import _database as database
 
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
@@ -18,16 +16,15 @@ _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd n
 class Share:
     """The k-th of n parts of the test points.
 
-    The points are dealt out like cards, in rounds of n consecutive numbers, of which each share
-    gets one. So the first results of all shares together are the beginning of the sequence, which
-    is uniform, a longer run extends every share, and whose a point is does not depend on how many
-    there are.
+    The points are assigned in rounds of n consecutive numbers, of which each share gets one. So the
+    first results of all shares together are the beginning of the sequence, which is uniform, a
+    longer run extends every share, and whose a point is does not depend on how many there are.
 
     The k-th share does not get the k-th point of every round: the low binary digits of a number
     are the leading ones of a point of LPτ, so that every 64th point lies in one strip, a 64th of
     the first variable, which would be the hole that a lost share leaves. Each round begins with
     another share instead, by multiples of the golden ratio (Fibonacci hashing, Knuth, The Art of
-    Computer Programming 3, section 6.4), and every share alone is spread over the box, too.
+    Computer Programming 3, section 6.4), and every share alone is spread over the bounds, too.
 
     Attributes:
         part: Which part, from 1 to ``of``.
@@ -65,10 +62,10 @@ class Share:
     def rounds(self, first: int, last: int) -> range:
         """Return the rounds, from 0, in which it gets a point between ``first`` and ``last``."""
         start, stop = (first - 1) // self.of, (last - 1) // self.of + 1
-        ends = self.dealt(np.array([start, stop - 1]))
+        ends = self.numbers(np.array([start, stop - 1]))
         return range(start + int(ends[0] < first), stop - int(ends[1] > last))
 
-    def dealt(self, rounds: NDArray[np.int64]) -> NDArray[np.int64]:
+    def numbers(self, rounds: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the test points that it gets in rounds."""
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
         moved = (rounds * _GOLDEN % 2**32) * self.of // 2**32
@@ -76,17 +73,3 @@ class Share:
 
 
 ALL = Share(1, 1)  # all points
-
-
-def studies_in(folder: str) -> list[str]:
-    """Return the studies in a folder: all that is called so, and all that is a database."""
-    with database.told(folder):
-        found = []
-        for name in sorted(os.listdir(folder)):
-            path = os.path.join(folder, name)
-            # What is being written is hidden; a study that was converted lies beside its heir.
-            if name.startswith(".") or name.endswith("-format-1") or not os.path.isfile(path):
-                continue
-            if name.endswith(".db") or database.is_database(path):
-                found.append(path)
-        return found

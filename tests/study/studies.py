@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pymoo_psi.storage import Study
+from pymoo_psi.study import Study
 
 HEAD = {
     "variables": ["x", "n", "hollow", "metal"],

@@ -1,0 +1,700 @@
+"""The study file: an SQLite database of tables that any program can read.
+
+``tests`` has one row a test: ``test_point``, its number; ``status``; ``reason``, why it failed;
+``origin``, where its design comes from; ``seconds``, what its evaluation took (the mean of designs
+evaluated together); then variables, objectives, constraints and outputs under their names, with
+``_`` behind a name that is taken. NaN is NULL, binary variables are 0 and 1, choices are texts.
+``proposals`` has designs that an algorithm is going to test. ``study`` has names and values, as
+JSON, of what holds for the whole file.
+
+A real number is in a column without a type, which keeps all its bits: one of type REAL would turn
+-0.0 into 0.0.
+
+Transactions, recovery after a kill and the locks between readers and a commit are SQLite's, with
+its rollback journal: at rest the file itself holds everything, and file systems shared by several
+machines are no obstacle, as they are for its write-ahead log.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import socket
+import sqlite3
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from os import PathLike
+from pathlib import Path
+from typing import IO, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._files import whole_file
+from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._validation import Received, identity_text, invalid, wrong_type
+from pymoo_psi.errors import (
+    StudyAccessError,
+    StudyCorruptError,
+    StudyError,
+    StudyLockedError,
+    StudyMismatchError,
+    StudyVersionError,
+)
+from pymoo_psi.study._share import Share
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+Head: TypeAlias = Mapping[str, Any]
+Columns: TypeAlias = dict[str, NDArray[Any]]
+# The number of a test, the round in which and by what it was proposed, and what else is known.
+Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
+
+LAST = 2**63 - 1  # the largest number of a test point
+
+_APPLICATION = 0x50534931  # "PSI1", in the header of the file
+_VERSION = 4  # of the tables, also in the header; 1 to 3 are those of pymoo-psi 0.1 and 0.2
+_FIXED = {
+    "test_point": "INTEGER PRIMARY KEY",
+    "status": "TEXT",
+    "reason": "TEXT",
+    "origin": "TEXT",
+    "seconds": "REAL",
+}
+_TYPES = {Kind.REAL: "", Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
+_MOST_COLUMNS = 2000 - len(_FIXED)  # SQLite's limit
+_AT_A_TIME = 65_536  # rows in memory as Python's objects
+_PATIENCE = 60.0  # seconds for readers to end their query before a commit, and for that commit
+_REMEDY = (
+    "check that its folder exists, that you may write it and that the disk has room; "
+    "what was committed is still there"
+)
+
+
+class Study:
+    """A study file, by name: it may be copied, pickled, sent to processes and shared by threads.
+
+    The tests of a block are committed together, or none of them. They stay, whatever happens to
+    the process later. Reading waits for a commit at most and changes nothing.
+
+    A study knows no tables, only their head, of values that JSON can hold, and their columns.
+
+    Attributes:
+        path: The file; an absolute path, whatever was given.
+        wait: Seconds to wait for another process that is writing the study.
+    """
+
+    def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
+        if not isinstance(path, (str, PathLike)) or not os.fspath(path):
+            raise wrong_type("study path", "the name of a file", path)
+        self.path: str = os.path.realpath(path)
+        self.wait = wait
+        # Its id and number of commits when it was seen last: a file with another id or with fewer
+        # commits is not the one that was there.
+        self._seen: tuple[str, int] | None = None
+
+    def begin(
+        self, head: Head, share: Share | None = None, points: tuple[int, int] = (1, 1)
+    ) -> None:
+        """Create the file, or make sure that the one that is there belongs to the same problem.
+
+        Args:
+            head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
+                ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
+                else makes the problem what it is, but for its outputs, which tests bring.
+            share: Which share of an investigation the file is, if it is one. Its folder is made if
+                there is none; the other studies in it must belong to the same problem, too, and be
+                shares of as many.
+            points: First and last test point of that investigation, kept to tell what is missing.
+
+        Raises:
+            StudyMismatchError: The file belongs to another problem; the message says what differs.
+            StudyError: It is damaged, no study, of another version, or cannot be made or read.
+            ArgumentTypeError: JSON cannot hold the head.
+        """
+        asked = json.loads(identity_text(head))
+        own: dict[str, Any] = {}
+        if share is not None:
+            own = {"share": [share.part, share.of], "points": list(points)}
+            with _reported(self.path):
+                os.makedirs(os.path.dirname(self.path), exist_ok=True)
+            self._require_others_alike(asked, share)
+        if not os.path.exists(self.path):
+            with self.writing():
+                # Again, as the owner of the lock before may have made it.
+                if not os.path.exists(self.path):
+                    _create(self.path, {"head": asked, **own})
+        self._seen = None
+        facts = self.facts()
+        if differing := differences(facts["head"], asked, "in the study", "asked"):
+            raise StudyMismatchError(
+                f"study {self.path} belongs to another problem: {differing}. Give the "
+                "name of another file, or the problem (and study_key) with which it was begun"
+            )
+        if own and facts.get("share") != own["share"]:
+            raise StudyMismatchError(
+                f"study {self.path} must be share {share}, and is none; move it away"
+            )
+        if own and facts["points"] != (points_of_both := span([facts, own])):
+            with self._writing() as (db, _):
+                _put(db, points=points_of_both)
+
+    def _require_others_alike(self, head: Head, share: Share) -> None:
+        """Refuse a share of another problem or division than the other studies in its folder."""
+        for path in studies_in(os.path.dirname(self.path)):
+            try:
+                facts = Study(path).facts()
+            except StudyError:
+                continue  # reported when the folder is read
+            if facts.get("share", [1, share.of])[1] != share.of:
+                raise StudyMismatchError(
+                    f"study {path} is one of {facts['share'][1]} shares, and its folder takes no "
+                    f"share {share}: give a share of {facts['share'][1]}, or continue with the "
+                    "one study that 'pymoo-psi export' makes of the folder"
+                )
+            if other := differences(facts["head"], head, "there", "asked"):
+                raise StudyMismatchError(
+                    f"study {path} in the same folder belongs to another problem: {other}. Give "
+                    "the name of another folder, or the problem (and study_key) of that study"
+                )
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep others from writing while the body runs, so that none repeats its work.
+
+        Without it, :meth:`append` does so for the time of one block. It may be nested. Threads of
+        this process wait for their turn.
+
+        Raises:
+            StudyLockedError: Another process is writing; the message says which, where, and since
+                when. One that was killed does not count.
+            StudyAccessError: The folder cannot be written.
+        """
+        # setdefault is one step: two threads never get a lock each. By process, too, as a fork
+        # inherits the entries, but not the locks.
+        lock = _LOCKS.setdefault((os.getpid(), self.path), _Lock())
+        with lock.thread:
+            if lock.depth == 0:
+                lock.file = _locked(self.path, self.wait)
+            lock.depth += 1
+            try:
+                yield
+            finally:
+                lock.depth -= 1
+                if lock.depth == 0:
+                    with suppress(OSError):  # Windows removes no open file
+                        os.unlink(self.path + _LOCK)
+                    lock.file.close()
+
+    def append(
+        self, columns: Columns, *, origin: str | None = None, seconds: ArrayLike | None = None
+    ) -> int:
+        """Commit a block of n tests; after the return they are on the disk.
+
+        A test that is stored already with the same values is left alone, also if one of both lacks
+        an output. One that is stored as failed is replaced by its repetition. No other stored test
+        can be changed.
+
+        Args:
+            columns: ``(n,)`` each: ``test_point``, the numbers; the variables, objectives and
+                constraints by name, choices as texts; ``status``; ``reason``, texts; and numbers
+                that the model gives besides, its outputs, which may be others each time.
+            origin: Where the designs come from.
+            seconds: What the evaluation of a design took, one number or ``(n,)``.
+
+        Returns:
+            How many tests were new or replaced.
+
+        Raises:
+            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            ArgumentValueError: A test is stored with other values.
+            StudyLockedError: Another process is writing.
+            StudyAccessError: The disk is full, or file or folder cannot be written.
+            StudyCorruptError: The file is damaged.
+        """
+        with self._writing() as (db, facts):
+            head = facts["head"]
+            new = _unknown(db, self.path, head, columns)
+            if new.any():
+                wider = _with_outputs(head, columns)
+                for name in list(_sql_columns(wider))[len(_sql_columns(head)) :]:
+                    db.execute(f"ALTER TABLE tests ADD COLUMN {_quoted(name)}")
+                _put(db, head=wider)
+                took = np.full(len(new), np.nan if seconds is None else seconds)
+                chosen = {name: column[new] for name, column in columns.items()}
+                _insert(db, wider, chosen, origin, took[new])
+        return int(new.sum())
+
+    def columns(self, first: int, count: int) -> Columns:
+        """Return the stored tests among the ``count`` test points from number ``first``.
+
+        Raises:
+            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            StudyError: The file is damaged or cannot be read.
+        """
+        with self._transaction("BEGIN") as (db, facts):
+            return _selected(db, self.path, facts["head"], first, first + count - 1)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what holds for the whole file: ``head``, ``id``, ``begun``, ``share``, ….
+
+        Raises:
+            StudyError: As :meth:`columns`.
+        """
+        with self._transaction("BEGIN") as (_, facts):
+            return facts
+
+    def contents(self) -> tuple[dict[str, Any], Columns]:
+        """Return the facts and all tests of one moment, by number.
+
+        Raises:
+            StudyError: As :meth:`columns`.
+        """
+        with self._transaction("BEGIN") as (db, facts):
+            return facts, _selected(db, self.path, facts["head"], 1, LAST)
+
+    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+        """Commit designs that are going to be tested, unless others are stored under their numbers.
+
+        Args:
+            proposals: Number, round, origin, and what else is known of each, as JSON can hold it;
+                by number.
+
+        Returns:
+            The proposals that are stored under these numbers now.
+
+        Raises:
+            StudyError: As :meth:`append`.
+        """
+        with self._writing() as (db, _):
+            if stored := _proposals(db, self.path, proposals[0][0], proposals[-1][0]):
+                return stored
+            rows = [(*row, json.dumps(content, ensure_ascii=False)) for *row, content in proposals]
+            db.executemany("INSERT INTO proposals VALUES (?, ?, ?, ?)", rows)
+        return list(proposals)
+
+    def proposals(self, first: int, count: int) -> list[Proposal]:
+        """Return what is proposed of the ``count`` test points from number ``first``.
+
+        Raises:
+            StudyError: As :meth:`columns`.
+        """
+        with self._transaction("BEGIN") as (db, _):
+            return _proposals(db, self.path, first, first + count - 1)
+
+    @contextmanager
+    def _writing(self) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
+        """Give a connection and the facts, and commit the body's changes."""
+        # A plain BEGIN would take SQLite's write lock at the first change only, after reading.
+        with self.writing(), self._transaction("BEGIN IMMEDIATE") as (db, facts):
+            yield db, facts
+            if db.total_changes:
+                facts["commits"] += 1
+                _put(db, commits=facts["commits"])
+
+    @contextmanager
+    def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
+        """Give a connection in a transaction, and the facts of what is still the same study."""
+        with _connected(self.path) as db:
+            db.execute(begin)
+            facts = _facts(db, self.path)
+            if self._seen is not None:
+                name, commits = self._seen
+                if facts["id"] != name or facts["commits"] < commits:
+                    what = "an older copy of it" if facts["id"] == name else "another study"
+                    raise StudyMismatchError(
+                        f"study {self.path} is not the one that this run began or continued: "
+                        f"{what} has taken its place, and was left as it is; put the right file "
+                        "back, or run again to continue this one"
+                    )
+            yield db, facts
+            db.execute("COMMIT")
+        self._seen = facts["id"], facts["commits"]
+
+
+def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
+    """Return the head and all tests of a study, by number.
+
+    Returns:
+        The head with which it was begun, and the columns of its tests; see :class:`Study`.
+
+    Raises:
+        StudyCorruptError: The file is damaged, or no study.
+        StudyVersionError: Another version wrote it.
+        StudyAccessError: It does not exist or cannot be read.
+    """
+    facts, columns = Study(path).contents()
+    return facts["head"], columns
+
+
+def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
+    """Write tests as a new study, whole or not at all; see :class:`Study` for head and columns.
+
+    Raises:
+        StudyAccessError: There is a file of that name, or none can be written.
+        ArgumentValueError: There are too many columns.
+    """
+    file = Study(path).path
+    if os.path.lexists(file):
+        raise StudyAccessError(
+            f"study {file} exists already and was left as it is; give the name of a new file"
+        )
+    known = json.loads(identity_text({"problem": None, **head}))
+    _create(file, {"head": _with_outputs(known, columns)}, columns)
+
+
+def studies_in(folder: str) -> list[str]:
+    """Return the studies in a folder: all files named ``*.db``, and all that are studies."""
+    with _reported(folder):
+        names = sorted(os.listdir(folder))
+    paths = [os.path.join(folder, name) for name in names if not name.startswith(".")]
+    return [path for path in paths if os.path.isfile(path) and _is_study(path)]
+
+
+def _is_study(path: str) -> bool:
+    if path.endswith(".db"):  # a damaged one, too
+        return True
+    with suppress(StudyError), _connected(path) as db:
+        return bool(_pragma(db, "application_id") == _APPLICATION)
+    return False
+
+
+# The file
+
+
+@contextmanager
+def _reported(path: str) -> Iterator[None]:
+    """Turn errors of SQLite and the system in the body into ours, which name the file."""
+    try:
+        yield
+    except (StudyError, sqlite3.ProgrammingError):
+        raise
+    except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
+        text = str(error)
+        if "is locked" in text:
+            raise StudyLockedError(
+                f"study {path} is kept busy by another program; close that program, then run again"
+            ) from error
+        if "not a database" in text:
+            raise _foreign(path) from error
+        # By their texts, since Python 3.10 does not show SQLite's codes.
+        if any(known in text for known in ("is full", "disk I/O", "readonly", "unable to open")):
+            raise StudyAccessError(f"study {path} cannot be used: {text}; {_REMEDY}") from error
+        raise _corrupt(path, text) from error
+    except OSError as error:
+        reason = error.strerror
+        raise StudyAccessError(f"study {path} cannot be used: {reason}; {_REMEDY}") from error
+
+
+def _corrupt(path: str, what: str) -> StudyCorruptError:
+    return StudyCorruptError(
+        f"study {path} is damaged: {what:.80}; it was left as it is: restore it from a copy, "
+        "or move it away and run again what it held"
+    )
+
+
+def _foreign(path: str) -> StudyCorruptError:
+    return StudyCorruptError(
+        f"{path} must be a study file of pymoo-psi, but it is none, or its first bytes are "
+        "damaged; it was left as it is: give the name of another file, or move this one away"
+    )
+
+
+@contextmanager
+def _connected(path: str) -> Iterator[sqlite3.Connection]:
+    """Give a connection; what the body has not committed is undone."""
+    with _reported(path):
+        if not os.path.isfile(path):
+            what = "is no file" if os.path.exists(path) else "does not exist"
+            raise StudyAccessError(f"study {path} {what}; check the name")
+        # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file that
+        # must not be written as read-only. isolation_level=None: Python's module would begin
+        # transactions by itself.
+        uri = f"{Path(path).as_uri()}?mode=rw"
+        db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
+        with closing(db):
+            db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+            db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
+            yield db
+
+
+def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None) -> None:
+    """Make a study file, whole or not at all."""
+    declared = {**_FIXED, **_sql_columns(facts["head"])}
+    listed = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in declared.items())
+    now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+    with (
+        _reported(path),
+        whole_file(path) as new,
+        closing(sqlite3.connect(new, isolation_level=None)) as db,
+    ):
+        db.execute("PRAGMA journal_mode = OFF")  # the file is thrown away if anything happens
+        db.execute("BEGIN")
+        db.execute(f"PRAGMA application_id = {_APPLICATION}")
+        db.execute(f"PRAGMA user_version = {_VERSION}")
+        db.execute(f"CREATE TABLE tests ({listed})")
+        db.execute(
+            "CREATE TABLE proposals "
+            "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)"
+        )
+        db.execute("CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT)")
+        _put(db, id=secrets.token_hex(16), begun=now, commits=0, **facts)
+        if columns is not None:
+            _insert(db, facts["head"], columns, None, np.nan)
+        db.execute("COMMIT")
+
+
+def _pragma(db: sqlite3.Connection, name: str) -> int:
+    return int(db.execute(f"PRAGMA {name}").fetchone()[0])
+
+
+def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
+    """Return the facts of a study after making sure that the file is one."""
+    if _pragma(db, "application_id") != _APPLICATION:
+        raise _foreign(path)
+    if (version := _pragma(db, "user_version")) != _VERSION:
+        older = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
+        raise StudyVersionError(
+            f"study {path} has format {version}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; {older if version < _VERSION else 'install a later one'}"
+        )
+    try:
+        facts = {n: json.loads(v) for n, v in db.execute("SELECT name, value FROM study")}
+        _sql_columns(facts["head"])
+        return {**facts, "id": str(facts["id"]), "commits": int(facts["commits"])}
+    except (TypeError, ValueError, KeyError) as error:
+        raise _corrupt(path, f"its head cannot be read ({error!r})") from error
+
+
+def _put(db: sqlite3.Connection, **facts: Any) -> None:
+    rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in facts.items()]
+    db.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", rows)
+
+
+def _proposals(db: sqlite3.Connection, path: str, first: int, last: int) -> list[Proposal]:
+    query = "SELECT * FROM proposals WHERE test_point BETWEEN ? AND ? ORDER BY test_point"
+    try:
+        return [(*row, json.loads(content)) for *row, content in db.execute(query, (first, last))]
+    except (TypeError, ValueError) as error:
+        raise _corrupt(path, f"a proposal cannot be read ({error})") from error
+
+
+# Tests
+
+
+def _kinds(head: Head) -> dict[str, Kind]:
+    """Return what each variable, objective, constraint and output is, by name."""
+    others = ("objectives", "inequalities", "equalities", "outputs")
+    kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
+    return kinds | {name: Kind.REAL for group in others for name in head.get(group, ())}
+
+
+def _sql_columns(head: Head) -> dict[str, str]:
+    """Return SQL's columns of what a head names, and their types."""
+    kinds = _kinds(head)
+    if len(kinds) > _MOST_COLUMNS:
+        rule = f"of at most {_MOST_COLUMNS} variables, objectives, constraints and outputs together"
+        raise invalid("the problem of a study", rule, Received(len(kinds)))
+    columns: dict[str, str] = {}
+    taken = {*_FIXED}
+    for name, kind in kinds.items():
+        while name.lower() in taken:  # SQL takes "a" and "A" for one name
+            name += "_"
+        taken.add(name.lower())
+        columns[name] = _TYPES[kind]
+    return columns
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'
+
+
+def _with_outputs(head: Head, columns: Columns) -> dict[str, Any]:
+    """Return a head with the outputs that tests bring."""
+    known = {"test_point", "status", "reason", *_kinds(head)}
+    added = [name for name in columns if name not in known]
+    return {**head, "outputs": [*head.get("outputs", ()), *added]} if added else dict(head)
+
+
+def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) -> NDArray[np.bool_]:
+    """``(n,)`` which tests are new or repeat failed ones.
+
+    Raises:
+        ArgumentValueError: A test that did not fail would change.
+    """
+    numbers = columns["test_point"]
+    new = np.ones(len(numbers), dtype=bool)
+    if len(numbers) == 0:
+        return new
+    stored = _selected(db, path, head, int(numbers.min()), int(numbers.max()))
+    _, here, there = np.intersect1d(numbers, stored["test_point"], return_indices=True)
+    same = np.ones(len(here), dtype=bool)
+    for name in columns.keys() & stored.keys():
+        one, other = columns[name][here], stored[name][there]
+        equal = one == other
+        if one.dtype.kind == "f":
+            either = name in head.get("outputs", ())
+            unknown = np.isnan(one), np.isnan(other)
+            equal |= np.logical_or(*unknown) if either else np.logical_and(*unknown)
+        same &= equal.astype(bool)
+    for number in numbers[here][~same & (stored["status"][there] != "failed")]:
+        raise invalid(
+            "block",
+            "of new test points, repetitions of failed ones, or what is stored",
+            Received(f"other values for test point {number}"),
+            f"use another file if the model has changed; study {path} is as it was",
+        )
+    new[here[same]] = False
+    return new
+
+
+def _insert(
+    db: sqlite3.Connection, head: Head, columns: Columns, origin: str | None, seconds: ArrayLike
+) -> None:
+    """Write tests, in place of those with their numbers."""
+    n = len(columns["test_point"])
+    cells = [
+        columns["test_point"].astype(np.int64, casting="safe"),
+        columns["status"],
+        np.fromiter((reason or None for reason in columns["reason"]), object, n),
+        np.full(n, origin, dtype=object),
+        np.full(n, seconds, dtype=np.float64),
+    ]
+    for name, kind in _kinds(head).items():
+        # NaN: an output that these tests do not have.
+        column = columns[name] if name in columns else np.full(n, np.nan)
+        cells.append(column.astype(DTYPES[kind], casting="safe"))
+    names = ", ".join(map(_quoted, (*_FIXED, *_sql_columns(head))))
+    insert = f"INSERT OR REPLACE INTO tests ({names}) VALUES ({', '.join('?' * len(cells))})"
+    for start in range(0, len(cells[0]), _AT_A_TIME):
+        part = slice(start, start + _AT_A_TIME)
+        db.executemany(insert, zip(*(column[part].tolist() for column in cells), strict=True))
+
+
+def _selected(db: sqlite3.Connection, path: str, head: Head, first: int, last: int) -> Columns:
+    """Return the tests with numbers from ``first`` to ``last``, by number."""
+    kinds = _kinds(head)
+    names = ["test_point", *kinds, "status", "reason"]
+    dtypes = [np.int64, *(DTYPES[kind] for kind in kinds.values()), np.object_, np.object_]
+    # A name in double quotes that is no column would be a text, but for the table before it.
+    listed = ", ".join(f"tests.{_quoted(name)}" for name in _sql_columns(head))
+    cursor = db.execute(
+        f"SELECT test_point, {listed}{', ' * bool(listed)}status, coalesce(reason, '') "
+        "FROM tests WHERE test_point BETWEEN ? AND ? ORDER BY test_point",
+        (min(first, LAST), min(last, LAST)),
+    )
+    blocks: list[list[NDArray[Any]]] = []
+    try:
+        while not blocks or len(blocks[-1][0]) == _AT_A_TIME:
+            rows = cursor.fetchmany(_AT_A_TIME)
+            cells = zip(*rows, strict=True) if rows else [()] * len(names)
+            blocks.append([np.array(c, dtype=d) for c, d in zip(cells, dtypes, strict=True)])
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _corrupt(path, f"a cell is not of its column's type ({error})") from error
+    joined = [np.concatenate(parts) for parts in zip(*blocks, strict=True)]
+    return dict(zip(names, joined, strict=True))
+
+
+# One writer at a time: a lock beside the study, a file that says who its owner is. The operating
+# system releases it when its process ends, however it ends.
+
+_LOCK = ".pymoo-psi-lock"  # behind the name of the study; nobody else uses it
+
+
+@dataclass
+class _Lock:
+    """Whose turn it is among the threads of this process, and the lock that they share."""
+
+    thread: Any = field(default_factory=threading.RLock)
+    depth: int = 0
+    file: Any = None
+
+
+_LOCKS: dict[tuple[int, str], _Lock] = {}
+
+
+def _locked(path: str, wait: float) -> IO[str]:
+    """Return the open lock of a study, whose owner is this process now."""
+    lock, deadline = path + _LOCK, time.monotonic() + wait
+    while True:
+        with _reported(path):
+            file = open(lock, "a+", encoding="utf-8", errors="replace")  # noqa: SIM115
+        with suppress(BlockingIOError, PermissionError, FileNotFoundError):
+            _lock(file.fileno())
+            # The name may have passed to another file since this one was opened.
+            if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
+                now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+                file.truncate(0)  # what an owner has left that was killed
+                file.write(f"process {os.getpid()} on {socket.gethostname()} since {now}")
+                file.flush()
+                return file
+        file.seek(0)
+        owner = file.read() or "another process"
+        file.close()
+        if time.monotonic() >= deadline:
+            raise StudyLockedError(
+                f"study {path} is being written by {owner}; waited {wait:g} s: "
+                "let it finish or stop it, wait longer, or use another file"
+            )
+        time.sleep(0.05)
+
+
+def _lock(descriptor: int) -> None:
+    """Lock an open file for this process; an OSError says that another has done so.
+
+    A fork does not inherit locks of POSIX records: no worker that outlives its parent keeps them.
+    """
+    if sys.platform == "win32":
+        os.lseek(descriptor, 4096, os.SEEK_SET)  # what lies before can still be read
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+# Heads
+
+
+def span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the first and the last point of the investigations that shares are of."""
+    firsts, lasts = zip(*(facts["points"] for facts in shares), strict=True)
+    return [min(firsts), max(lasts)]
+
+
+def differences(one: Head, other: Head, here: str, there: str) -> str:
+    """Say in what two heads differ; empty if in nothing. NaN is NaN, and 2 is not 2.0."""
+    a, b = _flat(_by_variable(one)), _flat(_by_variable(other))
+    names = [name for name in sorted({*a, *b}) if a.get(name) != b.get(name)]
+    # The name of the problem says more than its variables, of which there may be many.
+    names.sort(key=lambda name: name != "problem.problem")
+    shown = [
+        f"{name} is {a.get(name, 'absent'):.120} {here}, {b.get(name, 'absent'):.120} {there}"
+        for name in names[:4]
+    ]
+    return "; ".join(shown) + (f"; and {len(names) - 4} more" if len(names) > 4 else "")
+
+
+def _by_variable(head: Head) -> dict[str, Any]:
+    """Return what of a head is compared; messages name the variable of a bound, not its index."""
+    named = {k: dict(zip(head["variables"], head[k], strict=True)) for k in _OF_VARIABLES}
+    # A prototype is carried along, and outputs are those that tests have brought so far.
+    return {**head, **named, "prototype": None, "outputs": None}
+
+
+_OF_VARIABLES = ("lower", "upper", "kinds")
+
+
+def _flat(value: Any, name: str = "") -> dict[str, str]:
+    """Return the values of nested dicts as JSON, by names with dots."""
+    if not isinstance(value, dict):
+        return {name: json.dumps(value, ensure_ascii=False)}
+    inner = (_flat(v, f"{name}.{key}" if name else key) for key, v in value.items())
+    return {key: text for part in inner for key, text in part.items()}

@@ -1,0 +1,267 @@
+"""Study files that are not there, foreign, damaged, replaced, or of another version."""
+
+import os
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pymoo_psi.errors import (
+    StudyAccessError,
+    StudyCorruptError,
+    StudyError,
+    StudyMismatchError,
+    StudyVersionError,
+)
+from pymoo_psi.study import Study, read_study
+from tests.study.studies import HEAD, begun, bits, block, contents
+
+PAGE = 4096
+
+
+@pytest.fixture
+def study(tmp_path):
+    study = begun(tmp_path / "door")
+    study.append(block(1, 8))
+    return study
+
+
+def calls(path):
+    study = Study(path)
+    return (
+        lambda: read_study(path),
+        lambda: study.begin(HEAD),
+        lambda: study.append(block(1, 1)),
+        lambda: study.columns(1, 5),
+    )
+
+
+def edit(path, *statements):
+    with closing(sqlite3.connect(path)) as db, db:
+        for statement in statements:
+            db.execute(statement)
+
+
+# Not there, foreign
+
+
+def test_reading_creates_nothing(tmp_path):
+    read, _, append, columns = calls(tmp_path / "none.db")
+    for call in (read, append, columns):
+        with pytest.raises(StudyAccessError, match=r"none.db does not exist; check the name"):
+            call()
+    assert os.listdir(tmp_path) == []
+
+
+FOREIGN = {
+    "empty": lambda path: path.write_bytes(b""),
+    "csv": lambda path: path.write_text("test_point,x1\n1,0.5\n" * 1000),
+    "short": lambda path: path.write_bytes(b"SQLite format 3\0"),
+    "database": lambda path: edit(path, "PRAGMA user_version = 1", "CREATE TABLE tests (x)"),
+    "wal database": lambda path: edit(path, "PRAGMA journal_mode = WAL", "CREATE TABLE t (x)"),
+}
+
+
+@pytest.mark.parametrize("make", FOREIGN.values(), ids=FOREIGN)
+def test_a_foreign_file_is_left_alone(tmp_path, make):
+    path = tmp_path / "mine.db"
+    make(path)
+    before = contents(tmp_path)
+    for call in calls(path):
+        with pytest.raises(
+            StudyCorruptError, match=r"mine.db must be a study file of .*; it was left as it is"
+        ):
+            call()
+    assert contents(tmp_path) == before
+
+
+def test_a_folder_is_no_study(tmp_path):
+    with pytest.raises(StudyAccessError, match="is no file"):
+        Study(tmp_path).begin(HEAD)
+
+
+def test_a_file_cannot_be_made_below_a_file_or_nowhere(tmp_path):
+    (tmp_path / "file").write_text("")
+    for name in ("file/s.db", "missing/s.db"):
+        with pytest.raises(
+            StudyAccessError, match=rf"{name} cannot be used: .*; check that its folder exists"
+        ):
+            begun(tmp_path / name)
+    assert os.listdir(tmp_path) == ["file"]
+
+
+def test_a_lock_without_an_owner_is_taken(study):
+    """As a process leaves it that is killed before or after it has written who it is."""
+    for text in ("", "process 1 on nowhere since long ago"):
+        Path(f"{study.path}.pymoo-psi-lock").write_text(text)
+        assert Study(study.path, wait=0).append(block(9 + len(text), 2)) == 2
+    assert os.listdir(Path(study.path).parent) == ["door"]
+
+
+# A study whose file is replaced while a run writes
+
+
+def another_key(path, folder):
+    begun(folder / "other", HEAD | {"problem": {"key": "v2"}}).append(block(1, 20, seed=1))
+    os.replace(folder / "other", path)
+
+
+def another_of_the_same_problem(path, folder):
+    begun(folder / "other").append(block(1, 20))
+    os.replace(folder / "other", path)
+
+
+def an_older_copy(path, folder):
+    shutil.copyfile(folder / "older", path)
+
+
+def an_older_copy_by_rename(path, folder):
+    os.replace(folder / "older", path)
+
+
+@pytest.mark.parametrize(
+    "replace",
+    [another_key, another_of_the_same_problem, an_older_copy, an_older_copy_by_rename],
+    ids=lambda function: function.__name__,
+)
+def test_a_replaced_study_is_noticed(study, tmp_path, replace):
+    shutil.copyfile(study.path, tmp_path / "older")
+    study.append(block(9, 4))
+    replace(study.path, tmp_path)
+    before = contents(tmp_path)
+    for call in (lambda: study.append(block(13, 4)), lambda: study.columns(1, 8)):
+        with pytest.raises(StudyMismatchError, match="has taken its place, and was left as it is"):
+            call()
+    assert contents(tmp_path) == before
+
+
+def test_a_copy_that_others_continued_is_taken(study, tmp_path):
+    study.append(block(9, 4))
+    os.replace(shutil.copy(study.path, tmp_path / "moved"), study.path)
+    Study(study.path).append(block(13, 4))
+    study.append(block(17, 4))
+    assert bits(read_study(study.path)[1]) == bits(block(1, 20))
+
+
+# Versions
+
+
+@pytest.mark.parametrize(
+    ("version", "remedy"),
+    [(99, "install a later one"), (3, "continue it with pymoo-psi 0.2.0, or export it as CSV")],
+)
+def test_another_version_is_said_to_be_one(study, version, remedy):
+    edit(study.path, f"PRAGMA user_version = {version}", "DROP TABLE study")
+    before = contents(Path(study.path).parent)
+    for call in calls(study.path):
+        with pytest.raises(StudyVersionError, match=f"door has format {version}, but .*{remedy}"):
+            call()
+    assert contents(Path(study.path).parent) == before
+
+
+def test_a_study_of_0_2_0_is_said_to_be_one(tmp_path):
+    """Its file is in WAL mode, and may have a log beside it."""
+    path = tmp_path / "s.db"
+    edit(path, "PRAGMA journal_mode = WAL")
+    edit(
+        path,
+        "PRAGMA application_id = 0x50534931",
+        "PRAGMA user_version = 3",
+        "CREATE TABLE facts (name TEXT PRIMARY KEY, value TEXT)",
+    )
+    before = contents(tmp_path)
+    for call in calls(path):
+        with pytest.raises(StudyVersionError, match="pymoo-psi 0.2.0"):
+            call()
+    assert contents(tmp_path) == before
+
+
+# Damage
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A study of many pages: its bytes and its tests."""
+    study = begun(tmp_path_factory.mktemp("whole") / "s.db")
+    for first in range(1, 201, 50):
+        study.append(block(first, 50, failed=[first]), origin="LP-tau")
+    return Path(study.path).read_bytes(), read_study(study.path)[1]
+
+
+def is_reported(path, data):
+    """Whether damage is reported, by an error that names the file; the file is as it was."""
+    path.write_bytes(data)
+    said = ""
+    try:
+        read_study(path)
+    except StudyError as error:
+        said = str(error)
+    assert str(path) in said or not said
+    assert path.read_bytes() == data
+    assert os.listdir(path.parent) == [path.name]
+    return bool(said)
+
+
+def test_a_file_that_was_cut_is_recognised(tmp_path, whole):
+    data = whole[0]
+    assert len(data) >= 6 * PAGE
+    edges = {k + d for k in range(0, len(data), PAGE) for d in (-1, 0, 1)}
+    lengths = {*edges, *range(0, 120, 7)}
+    assert all(is_reported(tmp_path / "s.db", data[:n]) for n in lengths if 0 <= n < len(data))
+
+
+def test_zeros_and_noise_in_place_of_pages_are_reported_or_do_no_harm(tmp_path, whole):
+    data, tests = whole
+    noise = np.random.default_rng(5).bytes(PAGE)
+    reported = 0
+    for start in range(0, len(data), PAGE):
+        for page in (bytes(PAGE), noise):
+            damaged = data[:start] + page + data[start + PAGE :]
+            if is_reported(tmp_path / "s.db", damaged):
+                reported += 1
+            else:  # a page of the proposals or of an index
+                assert bits(read_study(tmp_path / "s.db")[1]) == bits(tests)
+    assert reported > len(data) // PAGE
+
+
+def test_flipped_bits_end_in_an_error_that_names_the_file_or_in_a_table(tmp_path, whole):
+    data, rng = whole[0], np.random.default_rng(6)
+    places = [*range(100), *rng.integers(len(data), size=100).tolist()]
+    for at in places:
+        damaged = bytearray(data)
+        damaged[at] ^= 1 << int(rng.integers(8))
+        is_reported(tmp_path / "s.db", bytes(damaged))
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE tests SET x = 'three' WHERE test_point = 7",
+        "UPDATE tests SET n = NULL WHERE test_point = 7",
+        "UPDATE tests SET status = CAST(x'ff' AS TEXT) WHERE test_point = 8",
+        "UPDATE study SET value = '[]' WHERE name = 'head'",
+        "UPDATE study SET value = '{' WHERE name = 'head'",
+        "DELETE FROM study",
+        "DROP TABLE tests",
+        "ALTER TABLE tests DROP COLUMN f2",
+    ],
+)
+def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, statement):
+    path = tmp_path / "s.db"
+    path.write_bytes(whole[0])
+    edit(path, statement)
+    before = path.read_bytes()
+    for call in (lambda: read_study(path), lambda: Study(path).append(block(1, 200))):
+        with pytest.raises(StudyCorruptError, match=r"s.db is damaged: .*: restore it from a copy"):
+            call()
+    assert path.read_bytes() == before
+
+
+def test_a_proposal_that_cannot_be_read_is_reported(study):
+    study.propose([(1, 1, "a", {"x": 1})])
+    edit(study.path, "UPDATE proposals SET content = '{'")
+    with pytest.raises(StudyCorruptError, match="door is damaged: a proposal cannot be read"):
+        study.proposals(1, 2)
