@@ -268,7 +268,7 @@ def test_designs_with_names_and_a_tolerance_of_one():
     robust = Robust(Mixed(), tolerances={"a": 0.1}, criteria="quantile:0.5", n_scenarios=7)
     F = robust.evaluate(np.array([{"a": 0.5, "m": "y"}, {"a": 0.2, "m": "x"}]))[0]
     np.testing.assert_allclose(F[:, 0], [1.5, 0.2])
-    with pytest.raises(TypeError, match="tolerances must be of real variables, got 'm', which is"):
+    with pytest.raises(ValueError, match="tolerances must be of real variables that are not fixed, got 'm'"):
         Robust(Mixed(), tolerances={"m": 0.1})
 
 
@@ -306,7 +306,7 @@ CHUTE = SphereChute()
         (lambda nu: Problem(n_var=2, n_obj=2, nu=nu), {"uncertainty": {"nu": stats.uniform(0.1, 0.1)}}, ValueError, "of parameters that Problem takes, got 'nu'"),
         (SphereChute, {"uncertainty": {"mu": 0.2}}, TypeError, r"uncertainty\['mu'\] must be a distribution"),
         (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "objectives in every scenario, as in the first"),
-        (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of variables that are not fixed"),
+        (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
     ],
 )  # fmt: skip
 def test_mistakes(problem, options, kind, message):

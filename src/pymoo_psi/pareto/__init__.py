@@ -15,7 +15,7 @@ Example:
     >>> import numpy as np
     >>> from pymoo_psi import rank_of_efficiency
     >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
-    >>> print(rank_of_efficiency(F).to_frame(F, names=["cost", "mass"]).round(3))
+    >>> print(rank_of_efficiency(F).to_frame(names=["cost", "mass"]).round(3))
        cost  mass    mu1    mu2    mu3  rank  pareto
     2   0.4  0.32  0.512  0.057  0.509     6    True
     1   0.2  0.50  0.539  0.212  0.495     5    True

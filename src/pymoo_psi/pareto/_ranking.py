@@ -259,24 +259,21 @@ class EfficiencyRanking(Shown):
         members = np.flatnonzero(self.pareto & (self.rank == rank))
         return members[np.argsort(self.criteria[members, 0], kind="stable")]
 
-    def to_frame(
-        self, F: ArrayLike | None = None, *, names: list[str] | None = None
-    ) -> pd.DataFrame:
+    def to_frame(self, *, names: Sequence[Any] | None = None) -> pd.DataFrame:
         """Return a table of the ranked designs, the best rank and the nearest to U first.
 
         Args:
-            F: ``(n, m)`` values to show for the objectives; those that were ranked unless given.
             names: Names of the objectives; by default those of the data frame that was ranked,
                 or f1, f2, ….
 
         Returns:
-            One row per design, its index the row in ``F``, or the label of the row in the data
+            One row per design, its index its row, or the label of the row in the data
             frame that was ranked; columns: the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``,
             ``pareto``.
 
         Raises:
-            ArgumentValueError: ``F`` has another shape, the number of names differs, or an
-                objective has the name of another one or of one of the other columns.
+            ArgumentValueError: The number of names differs, or an objective has the name of
+                another one or of one of the other columns.
 
         Example:
             >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
@@ -288,15 +285,12 @@ class EfficiencyRanking(Shown):
         """
         import pandas as pd
 
-        shown = self.objectives if F is None else Objectives.of(F)
-        values, shape = shown.values, self.objectives.values.shape
-        if values.shape != shape:
-            raise invalid("F", f"of shape {shape}", Received(f"shape {values.shape}"))
-        columns = list(shown.names if names is None else names)
-        if len(columns) != shape[1] or len({*columns, *RANKING_COLUMNS}) < shape[1] + 5:
-            rule = f"{shape[1]} different names other than {', '.join(RANKING_COLUMNS)}"
+        objectives, m = self.objectives, len(self.objectives.names)
+        columns = list(objectives.names if names is None else names)
+        if len(columns) != m or len({*columns, *RANKING_COLUMNS}) < m + 5:
+            rule = f"{m} different names other than {', '.join(RANKING_COLUMNS)}"
             raise invalid("names", rule, columns, "give others by names=[...]")
-        frame = pd.DataFrame(values, columns=columns, index=pd.Index(shown.labels))
+        frame = pd.DataFrame(objectives.values, columns=columns, index=pd.Index(objectives.labels))
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
         return frame.iloc[self.order]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -131,7 +132,7 @@ class Robust(WrappedProblem):
         n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
         if not tolerances and not uncertainty:
             raise invalid("tolerances", "given, or uncertainty", Received("neither"))
-        spread = {name: _Within.of(name, given) for name, given in tolerances.items()}
+        spread = {name: _distribution(name, given) for name, given in tolerances.items()}
         self.offsets, self.parameters = scenario_values(
             n_scenarios, tolerances=spread, uncertainty=uncertainty
         )
@@ -204,17 +205,12 @@ class Robust(WrappedProblem):
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = self.space.to_matrix(X)
         size = max(1, _AT_A_TIME // len(self.offsets))
-        parts = [
-            self._statistics(designs[start : start + size], args, kwargs)
-            for start in range(0, len(designs), size)
-        ]
-        out["F"] = np.concatenate([F for F, _ in parts])
-        violated = np.concatenate([share for _, share in parts])
-        out["G"] = (violated - self.failure_probability)[:, None]
+        starts = range(0, len(designs), size)
+        parts = [self._statistics(designs[i : i + size], args, kwargs) for i in starts]
+        F, violated = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        out["F"], out["G"] = F, (violated - self.failure_probability)[:, None]
 
-    def _statistics(
-        self, designs: NDArray[Any], args: Any, kwargs: Any
-    ) -> tuple[Array, NDArray[np.float64]]:
+    def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
         """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
         s, n = len(self.offsets), len(designs)
         if len(self._problems) == 1:
@@ -222,12 +218,11 @@ class Robust(WrappedProblem):
             F, valid, _ = evaluated(self.wrapped, self.space.designs(together), *args, **kwargs)
             F, valid = F.reshape(s, n, -1), valid.reshape(s, n)
         else:
-            moved = [self.space.designs(self._offset(designs, k)) for k in range(s)]
-            pairs = [
-                evaluated(problem, X, *args, **kwargs)[:2]
-                for problem, X in zip(self._problems, moved, strict=True)
-            ]
-            F, valid = (np.stack(arrays) for arrays in zip(*pairs, strict=True))
+            found = []
+            for k, problem in enumerate(self._problems):
+                X = self.space.designs(self._offset(designs, k))
+                found.append(evaluated(problem, X, *args, **kwargs)[:2])
+            F, valid = (np.stack(arrays) for arrays in zip(*found, strict=True))
         finite = np.isfinite(F).all(axis=2)
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
@@ -283,25 +278,14 @@ def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
     return np.where(there, value, np.inf)
 
 
-class _Within:
-    """The uniform distribution from -half to half."""
-
-    def __init__(self, half: float) -> None:
-        self.half = half
-
-    @classmethod
-    def of(cls, name: str, given: Any) -> Any:
-        """Return a tolerance as a distribution."""
-        if hasattr(given, "ppf") or hasattr(given, "icdf"):
-            return given
-        where = f"tolerances[{name!r}]"
-        half = finite_number(where, given)
-        if half < 0:
-            raise invalid(where, "a number >= 0 or a distribution", half)
-        return cls(half)
-
-    def icdf(self, q: Array) -> Array:
-        return self.half * (2 * q - 1)
+def _distribution(name: str, given: Any) -> Any:
+    """Return a tolerance as a distribution; a number stands for the uniform one to both sides."""
+    if hasattr(given, "ppf") or hasattr(given, "icdf"):
+        return given
+    half = finite_number(f"tolerances[{name!r}]", given)
+    if half < 0:
+        raise invalid(f"tolerances[{name!r}]", "a number >= 0 or a distribution", half)
+    return SimpleNamespace(icdf=lambda q: half * (2 * q - 1))
 
 
 def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[Any]:
@@ -320,17 +304,12 @@ def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[A
 
 def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int:
     """Return the column of a variable that may have a tolerance, by its own or default name."""
-    shown = list(own.values())
-    if name not in shown and name not in space.names:
-        known_name("a variable of tolerances", name, shown)
-    column = shown.index(name) if name in shown else space.names.index(name)
+    places = {given: j for names in (space.names, own.values()) for j, given in enumerate(names)}
+    column = places[known_name("a variable of tolerances", name, places)]
     variable = space.variables[column]
-    if variable.kind is not Kind.REAL:
-        found = Received(f"{name!r}, which is {variable.kind.value}")
-        raise wrong_type("tolerances", "of real variables", found)
-    if variable.fixed:
-        remedy = "fix it outside: Restricted(Robust(problem, ...), box)"
-        raise invalid("tolerances", "of variables that are not fixed", name, remedy)
+    if variable.kind is not Kind.REAL or variable.fixed:
+        remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
+        raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
     return column
 
 

@@ -48,7 +48,6 @@ _STRAIGHT = 1e-9
 # Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
 _FLAT = 1e-6
 _RADIUS = 0.125  # of neighbours, pymoo's own
-_BLOCK, _CANDIDATES = 64, 2048  # points whose differences, 1 MB an array, stay in the cache
 
 
 class RankingSelector(Indicator):
@@ -330,7 +329,7 @@ class HighTradeoff(RankingSelector):
     knee in its surroundings, where :class:`Knee` finds the knee of the whole set.
 
     ``.do(F)`` returns an index array; no index if no design stands out. All pairs of neighbours
-    count: 10 000 designs take about a second, ten times as many a hundred times as long.
+    count: 10 000 designs take some seconds, ten times as many a hundred times as long.
 
     Args:
         normalize: Measure each objective in units of its range, which pymoo's own selector leaves
@@ -487,30 +486,12 @@ def _least_tradeoffs(points: Array) -> Array:
 
     n, m = points.shape
     tree = KDTree(points)
-    mu, count = np.full(n, np.inf), np.zeros(n, dtype=np.intp)
-    # Points that are next to each other in the tree have most of their neighbours in common: a
-    # block of them against all candidates needs no list of pairs, which would take the most time.
-    for start in range(0, n, _BLOCK):
-        rows = tree.indices[start : start + _BLOCK]
-        own = points[rows]
-        reached = (points >= own.min(axis=0) - _RADIUS) & (points <= own.max(axis=0) + _RADIUS)
-        near = points[reached.all(axis=1)]
-        for first in range(0, len(near), _CANDIDATES):
-            others = near[first : first + _CANDIDATES]
-            loss, gain, square = np.zeros((3, len(rows), len(others)))
-            for j in range(m):
-                step = others[:, j] - own[:, j, None]
-                loss += np.maximum(step, 0)
-                gain -= np.minimum(step, 0)
-                square += step**2
-            inside = square <= _RADIUS**2
-            count[rows] += np.count_nonzero(inside, axis=1)
-            ratio = np.full(loss.shape, np.inf)
-            np.divide(loss, gain, out=ratio, where=inside & (gain > 0))
-            mu[rows] = np.minimum(mu[rows], ratio.min(axis=1))
-    least = min(2 * m, n - 1)
-    few = np.flatnonzero(count < least)
-    if len(few):
-        step = points[tree.query(points[few], k=least + 1)[1][:, 1:]] - points[few, None]
-        mu[few] = (np.maximum(step, 0).sum(axis=2) / np.maximum(-step, 0).sum(axis=2)).min(axis=1)
+    mu, least = np.empty(n), min(2 * m, n - 1)
+    for i in range(n):
+        near = tree.query_ball_point(points[i], _RADIUS)
+        if len(near) < least:
+            near = tree.query(points[i], k=least + 1)[1]
+        step = points[near] - points[i]
+        loss, gain = np.maximum(step, 0).sum(axis=1), np.maximum(-step, 0).sum(axis=1)
+        mu[i] = (loss[gain > 0] / gain[gain > 0]).min(initial=np.inf)
     return mu
