@@ -14,14 +14,13 @@ f_j^S(c) and v_Cf^S(c).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.algorithms import refine
-from pymoo_psi.chute import Trajectory, criteria, motion, trajectory
-from pymoo_psi.paper._reproduction import Case
+from pymoo_psi.chute import criteria, motion
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.sequences import lp_tau
@@ -38,8 +37,8 @@ class CriterionSurfaces:
 
     Attributes:
         mu: Friction coefficient.
-        u1: ``(n, n)`` slopes, growing along the first axis.
-        u2: ``(n, n)`` speeds of the plane, growing along the second axis.
+        u1: ``(n, n)`` slopes, increasing along the first axis.
+        u2: ``(n, n)`` speeds of the plane, increasing along the second axis.
         f: ``(2, n, n)`` the criteria, NaN where the sphere stalls before the exit.
     """
 
@@ -82,74 +81,6 @@ def _on_grid(problem: VectorizedSphereChute, *sides: Array) -> tuple[Array, Arra
     F = problem.evaluate(np.column_stack([u1.ravel(), u2.ravel()]), return_values_of=["F"])
     # Infinite where the sphere stalls; NaN leaves a hole in a surface.
     return u1, u2, np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, *u1.shape)
-
-
-@dataclass(frozen=True, eq=False)
-class RankedPoints:
-    """A ranked Pareto set in a space of two or three coordinates.
-
-    Attributes:
-        names: The k coordinates, such as ``("u1", "u2")``.
-        values: ``(n, k)`` the points.
-        rank: ``(n,)`` their ranks of efficiency, 0 for the unranked.
-        optimum: ``(n,)`` which of them is the Salukvadze optimum.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    rank: NDArray[np.int64]
-    optimum: NDArray[np.bool_]
-
-    def groups(self) -> dict[str, NDArray[np.intp]]:
-        """Return what a legend tells apart, and the indices of the points of each group."""
-        groups = {
-            f"rank {rank}" if rank else "unranked": np.flatnonzero(
-                (self.rank == rank) & ~self.optimum
-            )
-            for rank in (0, 3, 4, 5)
-        }
-        # Of several optima, equally near to U, none may have rank 6.
-        rank = " (rank 6)" if (self.rank == 6).any() else ""
-        groups[f"Salukvadze optimum{rank}"] = np.flatnonzero(self.optimum)
-        return {name: members for name, members in groups.items() if len(members)}
-
-    def along(self, columns: Sequence[int]) -> RankedPoints:
-        """Return the points in some of their coordinates."""
-        names = tuple(self.names[j] for j in columns)
-        return replace(self, names=names, values=self.values[:, list(columns)])
-
-    def nearby(self, margin: float = 0.15) -> RankedPoints:
-        """Return the points in the smallest box around the ranked ones and the optimum.
-
-        The box is longer by the share ``margin`` of its length on each side.
-        """
-        core = self.values[(self.rank > 0) | self.optimum]
-        low, high = core.min(axis=0), core.max(axis=0)
-        wider = margin * (high - low)
-        inside = ((self.values >= low - wider) & (self.values <= high + wider)).all(axis=1)
-        return replace(
-            self, values=self.values[inside], rank=self.rank[inside], optimum=self.optimum[inside]
-        )
-
-
-def ranked_points(case: Case, names: Sequence[str]) -> RankedPoints:
-    """Return a case in the space of two or three of u1, u2, f1 … f4 and μ1, μ2, μ3 (``mu1`` …)."""
-    columns = {
-        f"{letter}{k}": column
-        for letter, matrix in (("u", case.X), ("f", case.F), ("mu", case.ranking.criteria))
-        for k, column in enumerate(matrix.T, start=1)
-    }
-    optimum = np.zeros(len(case.X), dtype=bool)
-    optimum[case.ranking.salukvadze] = True
-    values = np.column_stack([columns[name] for name in names])
-    return RankedPoints(tuple(names), values, case.ranking.rank, optimum)
-
-
-def optimal_motion(case: Case) -> tuple[int, Trajectory]:
-    """Return the row of the Salukvadze optimum, and its motion under the full model."""
-    best = int(case.ranking.salukvadze[0])
-    u1, v_p = case.X[best].tolist()
-    return best, trajectory(u1, v_p, case.parameters)
 
 
 @dataclass(frozen=True, eq=False)

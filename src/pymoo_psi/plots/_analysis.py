@@ -1,51 +1,39 @@
-"""What drives the columns of a table, where its designs are feasible, and if they are enough."""
+"""Sensitivities, feasibility, convergence, predictions of surrogates, robustness."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import NullLocator
-from numpy.typing import NDArray
 
-from pymoo_psi._markers import GREY
+from pymoo_psi._markers import GREY, MARKERS
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.plots._designs import aside, checked_table
+from pymoo_psi.pareto import Robustness
 from pymoo_psi.plots._style import (
     CURVES,
-    LETTERS,
+    HUGE,
     legend_below,
     literal,
-    new_page,
+    new_figure,
     on_axes,
+    tick_counts,
     wrapped,
 )
-from pymoo_psi.table import (
-    Convergence,
-    Kind,
-    Limits,
-    Rule,
-    TestTable,
-    feasibility_rules,
-    value_ranks,
-    values_in_order,
-)
+from pymoo_psi.plots._tests import Column, _checked, name_places
+from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-Array = NDArray[np.float64]
-
-_LETTERS = 62  # of a line over axes of their own
-_NAMED = 6  # test points named beside the curve: the last ones, which are about the decision
+_PANELS = 3  # side by side
 
 
-def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Figure:
+def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Figure:
     """Return bars of the first-order sensitivities with their bands, one panel to a column.
 
     Args:
@@ -62,32 +50,36 @@ def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str =
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> from pymoo_psi.table import sensitivities
         >>> table = investigate(VectorizedSphereChute(0.4), 256)
-        >>> page = sensitivity_page(sensitivities(table, ["f1", "f2"]))
-        >>> [ax.get_title() for ax in page.axes]
+        >>> figure = plot_sensitivities(sensitivities(table, ["f1", "f2"]))
+        >>> [ax.get_title() for ax in figure.axes]
         ['f1', 'f2']
     """
     names = getattr(getattr(sensitivities, "index", None), "names", None)
     if names is None or list(names) != ["column", "variable"]:
-        found = type(sensitivities).__name__
-        raise ArgumentTypeError(
-            f"sensitivities must be what sensitivities(table) gives, got {found}"
-        )
+        rule = "sensitivities must be what sensitivities(table) gives"
+        raise ArgumentTypeError(f"{rule}, got {type(sensitivities).__name__}")
     top = integer("top", top, minimum=1)
     columns = sensitivities.index.unique("column").tolist()
     largest = sensitivities["first_order"].groupby(level="variable", sort=False).max()
     kept = set(largest.sort_values(ascending=False).index[:top])
     variables = [name for name in sensitivities.index.unique("variable") if name in kept]
-    wide = min(3, max(len(columns), 1))
+    wide = min(_PANELS, max(len(columns), 1))
     high = -(-len(columns) // wide)
-    with new_page(22 + high * (16 + 5.0 * len(variables))) as figure:
+    with new_figure(22 + high * (16 + 5.0 * len(variables))) as figure:
         grid = figure.subplots(high, wide, squeeze=False, sharey=True).ravel()
         for ax in grid[len(columns) :]:
             ax.set_axis_off()
         for ax, column in zip(grid, columns, strict=False):
             found = sensitivities.loc[column].loc[variables]
-            _draw_indices(ax, found["first_order"], found["lower"], found["upper"])
-            ax.set_yticks(np.arange(len(variables)), [literal(name, 32) for name in variables])
-            constant = ": constant" if found["first_order"].isna().all() else ""
+            index, lower, upper = (found[key] for key in ("first_order", "lower", "upper"))
+            place = np.arange(len(index))
+            # An index is between 0 and 1; its estimate need not be.
+            ax.barh(place, np.maximum(index, 0), 0.62, color=CURVES[0]["color"], linewidth=0)
+            ends = np.clip(lower, 0, 1), np.clip(upper, 0, 1)
+            ax.hlines(place, *ends, color="black", linewidth=0.9)
+            ax.set_xlim(0, 1)
+            _name_rows(ax, variables, 32)
+            constant = ": constant" if index.isna().all() else ""
             ax.set_title(literal(column, 28 - len(constant)) + constant)
         for ax in grid[max(len(columns) - wide, 0) : len(columns)]:
             ax.set_xlabel("share of the variance")
@@ -97,23 +89,8 @@ def sensitivity_page(sensitivities: pd.DataFrame, *, top: int = 12, title: str =
     return figure
 
 
-def _draw_indices(ax: Axes, index: Any, lower: Any, upper: Any) -> None:
-    place = np.arange(len(index))
-    # An index is between 0 and 1; its estimate need not be.
-    ax.barh(place, np.maximum(index, 0), height=0.62, color=CURVES[0]["color"], linewidth=0)
-    ax.hlines(place, np.clip(lower, 0, 1), np.clip(upper, 0, 1), color="black", linewidth=0.9)
-    ax.set_xlim(0, 1)
-    ax.set_ylim(len(index) - 0.4, -0.6)  # the first variable on top
-    ax.grid(visible=False, axis="y")
-
-
-def draw_feasibility(
-    table: TestTable,
-    limits: Limits | None = None,
-    *,
-    ax: Axes | None = None,
-    legend: bool = True,
-    title: str = "",
+def plot_feasibility(
+    table: TestTable, limits: Limits | None = None, *, ax: Axes | None = None, title: str = ""
 ) -> Axes:
     """Draw the tests over the two variables that decide most on feasibility, and the best rule.
 
@@ -124,7 +101,6 @@ def draw_feasibility(
         table: A test table.
         limits: Limits that a feasible design must keep.
         ax: Axes to draw on; new ones by default.
-        legend: Put a legend under the axes.
         title: What was tested.
 
     Raises:
@@ -135,92 +111,70 @@ def draw_feasibility(
     Example:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import investigate
-        >>> ax = draw_feasibility(investigate(get_problem("tnk"), 512))
+        >>> ax = plot_feasibility(investigate(get_problem("tnk"), 512))
         >>> ax.get_xlabel(), ax.get_ylabel()
         ('x2', 'x1')
     """
-    table = checked_table(table)
-    if len(table.layout.variables) < 2:
-        found = Received(f"{len(table.layout.variables)}")
-        raise invalid("the table", "one with two variables or more", found, "use draw_histogram")
+    layout = _checked(table).layout
+    if len(layout.variables) < 2:
+        found = Received(f"{len(layout.variables)}")
+        raise invalid("the table", "one with two variables or more", found, "use plot_histogram")
     rules = feasibility_rules(table, limits)
-    names = [*rules.importance, *table.layout.variables]
-    first, second = list(dict.fromkeys(names))[:2]
+    names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
     feasible = table.feasible(limits)
-    x, y = (_places(table, name) for name in (first, second))
+    columns = [Column.of_variable(table, name) for name in names]
     with on_axes(ax) as axes:
         for mask, name, look in (
             (~feasible, "not feasible", {"color": GREY, "marker": "x", "markersize": 2.6}),
             (feasible, "feasible", {"color": CURVES[0]["color"], "marker": "o", "markersize": 3.0}),
         ):
-            label = f"{name} ({mask.sum()})"
-            axes.plot(x[mask], y[mask], linestyle="none", label=label, **look)
-        _draw_rule(axes, table, rules.rules[0], (first, second))
-        for name, axis in ((first, axes.xaxis), (second, axes.yaxis)):
-            if not _is_number(table, name):
-                options = values_in_order(table.column(name))
-                axis.set_ticks(range(len(options)), [literal(option, 14) for option in options])
-        axes.set_xlabel(literal(table.layout.label_of(first)))
-        axes.set_ylabel(literal(table.layout.label_of(second)))
-        rule = wrapped(literal(rules.rules[0], 150), _LETTERS)
-        axes.set_title(f"{title}\n{rule}".strip())
-        if legend:
-            legend_below(axes, ncols=3)
+            x, y = (column.places[mask] for column in columns)
+            axes.plot(x, y, linestyle="none", label=f"{name} ({mask.sum()})", **look)
+        axes.set_xlim(columns[0].ends)
+        axes.set_ylim(columns[1].ends)
+        _draw_rule(axes, table, rules.rules[0], dict(zip(names, columns, strict=True)))
+        for column, axis in zip(columns, (axes.xaxis, axes.yaxis), strict=True):
+            if column.options:
+                options = [literal(option, 14) for option in column.options]
+                axis.set_ticks(range(len(options)), options)
+        axes.set_xlabel(literal(layout.label_of(names[0])))
+        axes.set_ylabel(literal(layout.label_of(names[1])))
+        axes.set_title(f"{title}\n{wrapped(literal(rules.rules[0], 150), 62)}".strip())
+        legend_below(axes, ncols=3)
     return axes
 
 
-def _places(table: TestTable, variable: str) -> Array:
-    """``(n,)`` where tests are drawn over a variable; those of single values side by side."""
-    column = table.column(variable)
-    if _is_number(table, variable):
-        return column.astype(np.float64)
-    _, ranks = value_ranks(column)
-    return ranks + aside(table.numbers)
-
-
-def _is_number(table: TestTable, variable: str) -> bool:
-    return table.kinds[table.layout.variable(variable)] in (Kind.REAL, Kind.INTEGER)
-
-
-def _draw_rule(ax: Axes, table: TestTable, rule: Rule, variables: tuple[str, str]) -> None:
-    """Draw the box of a rule in the plane of two variables; of options, one for each row of them.
-
-    Args:
-        ax: Axes, their view set by the tests.
-        table: The tests.
-        rule: The rule.
-        variables: What is on the horizontal and on the vertical axis.
-    """
-    if not set(variables) & set(rule.box):
+def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column]) -> None:
+    """Draw the box of a rule in the plane of two variables; of options, one for each row of them."""
+    if not set(columns) & set(rule.box):
         return
     sides: list[list[tuple[float, float]]] = []
-    for variable, view in zip(variables, (ax.get_xlim(), ax.get_ylim()), strict=True):
-        if _is_number(table, variable):
-            low, high = rule.box.get(variable, (None, None))
+    for name, column in columns.items():
+        if not column.options:
+            low, high = rule.box.get(name, (None, None))
             # a whole number is inside of the box that it bounds
-            room = 0.5 * (table.kinds[table.layout.variable(variable)] is Kind.INTEGER)
+            half = 0.5 * (table.kinds[table.layout.variable(name)] is Kind.INTEGER)
             first, last = (end if end is not None else np.nan for end in (low, high))
-            sides.append([(np.fmax(first - room, view[0]), np.fmin(last + room, view[1]))])
+            left, right = column.ends
+            sides.append([(np.fmax(first - half, left), np.fmin(last + half, right))])
             continue
-        options = values_in_order(table.column(variable))
-        part = rule.box.get(variable, options)
-        kept = sorted(options.index(o) for o in (part if isinstance(part, list) else [part]))
-        rows = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)  # neighbours in one box
-        sides.append([(row[0] - 0.5, row[-1] + 0.5) for row in rows])
-    look: dict[str, Any] = {
-        "facecolor": "none",
-        "edgecolor": "black",
-        "linewidth": 1.2,
-        "linestyle": "--",
-    }
+        part = rule.box.get(name, list(column.options))
+        allowed = part if isinstance(part, list) else [part]
+        kept = sorted(column.options.index(option) for option in allowed)
+        neighbours = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
+        sides.append([(row[0] - 0.5, row[-1] + 0.5) for row in neighbours])
     label = "best rule"
     for (left, right), (bottom, top) in product(*sides):
-        box = Rectangle((left, bottom), right - left, top - bottom, zorder=5, label=label, **look)
-        ax.add_patch(box)
+        ax.add_patch(
+            Rectangle(
+                (left, bottom), right - left, top - bottom, zorder=5, label=label,
+                facecolor="none", edgecolor="black", linewidth=1.2, linestyle="--",
+            )
+        )  # fmt: skip
         label = "_"  # named once
 
 
-def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
+def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
     """Return distance of the best design, hypervolume and covering radius against tests.
 
     Args:
@@ -234,46 +188,40 @@ def convergence_page(convergence: Convergence, *, title: str = "") -> Figure:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> from pymoo_psi.table import convergence
         >>> table = investigate(VectorizedSphereChute(0.4), 256)
-        >>> len(convergence_page(convergence(table)).axes)
+        >>> len(plot_convergence(convergence(table)).axes)
         3
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    verdict = wrapped(found.verdict(), LETTERS)
-    sides = "sides of the box" if np.isfinite(found.covering_radius).any() else "no box is known"
-    with new_page(82.0) as figure:
-        for ax, values, name in zip(
-            figure.subplots(1, 3),
-            (found.mu1, found.hypervolume, found.covering_radius),
-            (
-                "distance $\\mu_1$ to $U$\nof the best design",
-                "hypervolume\n(share of the last)",
-                f"covering radius\n({sides})",
-            ),
-            strict=True,
-        ):
-            _draw_curve(ax, found, np.where(np.isfinite(values), values, np.nan))
+    known_box = np.isfinite(found.covering_radius).any()
+    panels = {
+        "distance $\\mu_1$ to $U$\nof the best design": found.mu1,
+        "hypervolume\n(share of the last)": found.hypervolume,
+        f"covering radius\n({'sides of the box' if known_box else 'no bounds are known'})": (
+            found.covering_radius
+        ),
+    }
+    with new_figure(82.0) as figure:
+        for ax, (name, values) in zip(figure.subplots(1, 3), panels.items(), strict=True):
+            known = np.where(np.isfinite(values), values, np.nan)
+            ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **CURVES[0])
+            ax.set_xscale("log", base=2)
+            shown = found.tests[::-1][::2][::-1].tolist()  # every other one, the last among them
+            ax.set_xticks(shown, [str(n) for n in shown])
+            ax.set_xlim(found.tests[0] / 1.25, found.tests[-1] * 1.25)
+            ax.xaxis.set_minor_locator(NullLocator())
+            ax.set_xlabel("tests")
             ax.set_title(name)
-            known = values[np.isfinite(values)]
-            ax.set_ylim(0, 1.4 * known.max(initial=0) or 1)  # room for names over the last points
+            # space for names over the last points
+            ax.set_ylim(0, 1.4 * np.nan_to_num(known).max(initial=0) or 1)
         _name_designs(figure.axes[0], found)
-        figure.suptitle(f"{title}\n{verdict}".strip())
+        figure.suptitle(f"{title}\n{wrapped(found.verdict())}".strip())
     return figure
 
 
-def _draw_curve(ax: Axes, found: Convergence, values: object) -> None:
-    ax.plot(found.tests, values, markersize=3.5, linewidth=1.2, **CURVES[0])  # type: ignore[arg-type]
-    ax.set_xscale("log", base=2)
-    shown = found.tests[::-1][::2][::-1]  # every other one, the last among them
-    ax.set_xticks(shown, [str(n) for n in shown.tolist()])
-    ax.set_xlim(found.tests[0] / 1.25, found.tests[-1] * 1.25)  # also where the first have none
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xlabel("tests")
-
-
 def _name_designs(ax: Axes, found: Convergence) -> None:
-    """Write the number of the best test point where it changes."""
+    """Write the number of the best test point where it changes, of the last six points."""
     previous = 0
-    for k in range(max(len(found.tests) - _NAMED, 0), len(found.tests)):
+    for k in range(max(len(found.tests) - 6, 0), len(found.tests)):
         number, height = int(found.optimum[k]), float(found.mu1[k])
         if number not in (0, previous) and np.isfinite(height):
             ax.annotate(
@@ -281,3 +229,140 @@ def _name_designs(ax: Axes, found: Convergence) -> None:
                 ha="left", va="bottom", fontsize=6, rotation=60,
             )  # fmt: skip
         previous = number
+
+
+def plot_predictions(predictions: pd.DataFrame, *, title: str = "") -> Figure:
+    """Return for every objective and constraint the tested value against the predicted one.
+
+    Points on the diagonal were predicted exactly. The darker a point the later its round: dark
+    points near the diagonal say that the surrogates can be trusted now where they propose.
+
+    Args:
+        predictions: From :meth:`pymoo_psi.SurrogatePSI.predictions`.
+        title: What the designs are.
+
+    Raises:
+        ArgumentValueError: The frame has no predictions.
+        ArgumentTypeError: ``predictions`` is no frame.
+
+    Example:
+        >>> from pymoo.optimize import minimize
+        >>> from pymoo_psi import SphereChute, SurrogatePSI
+        >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
+        >>> figure = plot_predictions(algorithm.predictions())
+        >>> [axes.get_title() for axes in figure.axes][:2]
+        ['f1', 'f2']
+    """
+    frame = instance("predictions", predictions, pd.DataFrame, "SurrogatePSI.predictions() is one")
+    suffix = "_predicted"
+    names = [name.removesuffix(suffix) for name in frame.columns if name.endswith(suffix)]
+    known = frame[frame["surrogate"] != ""] if names else frame[:0]
+    if len(known) == 0:
+        raise invalid("predictions", "of at least one tested proposal of a surrogate", len(frame))
+    rounds = known["round"].to_numpy()
+    shade = (0.75 * (1 - rounds / rounds.max())).astype(str)
+    rows = -(-len(names) // _PANELS)
+    with new_figure(15 + 55 * rows) as figure:
+        panels = np.ravel(figure.subplots(rows, min(_PANELS, len(names)), squeeze=False))
+        for axes in panels[len(names) :]:
+            axes.remove()
+        for axes, name in zip(panels, names, strict=False):
+            pairs = known[[name + suffix, name]].to_numpy(float)
+            pairs = np.where(np.abs(pairs) < HUGE, pairs, np.nan)  # what axes can hold
+            for look, kind in zip(CURVES, sorted(set(known["surrogate"])), strict=False):
+                mine = (known["surrogate"] == kind).to_numpy()
+                axes.scatter(
+                    *pairs[mine].T, marker=look["marker"], s=12, c=shade[mine],
+                    edgecolors=look["color"], linewidths=0.5, label=kind,
+                )  # fmt: skip
+            found = pairs[np.isfinite(pairs[:, 1]), 1]
+            if len(found):
+                axes.axline((float(np.median(found)),) * 2, slope=1, color="0.5", linewidth=0.6)
+            axes.set_title(literal(name))
+            axes.set_xlabel("predicted")
+            axes.set_ylabel("found")
+            tick_counts(axes, x=5, y=5)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        line = f"{len(known)} proposals in {rounds.max()} rounds, the later the darker"
+        figure.suptitle(f"{title}\n{line}".strip())
+    return figure
+
+
+def plot_robustness(
+    robustness: Robustness,
+    *,
+    top: int = 12,
+    labels: Sequence[object] | None = None,
+    title: str = "",
+) -> Figure:
+    """Return how often each design is the optimum, of rank 5 or 6 and infeasible, and its regret.
+
+    Args:
+        robustness: From :func:`pymoo_psi.robustness`.
+        top: How many designs, the most robust first.
+        labels: Names of all n designs, such as test point numbers; their rows unless given.
+        title: What the designs are; the uncertain parameters follow it.
+
+    Raises:
+        ArgumentValueError: ``top`` is below 1, or the number of labels is not n.
+        ArgumentTypeError: ``robustness`` is none.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
+        >>> loads = {"load": uniform(1, 2)}
+        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
+        >>> left, right = plot_robustness(result, labels=["heavy", "light"], title="Rods").axes
+        >>> [text.get_text() for text in left.get_yticklabels()]  # the best on top
+        ['light', 'heavy']
+    """
+    found = instance("robustness", robustness, Robustness, "robustness(...) gives one")
+    n = len(found.optimum_share)
+    if labels is not None and len(labels) != n:
+        raise invalid("labels", f"{n} names", len(labels))
+    best = found.order[: integer("top", top, minimum=1)]
+    place = np.arange(len(best))
+    with new_figure(50 + 6.5 * len(best)) as figure:
+        left, right = figure.subplots(1, 2)
+        for name, share, colour, hatch, offset in (
+            ("rank 5 or 6", found.efficient_share, MARKERS[5].colour, "", 0.3),
+            ("Salukvadze optimum", found.optimum_share, MARKERS[6].colour, "///", 0.0),
+            ("infeasible", found.infeasible_share, "0.55", "...", -0.3),
+        ):
+            left.barh(
+                place - offset, 100 * share[best], height=0.28, color=colour, hatch=hatch,
+                edgecolor="white", linewidth=0.0, label=name,
+            )  # fmt: skip
+        left.set_xlim(0, 100)
+        left.set_xlabel(f"share of {len(found.scenarios)} scenarios (%)")
+        mean, worst = found.mean_regret[best], found.worst_regret[best]
+        right.hlines(place, mean, worst, color="0.6", linewidth=1.0)
+        for name, regret, shape, look in (
+            ("mean", mean, "o", CURVES[0]),
+            ("worst scenario", worst, ">", CURVES[1]),
+        ):
+            style = {"linestyle": "none", "marker": shape, "color": look["color"]}
+            right.plot(regret, place, markersize=4.5, label=name, **style)
+        right.set_xlim(0, None)
+        right.set_xlabel(r"regret: $\mu_1$ above the scenario's least")
+        for ax in (left, right):
+            _name_rows(ax, [i if labels is None else labels[i] for i in best.tolist()], 16)
+        legend_below(left, ncols=3)
+        legend_below(right, ncols=2)
+        left.set_ylabel("design")
+        ranges = ", ".join(
+            f"{literal(name)} from {column.min():.3g} to {column.max():.3g}"
+            for name, column in zip(found.parameters, found.scenarios.T, strict=True)
+        )
+        figure.suptitle(f"{title}\n{wrapped(f'uncertain: {ranges}')}".strip())
+    return figure
+
+
+def _name_rows(ax: Axes, names: Sequence[object], letters: int) -> None:
+    """Name the bars of a horizontal chart, the first on top."""
+    ax.set_yticks(np.arange(len(names)), [literal(name, letters) for name in names])
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    ax.grid(visible=False, axis="y")

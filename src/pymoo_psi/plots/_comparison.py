@@ -1,6 +1,6 @@
-"""The pages of a comparison of algorithms, and as files beside each other in a folder.
+"""Figures of a comparison of algorithms, and as files beside each other in a folder.
 
-Each algorithm has a colour, a line style and a marker of its own, the same on all pages.
+Each algorithm has a colour, a line style and a marker of its own, the same in all figures.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -22,18 +21,16 @@ from matplotlib.ticker import AutoLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._markers import GREY
-from pymoo_psi._validation import Received, boolean, counted, instance, invalid, known_name
-from pymoo_psi.comparison import INDICATORS, Comparison
-from pymoo_psi.comparison._statistics import shift
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi.comparison import INDICATORS, Comparison, shift
 from pymoo_psi.pareto import attainment_surfaces
 from pymoo_psi.plots._style import (
-    FIGURE_SUFFIXES,
+    legend_of,
     literal,
     logarithmic,
-    named_legend,
-    new_page,
+    new_figure,
     on_axes,
-    save_pages,
+    save_figures,
     view,
 )
 
@@ -55,14 +52,11 @@ _MEANINGS = {
     "optimum_distance": "optimum distance (units of N − U)",
 }
 _QUARTERS = (25.0, 50.0, 75.0)  # per cent of the runs
-_LETTERS = 108  # in a line of a legend over the width of a page, in its size of 7 points
-_HANDLE = 3.6  # length of a line in a legend, so that its style shows
+_LEGEND_LETTERS = 108  # in a line of a legend over the width of a figure
 _BESIDE = 1.12  # factor between markers beside each other on an axis of evaluations, at most
 _SHARE = 0.45  # of the gap between budgets is for the markers of one of them
-_LABEL = 0.09  # of the width of axes: room for the number of a budget
-
+_LABEL = 0.09  # of the width of axes: space for the number of a budget
 _TASK = ["algorithm", "evaluations"]
-
 _WHISKER = Line2D([], [], linestyle="none", marker="|", color="0.4", markersize=9.0)
 _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY}
 
@@ -74,7 +68,7 @@ def save_comparison(
     dpi: int = 200,
     suffix: str = ".png",
 ) -> tuple[Path, ...]:
-    """Write the pages as files: all of them, or none if one cannot be made.
+    """Write the figures as files: all of them, or none if one cannot be made.
 
     They are ``indicators.png``, ``differences.png`` (of two algorithms or more), ``fronts.png``,
     ``time.png`` and, for two objectives, ``attainment.png``.
@@ -82,7 +76,7 @@ def save_comparison(
     Args:
         comparison: From :func:`pymoo_psi.compare`.
         directory: An existing folder; files of these names in it are replaced.
-        dpi: Dots per inch; a page is 180 mm wide.
+        dpi: Dots per inch; a figure is 180 mm wide.
         suffix: ``".png"``, ``".pdf"`` or ``".svg"``.
 
     Returns:
@@ -103,22 +97,17 @@ def save_comparison(
         ...     [path.name for path in save_comparison(comparison, folder, dpi=20)]
         ['indicators.png', 'differences.png', 'fronts.png', 'time.png', 'attainment.png']
     """
-    suffix = known_name("suffix", suffix, FIGURE_SUFFIXES)
-    pages = ((f"{name}{suffix}", figure) for name, figure in _pages(_checked(comparison)))
-    return save_pages(pages, directory, dpi)
+    return save_figures(_figures(_checked(comparison)), directory, dpi, suffix)
 
 
-def _pages(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
-    yield "indicators", indicators_page(comparison)
+def _figures(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
+    yield "indicators", plot_indicators(comparison)
     if len(comparison.algorithms) > 1:
-        yield "differences", differences_page(comparison)
-    yield "fronts", fronts_page(comparison)
-    yield "time", time_page(comparison)
+        yield "differences", plot_differences(comparison)
+    yield "fronts", plot_fronts(comparison)
+    yield "time", plot_time(comparison)
     if comparison.objectives == 2:
-        yield "attainment", attainment_page(comparison)
-
-
-# What all pages share
+        yield "attainment", plot_attainment(comparison)
 
 
 def _checked(comparison: Any) -> Comparison:
@@ -142,8 +131,8 @@ def _rows_of(comparison: Comparison, algorithm: str, evaluations: int) -> list[i
     return np.flatnonzero(chosen).tolist()
 
 
-def reference_front(comparison: Comparison) -> Array:
-    """Return the ``(k, m)`` reference set in the units and senses of the objectives."""
+def _reference_front(comparison: Comparison) -> Array:
+    """Return the ``(k, m)`` reference set in the original units and direction."""
     frame = comparison.reference.frame
     front: Array = frame.ideal + (frame.nadir - frame.ideal) * comparison.reference.points
     return front * comparison.layout.sign + 0.0  # no -0.0
@@ -162,18 +151,12 @@ def looks(algorithms: Sequence[str]) -> dict[str, dict[str, Any]]:
     }
 
 
-def _entries(algorithms: Sequence[str], *, markers: bool = True) -> list[tuple[str, Artist]]:
+def _entries(algorithms: Sequence[str]) -> dict[str, Any]:
     """Return for a legend the names of the algorithms, and a line of each."""
-    return [
-        (
-            literal(name, 30),
-            Line2D(
-                [], [], color=look["color"], linestyle=look["linestyle"], linewidth=1.2,
-                marker=look["marker"] if markers else "", markersize=4.0,
-            ),
-        )
+    return {
+        literal(name, 30): Line2D([], [], linewidth=1.2, markersize=4.0, **look)
         for name, look in looks(algorithms).items()
-    ]  # fmt: skip
+    }
 
 
 def _finish(
@@ -181,37 +164,35 @@ def _finish(
     comparison: Comparison,
     what: str,
     evaluations: Sequence[int],
-    legend: Sequence[tuple[str, Artist]],
+    legend: dict[str, Any],
 ) -> None:
-    """Write over the axes what is drawn, of which problem and runs; put the legend under them."""
+    """Write above the axes what is drawn, of which problem and runs; put the legend below."""
     seeds = comparison.measures["seed"]
-    once = [
-        literal(name, 30)
-        for name, own in seeds.groupby(comparison.measures["algorithm"], sort=False)
-        if own.isna().all()
-    ]
-    *before, last = evaluations
-    budgets = f"{', '.join(map(str, before))} and " if before else ""
+    groups = seeds.groupby(comparison.measures["algorithm"], sort=False)
+    once = [literal(name, 30) for name, own in groups if own.isna().all()]
     n_seeds = seeds.dropna().nunique()
     count = counted(n_seeds, "seed") if n_seeds else "one run each"
     if once and n_seeds:
         count += f" (one run of {', '.join(once)})"
+    *before, last = evaluations
+    budgets = f"{', '.join(map(str, before))} and " if before else ""
     figure.suptitle(
         f"{literal(comparison.problem)}: {what}\n{budgets}{counted(last, 'evaluation')}, {count}\n"
         f"assessed: {_ASSESSED[comparison.assess]}"
     )
-    letters = [len(name) + 9 for name, _ in legend]  # 9 are as wide as a line and a gap
+    letters = [len(name) + 9 for name in legend]  # 9 are as wide as a line and a gap
     ncols = len(letters)
-    while sum(max(column) for column in np.array_split(letters, ncols)) > _LETTERS and ncols > 1:
+    while sum(map(max, np.array_split(letters, ncols))) > _LEGEND_LETTERS and ncols > 1:
         ncols -= 1
-    named_legend(figure, legend, loc="outside lower center", ncols=ncols, handlelength=_HANDLE)
+    style = {"handlelength": 3.6, "fontsize": 7}
+    legend_of(figure, legend, loc="outside lower center", ncols=ncols, **style)
 
 
 # Indicators of quality against the number of evaluations
 
 
-def indicators_page(comparison: Comparison) -> Figure:
-    """Return the four indicators against evaluations.
+def plot_indicators(comparison: Comparison) -> Figure:
+    """Return the four indicators against evaluations: medians as lines, quartiles as whiskers.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`.
@@ -219,85 +200,20 @@ def indicators_page(comparison: Comparison) -> Figure:
     Example:
         Of the comparison in the example of :func:`save_comparison`:
 
-        >>> print(*(ax.get_ylabel().split(" (")[0] for ax in indicators_page(comparison).axes))
+        >>> print(*(ax.get_ylabel().split(" (")[0] for ax in plot_indicators(comparison).axes))
         hypervolume IGD+ additive epsilon optimum distance
     """
     comparison = _checked(comparison)
-    with new_page(150.0) as figure:
+    with new_figure(150.0) as figure:
         for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
-            _draw_curves(ax, indicator_curves(comparison, indicator), comparison.algorithms)
-            ax.set_ylabel(_MEANINGS[indicator])
-        legend = [*_entries(comparison.algorithms), ("whiskers: quartiles", _WHISKER)]
+            plot_indicator(comparison, indicator, ax=ax, legend=False)
+        legend = {**_entries(comparison.algorithms), "whiskers: quartiles": _WHISKER}
         what = "quality against evaluations, medians"
         _finish(figure, comparison, what, comparison.evaluations, legend)
     return figure
 
 
-def differences_page(comparison: Comparison, to: str = "") -> Figure:
-    """Return how the other algorithms differ from one, with intervals, against evaluations.
-
-    The marks are the medians of all differences between runs of both, or of all ratios for
-    distances above 0; the whiskers are the 95 % intervals that belong to
-    :meth:`.Comparison.tests`, before these are corrected for their number. An interval that does
-    not reach the line of no difference tells the two algorithms apart.
-
-    Args:
-        comparison: From :func:`pymoo_psi.compare`.
-        to: Name of the algorithm that the others are compared with; the first one by default.
-
-    Raises:
-        ArgumentValueError: There is no such algorithm, or no other.
-
-    Example:
-        Of the comparison in the example of :func:`save_comparison`:
-
-        >>> [ax.get_ylabel() for ax in differences_page(comparison).axes][1:]
-        ['IGD+, ratio', 'additive epsilon, ratio', 'optimum distance, ratio']
-    """
-    names = _checked(comparison).algorithms
-    to = known_name("to", to, names) if to else names[0]
-    if len(names) < 2:
-        raise invalid("comparison", "of two algorithms or more", Received("one"))
-    with new_page(150.0) as figure:
-        for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
-            curves = difference_curves(comparison, indicator, to)
-            _draw_curves(ax, curves, names)
-            meaning = _MEANINGS[indicator]
-            ratios = f"{meaning.split(' (')[0]}, ratio"
-            ax.set_ylabel(ratios if curves.shown == "ratio" else f"{meaning},\ndifference")
-        legend = [
-            *(entry for entry, name in zip(_entries(names), names, strict=True) if name != to),
-            (f"no difference from {literal(to, 30)}", Line2D([], [], color="0.25", linewidth=1.0)),
-            ("whiskers: 95 % intervals, where there are runs enough", _WHISKER),
-        ]
-        what = f"the others against {literal(to, 30)}"
-        _finish(figure, comparison, what, comparison.evaluations, legend)
-    return figure
-
-
-def difference_curves(comparison: Comparison, indicator: str, to: str) -> IndicatorCurves:
-    """Return the differences of the other algorithms from one, or ratios of distances above 0."""
-    frame = comparison.measures
-    known = frame[indicator].to_numpy(float)
-    ratio = indicator != "hypervolume" and bool((np.isfinite(known) & (known > 0)).all())
-    runs = {key: part[indicator].to_numpy(float) for key, part in frame.groupby(_TASK, sort=False)}
-    fixed = {name for name, seeds in frame.groupby("algorithm")["seed"] if seeds.isna().all()}
-    others = tuple(name for name in comparison.algorithms if name != to)
-    budgets = comparison.evaluations
-    found = np.zeros((len(others), len(budgets), 3))
-    for i, name in enumerate(others):
-        for j, budget in enumerate(budgets):
-            a, b = runs[to, budget], runs[name, budget]
-            one = (to in fixed) != (name in fixed)
-            found[i, j] = (
-                np.exp(shift(np.log(a), np.log(b), fixed=one)) if ratio else shift(a, b, fixed=one)
-            )
-    median, lower, upper = np.moveaxis(found, 2, 0)
-    shown = "ratio" if ratio else "difference"
-    return IndicatorCurves(indicator, others, budgets, median, lower, upper, shown)
-
-
-def draw_indicator(
+def plot_indicator(
     comparison: Comparison, indicator: str, *, ax: Axes | None = None, legend: bool = True
 ) -> Axes:
     """Draw the medians of an indicator as lines and the quartiles as whiskers.
@@ -319,37 +235,100 @@ def draw_indicator(
     Example:
         Of the comparison in the example of :func:`save_comparison`:
 
-        >>> ax = draw_indicator(comparison, "epsilon")
+        >>> ax = plot_indicator(comparison, "epsilon")
         >>> ax.get_yscale(), [tick.get_text() for tick in ax.get_xticklabels()]
         ('log', ['32', '64'])
     """
-    comparison, legend = _checked(comparison), boolean("legend", legend)
+    names, budgets = _checked(comparison).algorithms, comparison.evaluations
     known_name("indicator", indicator, INDICATORS)
-    curves = indicator_curves(comparison, indicator)
+    frame = comparison.summary().set_index(_TASK)
+    quartiles = (
+        np.array([[frame.loc[(name, n), column] for n in budgets] for name in names], float)
+        for column in (indicator, f"{indicator}_q1", f"{indicator}_q3")
+    )
+    curves = _Curves(indicator, names, budgets, *quartiles)
     with on_axes(ax) as axes:
-        _draw_curves(axes, curves, comparison.algorithms)
+        _draw_curves(axes, curves, names)
         axes.set_ylabel(_MEANINGS[indicator])
         if legend:
-            entries = _entries(curves.algorithms)
-            named_legend(axes, entries, loc="best", handlelength=_HANDLE)
+            legend_of(axes, _entries(names), handlelength=3.6, fontsize=7)
     return axes
 
 
+def plot_differences(comparison: Comparison, to: str = "") -> Figure:
+    """Return how the other algorithms differ from one, with intervals, against evaluations.
+
+    The marks are the medians of all differences between runs of both, or of all ratios for
+    distances above 0; the whiskers are the 95 % intervals that belong to
+    :meth:`.Comparison.tests`, before these are corrected for their number. An interval that does
+    not reach the line of no difference separates the two algorithms.
+
+    Args:
+        comparison: From :func:`pymoo_psi.compare`.
+        to: Name of the algorithm that the others are compared with; the first one by default.
+
+    Raises:
+        ArgumentValueError: There is no such algorithm, or no other.
+
+    Example:
+        Of the comparison in the example of :func:`save_comparison`:
+
+        >>> [ax.get_ylabel() for ax in plot_differences(comparison).axes][1:]
+        ['IGD+, ratio', 'additive epsilon, ratio', 'optimum distance, ratio']
+    """
+    names = _checked(comparison).algorithms
+    to = known_name("to", to, names) if to else names[0]
+    if len(names) < 2:
+        raise invalid("comparison", "of two algorithms or more", Received("one"))
+    with new_figure(150.0) as figure:
+        for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
+            curves = difference_curves(comparison, indicator, to)
+            _draw_curves(ax, curves, names)
+            meaning = _MEANINGS[indicator]
+            ratios = f"{meaning.split(' (')[0]}, ratio"
+            ax.set_ylabel(ratios if curves.shown == "ratio" else f"{meaning},\ndifference")
+        legend = _entries(names)
+        del legend[literal(to, 30)]
+        legend[f"no difference from {literal(to, 30)}"] = Line2D([], [], color="0.25")
+        legend["whiskers: 95 % intervals, where there are runs enough"] = _WHISKER
+        what = f"the others against {literal(to, 30)}"
+        _finish(figure, comparison, what, comparison.evaluations, legend)
+    return figure
+
+
+def difference_curves(comparison: Comparison, indicator: str, to: str) -> _Curves:
+    """Return the differences of the other algorithms from one, or ratios of distances above 0."""
+    frame = comparison.measures
+    known = frame[indicator].to_numpy(float)
+    ratio = indicator != "hypervolume" and bool((np.isfinite(known) & (known > 0)).all())
+    runs = {key: part[indicator].to_numpy(float) for key, part in frame.groupby(_TASK, sort=False)}
+    fixed = {name for name, seeds in frame.groupby("algorithm")["seed"] if seeds.isna().all()}
+    others = tuple(name for name in comparison.algorithms if name != to)
+    budgets = comparison.evaluations
+    found = np.zeros((3, len(others), len(budgets)))
+    for i, name in enumerate(others):
+        for j, budget in enumerate(budgets):
+            a, b = runs[to, budget], runs[name, budget]
+            one = (to in fixed) != (name in fixed)
+            found[:, i, j] = (
+                np.exp(shift(np.log(a), np.log(b), fixed=one)) if ratio else shift(a, b, fixed=one)
+            )
+    return _Curves(indicator, others, budgets, *found, "ratio" if ratio else "difference")
+
+
 @dataclass(frozen=True, eq=False)
-class IndicatorCurves:
+class _Curves:
     """An indicator of a algorithms at b budgets, over the runs of each.
 
     Attributes:
         indicator: Such as ``"hypervolume"``.
         algorithms: Names of the algorithms.
-        evaluations: The budgets, rising.
-        median: ``(a, b)`` medians, infinite where the median run found nothing; NaN for the
-            difference of two infinite ones.
-        lower: ``(a, b)`` first quartiles, values that occurred; or lower ends of intervals, NaN
-            where there are too few runs.
-        upper: ``(a, b)`` third quartiles, or upper ends, likewise.
-        shown: Whether these are of the indicator, a ``"median"``, or of a ``"difference"`` or a
-            ``"ratio"`` between two algorithms.
+        evaluations: The budgets, increasing.
+        median: ``(a, b)`` medians, infinite where the median run found nothing.
+        lower: ``(a, b)`` first quartiles, or lower ends of intervals, NaN where there are too few
+            runs.
+        upper: ``(a, b)`` third quartiles or upper ends, as for ``lower``.
+        shown: "median" of the indicator, or "difference" or "ratio" of two algorithms.
     """
 
     indicator: str
@@ -363,11 +342,10 @@ class IndicatorCurves:
     @property
     def logarithmic(self) -> bool:
         """Whether the axis is logarithmic: of distances that are all above 0, and of ratios."""
-        if self.shown == "difference":  # also where all are above 0, as the line of none is at 0
-            return False
         values = np.concatenate([self.lower, self.median, self.upper])
         known = values[np.isfinite(values)]
-        return self.indicator != "hypervolume" and len(known) > 0 and bool((known > 0).all())
+        positive = len(known) > 0 and bool((known > 0).all())
+        return positive and self.indicator != "hypervolume" and self.shown != "difference"
 
     @property
     def left_out(self) -> str:
@@ -379,25 +357,8 @@ class IndicatorCurves:
         return f"infinite, not drawn: {', '.join(counts)}" if counts else ""
 
 
-def indicator_curves(comparison: Comparison, indicator: str) -> IndicatorCurves:
-    """Take the medians and quartiles of an indicator from :meth:`.Comparison.summary`."""
-    names, budgets = comparison.algorithms, comparison.evaluations
-    frame = comparison.summary().set_index(["algorithm", "evaluations"])
-    median, lower, upper = (
-        np.array([[frame.loc[(name, n), column] for n in budgets] for name in names], float)
-        for column in (indicator, f"{indicator}_q1", f"{indicator}_q3")
-    )
-    return IndicatorCurves(indicator, names, budgets, median, lower, upper)
-
-
-def _draw_curves(axes: Axes, curves: IndicatorCurves, algorithms: Sequence[str]) -> None:
-    """Draw curves beside each other at each budget, so that they do not hide one another.
-
-    Args:
-        axes: Where.
-        curves: Of some of the algorithms.
-        algorithms: All of them, which look the same on all pages.
-    """
+def _draw_curves(axes: Axes, curves: _Curves, algorithms: Sequence[str]) -> None:
+    """Draw curves beside each other at each budget; looks are those among all algorithms."""
     median, lower, upper = (
         np.where(np.isfinite(values), values, np.nan)
         for values in (curves.median, curves.lower, curves.upper)
@@ -426,15 +387,15 @@ def _draw_curves(axes: Axes, curves: IndicatorCurves, algorithms: Sequence[str])
 
 
 def _budget_ticks(axes: Axes, evaluations: Sequence[int], pad: float) -> None:
-    """Make a logarithmic axis of the evaluations, with ticks at the budgets and room beside."""
+    """Make a logarithmic axis of the evaluations, with ticks at the budgets."""
     low, high = evaluations[0], evaluations[-1]
     axes.set_xscale("log")
     pad = max(pad, (high / low) ** 0.06)
     axes.set_xlim(low / pad, high * pad)
-    room = _LABEL * np.log(high / low)
+    width = _LABEL * np.log(high / low)
     labels, last = [], -np.inf
     for budget in evaluations:
-        free = np.log(budget) - last >= room
+        free = np.log(budget) - last >= width
         last = np.log(budget) if free else last
         labels.append(str(budget) if free else "")
     axes.set_xticks(evaluations, labels)
@@ -442,10 +403,7 @@ def _budget_ticks(axes: Axes, evaluations: Sequence[int], pad: float) -> None:
     axes.set_xlabel("evaluations")
 
 
-# What a run costs in time and what it brings
-
-
-def time_page(comparison: Comparison) -> Figure:
+def plot_time(comparison: Comparison) -> Figure:
     """Return time against quality: each run small, the medians joined from budget to budget.
 
     Args:
@@ -454,37 +412,33 @@ def time_page(comparison: Comparison) -> Figure:
     Example:
         Of the comparison in the example of :func:`save_comparison`:
 
-        >>> time_page(comparison).axes[0].get_ylabel()
+        >>> plot_time(comparison).axes[0].get_ylabel()
         'hypervolume (share of the box)'
     """
-    comparison = _checked(comparison)
-    by_algorithm = comparison.measures.set_index("algorithm")
-    with new_page(120.0) as figure:
+    by_algorithm = _checked(comparison).measures.set_index("algorithm")
+    with new_figure(120.0) as figure:
         axes = figure.subplots()
         logarithmic(axes, "x", (1.0, 3.0))
         for name, look in looks(comparison.algorithms).items():
             runs = by_algorithm.loc[[name], ["evaluations", "seconds", "hypervolume"]]
-            axes.plot(
-                runs["seconds"], runs["hypervolume"], linestyle="none", marker=look["marker"],
-                color=look["color"], markersize=2.4, markeredgewidth=0.0, alpha=0.5,
-            )  # fmt: skip
+            dots = {**look, "linestyle": "none", "markeredgewidth": 0.0, "alpha": 0.5}
+            axes.plot(runs["seconds"], runs["hypervolume"], markersize=2.4, **dots)
             medians = runs.groupby("evaluations").median()
-            axes.plot(
-                medians["seconds"], medians["hypervolume"], markersize=5.5, linewidth=1.2, **look
-            )
+            line = {"markersize": 5.5, "linewidth": 1.2}
+            axes.plot(medians["seconds"], medians["hypervolume"], **line, **look)
         axes.set_xlabel("wall time of a run (s)")
         axes.set_ylabel(_MEANINGS["hypervolume"])
-        dots = Line2D([], [], **{**_DOTS, "color": "0.5"}, markersize=2.4)
-        legend = [*_entries(comparison.algorithms), ("small: single runs", dots)]
+        dot = Line2D([], [], **{**_DOTS, "color": "0.5"}, markersize=2.4)
+        legend = {**_entries(comparison.algorithms), "small: single runs": dot}
         what = "time and quality, medians joined from budget to budget"
         _finish(figure, comparison, what, comparison.evaluations, legend)
     return figure
 
 
-# What the median run of each algorithm found
+# Fronts of the median run of each algorithm
 
 
-def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figure:
+def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figure:
     """Return the fronts of the runs of median hypervolume on common axes.
 
     Of two objectives each algorithm has one plane; of more a row of up to three, f1 against
@@ -500,49 +454,42 @@ def fronts_page(comparison: Comparison, evaluations: int | None = None) -> Figur
     Example:
         Of the comparison in the example of :func:`save_comparison`:
 
-        >>> print(fronts_page(comparison, evaluations=32).axes[1].get_title(loc="left"))
+        >>> print(plot_fronts(comparison, evaluations=32).axes[1].get_title(loc="left"))
         nsga3, seed ...
         ... designs, hypervolume 0...
     """
-    comparison = _checked(comparison)
-    budget = _budget_of(comparison, evaluations)
-    reference, labels = reference_front(comparison), _labels(comparison)
+    budget = _budget_of(_checked(comparison), evaluations)
+    reference, labels = _reference_front(comparison), _labels(comparison)
     chosen, sign = median_runs(comparison, budget), comparison.layout.sign
     fronts = [comparison.runs[row].found(comparison.assess) * sign for row in chosen]
     n_planes = min(comparison.objectives - 1, 3)
-    shown = range(1 + n_planes)
-    limits = [view(np.concatenate([F[:, j] for F in (*fronts, reference)])) for j in shown]
+    limits = [
+        view(np.concatenate([F[:, j] for F in (*fronts, reference)])) for j in range(1 + n_planes)
+    ]
     # Of two objectives up to three algorithms stand beside each other, four in two rows.
     wide = n_planes if n_planes > 1 else {1: 1, 2: 2, 4: 2}.get(len(fronts), 3)
     high = -(-len(fronts) * n_planes // wide)
-    with new_page(30.0 + high * (62.0 if wide < 3 else 50.0)) as figure:
+    with new_figure(30.0 + high * (62.0 if wide < 3 else 50.0)) as figure:
         grid = figure.subplots(high, wide, squeeze=False).ravel()
         for k, (name, look) in enumerate(looks(comparison.algorithms).items()):
+            marks = {**look, "linestyle": "none", "markersize": 3.0, "markeredgewidth": 0.0}
             for j, ax in enumerate(grid[k * n_planes : (k + 1) * n_planes], start=1):
                 ax.plot(*reference[:, [0, j]].T, **_DOTS, markersize=2.0, markeredgewidth=0.0)
-                ax.plot(
-                    *fronts[k][:, [0, j]].T, linestyle="none", marker=look["marker"],
-                    color=look["color"], markersize=3.0, markeredgewidth=0.0,
-                )  # fmt: skip
+                ax.plot(*fronts[k][:, [0, j]].T, **marks)
                 if len(fronts[k]) == 0:
                     ax.text(0.5, 0.5, "nothing found", transform=ax.transAxes, ha="center")
-                ax.set_xlim(limits[0])
-                ax.set_ylim(limits[j])
-                ax.set_xlabel(labels[0])
-                ax.set_ylabel(labels[j])
+                ax.set(xlim=limits[0], ylim=limits[j], xlabel=labels[0], ylabel=labels[j])
             run = comparison.runs[chosen[k]]
             seed = "" if run.task.seed is None else f", seed {run.task.seed}"
             quality = comparison.measures["hypervolume"].iloc[chosen[k]]
-            grid[k * n_planes].set_title(
+            title = (
                 f"{literal(name, 22)}{seed}\n{counted(len(fronts[k]), 'design')}, "
-                f"hypervolume {quality:.4f}",
-                loc="left",
-                fontsize=7.5,
+                f"hypervolume {quality:.4f}"
             )
+            grid[k * n_planes].set_title(title, loc="left", fontsize=7.5)
         for ax in grid[len(fronts) * n_planes :]:
             ax.remove()
-        dots = Line2D([], [], **_DOTS, markersize=4.0)
-        legend = [("reference set", dots)]
+        legend = {"reference set": Line2D([], [], **_DOTS, markersize=4.0)}
         _finish(figure, comparison, "runs of median hypervolume", [budget], legend)
     return figure
 
@@ -560,17 +507,17 @@ def median_runs(comparison: Comparison, evaluations: int) -> list[int]:
     return chosen
 
 
-# What a quarter, a half and three quarters of the runs attain
+# Attainment of a quarter, a half and three quarters of the runs
 
 
-def attainment_page(comparison: Comparison, evaluations: int | None = None) -> Figure:
+def plot_attainment(comparison: Comparison, evaluations: int | None = None) -> Figure:
     """Return what half of the runs attain, together, and how far it is from the reference set.
 
     A run attains a point if one of its own is no worse in either objective. The lines are the
     empirical attainment surfaces of half of the runs, the bands those between the surfaces of a
-    quarter and three quarters. As good surfaces lie on each other, each algorithm has axes of its
-    own with the distance: by how much both objectives of the reference set must get worse, at each
-    place along the front, until the algorithm attains them.
+    quarter and three quarters. Each algorithm also has axes of its own with the distance: by how
+    much both objectives of the reference set must get worse, at each place along the front, until
+    the algorithm attains them.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`, with two objectives.
@@ -583,67 +530,52 @@ def attainment_page(comparison: Comparison, evaluations: int | None = None) -> F
     Example:
         Of the comparison in the example of :func:`save_comparison`:
 
-        >>> [ax.get_title(loc="left") for ax in attainment_page(comparison).axes]
+        >>> [ax.get_title(loc="left") for ax in plot_attainment(comparison).axes]
         ['', 'psi', 'nsga3']
     """
-    comparison = _checked(comparison)
-    if comparison.objectives != 2:
+    if _checked(comparison).objectives != 2:
         received = Received(f"{comparison.objectives} objectives")
-        remedy = "fronts_page shows any number"
+        remedy = "plot_fronts shows any number"
         raise invalid("comparison", "of a problem with two objectives", received, remedy)
     budget = _budget_of(comparison, evaluations)
-    surfaces = attained_surfaces(comparison, budget)
+    surfaces = {
+        name: attainment_surfaces(
+            [comparison.runs[row].found(comparison.assess)
+             for row in _rows_of(comparison, name, budget)],
+            list(_QUARTERS),
+        )
+        for name in comparison.algorithms
+    }  # fmt: skip
     names = comparison.algorithms
     # The axes of all are two rows and columns wide; the others are right of them, then below.
     places = [(0, 2), (0, 3), (1, 2), (1, 3)]
     places += [(2 + k // 4, k % 4) for k in range(len(names) - 4)]
     high = 1 + max([1, *(row for row, _ in places[: len(names)])])
-    with new_page(30.0 + 50.0 * high) as figure:
+    with new_figure(30.0 + 50.0 * high) as figure:
         grid = figure.add_gridspec(high, 4)
         _draw_surfaces(figure.add_subplot(grid[:2, :2]), comparison, surfaces)
-        top = 0.0
         alone = [figure.add_subplot(grid[place]) for place in places[: len(names)]]
+        top = 0.0
         for ax, name in zip(alone, names, strict=True):
             top = max(top, _draw_distance(ax, comparison, name, surfaces[name]))
             ax.set_title(literal(name, 18), loc="left", fontsize=7.5)
         for ax in alone:
             ax.set_ylim(0, 1.05 * top or 1.0)
-        legend = [
-            *_entries(names, markers=False),
-            ("bands: 25 to 75 % of the runs", Patch(facecolor="0.5", alpha=0.3, linewidth=0)),
-            ("reference set", Line2D([], [], **_DOTS, markersize=4.0)),
-        ]
+        legend = {
+            **_entries(names),
+            "bands: 25 to 75 % of the runs": Patch(facecolor="0.5", alpha=0.3, linewidth=0),
+            "reference set": Line2D([], [], **_DOTS, markersize=4.0),
+        }
         what = "what half of the runs attain, and how far it is from the reference set"
         _finish(figure, comparison, what, [budget], legend)
     return figure
-
-
-Surfaces = dict[str, dict[float, Array]]
-
-
-def attained_surfaces(comparison: Comparison, evaluations: int) -> Surfaces:
-    """Return of each algorithm what a quarter, a half and three quarters of its runs attain.
-
-    Each surface is given by its ``(k, 2)`` corners by rising f1, in the units of the objectives;
-    it has none where so many runs found nothing.
-    """
-    return {
-        name: attainment_surfaces(
-            [
-                comparison.runs[row].found(comparison.assess)
-                for row in _rows_of(comparison, name, evaluations)
-            ],
-            list(_QUARTERS),
-        )
-        for name in comparison.algorithms
-    }
 
 
 def steps(surface: Array, right: float, top: float) -> Array:
     """Return the ``(k, 2)`` corners of the edge of what is attained, from top to right.
 
     Args:
-        surface: Corners by rising f1; none for what nobody attains.
+        surface: Corners by increasing f1; none where nothing is attained.
         right: f1 up to which the edge is drawn.
         top: f2 at which it begins.
     """
@@ -654,22 +586,21 @@ def steps(surface: Array, right: float, top: float) -> Array:
     return edge.T
 
 
-def _draw_surfaces(axes: Axes, comparison: Comparison, surfaces: Surfaces) -> None:
-    """Draw the median surface of each algorithm, all in one."""
-    sign, reference = comparison.layout.sign, reference_front(comparison)
+def _draw_surfaces(
+    axes: Axes, comparison: Comparison, surfaces: dict[str, dict[float, Array]]
+) -> None:
+    """Draw the median surface of each algorithm."""
+    sign, reference = comparison.layout.sign, _reference_front(comparison)
     every = [surface[50.0] * sign for surface in surfaces.values()]
     ends = [view(column) for column in np.concatenate([*every, reference]).T]
-    # In the objectives' own senses the worst value is at the left or below where more is better.
+    # In the original direction the worst value is at the left or below where more is better.
     right, top = (max(end * s for end in both) for both, s in zip(ends, sign, strict=True))
     axes.plot(*reference.T, **_DOTS, markersize=1.6, markeredgewidth=0.0)
     for name, look in looks(comparison.algorithms).items():
         edge = steps(surfaces[name][50.0], right, top) * sign
         axes.plot(*edge.T, color=look["color"], linestyle=look["linestyle"], linewidth=1.3)
-    axes.set_xlim(ends[0])
-    axes.set_ylim(ends[1])
     first, second = _labels(comparison)
-    axes.set_xlabel(first)
-    axes.set_ylabel(second)
+    axes.set(xlim=ends[0], ylim=ends[1], xlabel=first, ylabel=second)
 
 
 def _draw_distance(

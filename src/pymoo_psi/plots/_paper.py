@@ -1,4 +1,4 @@
-"""The paper's figures 2 to 8 as pages, 180 mm wide, and as files beside each other in a folder.
+"""The paper's figures 2 to 8, 180 mm wide, and as files beside each other in a folder.
 
 The paper does not say which quantity is in which panel of Figure 7. Here the abscissa is the share
 η of the way, and the panels are (a) speed of the centre and time, (b) spins, (c) slip velocity,
@@ -23,25 +23,24 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
-from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory
-from pymoo_psi.paper import Case, Reproduction
-from pymoo_psi.paper._figures import (
+from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory, trajectory
+from pymoo_psi.paper import (
     INITIAL_SPEEDS,
+    Case,
     CriterionSurfaces,
+    Reproduction,
     SalukvadzeFunctions,
     criterion_surfaces,
-    optimal_motion,
-    ranked_points,
     salukvadze_functions,
 )
-from pymoo_psi.plots._ranking import draw_points
+from pymoo_psi.plots._ranking import near_ranked, rank_groups
 from pymoo_psi.plots._style import (
     CURVES,
-    FIGURE_SUFFIXES,
-    enlarge_markers,
+    draw_points,
+    legend_of,
     logarithmic,
-    new_page,
-    save_pages,
+    new_figure,
+    save_figures,
     tick_counts,
 )
 
@@ -135,13 +134,13 @@ def paper_figures(
     # Around the speed of the chute, which is marked.
     speeds = [max(1.0, 2 * parameters.c) * speed for speed in INITIAL_SPEEDS]
     make: dict[int, Any] = {
-        2: lambda: _surfaces_page(
+        2: lambda: _surfaces_figure(
             [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends],
             f"{_MODEL_NAMES[model]}, {_chute(parameters)}",
         ),
-        **{number: partial(_points_page, case, *space) for number, space in _SPACES.items()},
-        7: lambda: _motion_page(case),
-        8: lambda: _functions_page(
+        **{number: partial(_points_figure, case, *space) for number, space in _SPACES.items()},
+        7: lambda: _motion_figure(case),
+        8: lambda: _functions_figure(
             salukvadze_functions(case.mu, model, n, speeds, r=parameters.r),
             # a smooth line needs fewer
             salukvadze_functions(case.mu, model, n, speeds[::2], r=parameters.r, refined=True),
@@ -155,7 +154,7 @@ def paper_figures(
         yield number, make[number]()
 
 
-def points_page(reproduction: Reproduction) -> Figure:
+def plot_points(reproduction: Reproduction) -> Figure:
     """Return how near the best of the first n points is to the continuous optimum, over n.
 
     Below, by how much of itself the hypervolume grows when the points are doubled to n. One curve
@@ -170,15 +169,15 @@ def points_page(reproduction: Reproduction) -> Figure:
 
     Example:
         >>> from pymoo_psi.paper import Reproduction, solve_case
-        >>> page = points_page(Reproduction(64, (solve_case(0.4, "full", 64),)))
-        >>> [ax.get_ylabel() for ax in page.axes]
+        >>> figure = plot_points(Reproduction(64, (solve_case(0.4, "full", 64),)))
+        >>> [ax.get_ylabel() for ax in figure.axes]
         ['excess of distance over the least, %', 'gain of hypervolume, %']
     """
     instance("reproduction", reproduction, Reproduction)
     pairs = list(zip(reproduction.cases, reproduction.convergences, strict=True))
     models = list(dict.fromkeys(case.model for case in reproduction.cases))
     coefficients = list(dict.fromkeys(case.mu for case in reproduction.cases))
-    with new_page(134) as figure:
+    with new_figure(134) as figure:
         grid = figure.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
         for (above, below), model in zip(grid.T, models, strict=True):
             found = [(case, rows) for case, rows in pairs if case.model == model]
@@ -217,7 +216,7 @@ def points_page(reproduction: Reproduction) -> Figure:
     return figure
 
 
-def save_figures(
+def save_paper_figures(
     reproduction: Reproduction,
     directory: str | os.PathLike[str],
     *,
@@ -250,13 +249,12 @@ def save_figures(
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     [path.name for path in save_figures(small, folder, numbers=[4])]
+        ...     [path.name for path in save_paper_figures(small, folder, numbers=[4])]
         ['figure_4.png']
     """
-    suffix = known_name("suffix", suffix, FIGURE_SUFFIXES)
     figures = paper_figures(reproduction, model=model, numbers=numbers)
-    pages = ((f"figure_{number}{suffix}", figure) for number, figure in figures)
-    return save_pages(pages, directory, dpi)
+    named = ((f"figure_{number}", figure) for number, figure in figures)
+    return save_figures(named, directory, dpi, suffix)
 
 
 def shown_case(reproduction: Reproduction, model: str) -> Case:
@@ -297,9 +295,9 @@ def _legend_above(axes: Axes, ncols: int = 3) -> None:
 # Figure 2
 
 
-def _surfaces_page(cases: Sequence[CriterionSurfaces], subject: str) -> Figure:
+def _surfaces_figure(cases: Sequence[CriterionSurfaces], subject: str) -> Figure:
     """Return f1 on the left and f2 on the right, with one row for every friction coefficient."""
-    with new_page(12 + 74 * len(cases), layout=None) as figure:
+    with new_figure(12 + 74 * len(cases), layout=None) as figure:
         figure.subplots_adjust(
             left=0.01, right=0.955, bottom=0.02, top=0.91, wspace=0.08, hspace=0.05
         )
@@ -342,42 +340,54 @@ def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> Any:
 # Figures 3 to 6
 
 
-def _points_page(case: Case, space: str, names: tuple[str, ...]) -> Figure:
+def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Figure:
     """Return all points by pairs of coordinates, and the part of the space with the ranked.
 
     A cloud in space would be seen from one side only; three pairs of coordinates tell it whole.
     """
-    points = ranked_points(case, names)
+    groups, values = rank_groups(case.ranking), coordinates(case, names)
     pairs = tuple(combinations(range(len(names)), 2))
     rows, columns = (2, 3) if len(pairs) == 3 else (1, 2)
-    with new_page(150 if rows == 2 else 98) as figure:
+    with new_figure(150 if rows == 2 else 98) as figure:
         grid = figure.subplots(rows, columns)
         views = (
-            (points, f"all {counted(len(points.values), 'point')}"),
-            (points.nearby(), "detail around the ranked points"),
+            (np.ones(len(values), dtype=bool), f"all {counted(len(values), 'point')}"),
+            (near_ranked(values, groups), "detail around the ranked points"),
         )
         for line, (shown, title) in zip(grid.reshape(2, -1), views, strict=True):
-            for ax, pair in zip(line, pairs, strict=True):
-                draw_points(ax, shown.along(pair))
-                ax.set_xlabel(_axis_label(names[pair[0]]))
-                ax.set_ylabel(_axis_label(names[pair[1]]))
+            for ax, (j, k) in zip(line, pairs, strict=True):
+                draw_points(ax, values[:, j], values[:, k], groups, shown)
+                ax.set_xlabel(_axis_label(names[j]))
+                ax.set_ylabel(_axis_label(names[k]))
                 tick_counts(ax, x=5, y=5)
             line[len(line) // 2].set_title(title)
         figure.suptitle(
             f"Pareto-optimal points {space} (all quantities dimensionless)\n{_subject(case)}"
         )
-        entries = grid.flat[0].get_legend_handles_labels()
-        enlarge_markers(figure.legend(*entries, loc="outside lower center", ncols=3))
+        handles, labels = grid.flat[0].get_legend_handles_labels()
+        entries = dict(zip(labels, handles, strict=True))
+        legend_of(figure, entries, loc="outside lower center", ncols=3)
     return figure
+
+
+def coordinates(case: Case, names: Sequence[str]) -> Array:
+    """Return ``(n, k)`` values of a case: of u1, u2, f1 … f4 and μ1, μ2, μ3 (``mu1`` …)."""
+    columns = {
+        f"{letter}{k}": column
+        for letter, matrix in (("u", case.X), ("f", case.F), ("mu", case.ranking.criteria))
+        for k, column in enumerate(matrix.T, start=1)
+    }
+    return np.column_stack([columns[name] for name in names])
 
 
 # Figure 7
 
 
-def _motion_page(case: Case) -> Figure:
+def _motion_figure(case: Case) -> Figure:
     """Return the five panels in three rows, and in the sixth place what is known of the design."""
-    best, way = optimal_motion(case)
-    with new_page(185, layout=None) as figure:
+    best = int(case.ranking.salukvadze[0])
+    way = trajectory(*case.X[best].tolist(), case.parameters)
+    with new_figure(185, layout=None) as figure:
         figure.subplots_adjust(
             left=0.08, right=0.975, bottom=0.065, top=0.875, wspace=0.26, hspace=0.66
         )
@@ -452,7 +462,7 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
 # Figure 8
 
 
-def _functions_page(
+def _functions_figure(
     optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int, case: Case
 ) -> Figure:
     """Return the time and the exit speed on the left, the other criteria on the right.
@@ -460,7 +470,7 @@ def _functions_page(
     The initial speed of ``case``, for which the other figures are, is marked.
     """
     chute = case.parameters
-    with new_page(104, layout=None) as figure:
+    with new_figure(104, layout=None) as figure:
         figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
         left, right = figure.subplots(1, 2)
 

@@ -1,4 +1,4 @@
-"""How every figure looks: curves, pages, legends, names; and pages as files.
+"""The look of every figure: sizes, colours, axes, legends, names; and figures as files.
 
 Each colour goes with a marker or a line style of its own, so that a grey print says the same.
 """
@@ -9,24 +9,25 @@ import os
 import re
 import tempfile
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import integer
+from pymoo_psi._markers import Marker
+from pymoo_psi._validation import integer, known_name
+
+Array = NDArray[np.float64]
 
 # The first, second and third curve on the same axes.
 CURVES: tuple[dict[str, Any], ...] = (
@@ -34,16 +35,15 @@ CURVES: tuple[dict[str, Any], ...] = (
     {"color": "#D55E00", "linestyle": "--", "marker": "s"},
     {"color": "#000000", "linestyle": "-.", "marker": "^"},
 )
-
-FIGURE_SUFFIXES = (".png", ".pdf", ".svg")
-# From here on the length of an axis may overflow; such values are penalties or mistakes.
-HUGE = 1e300
-LETTERS = 96  # of a line of a title over the width of a page
-FILE_LETTERS = 60  # of a file's name as a title, also over axes that are narrower
-_WIDTH = 180.0  # of a page in mm, over both columns of a journal
+HUGE = 1e300  # from here on the length of an axis may overflow; such values are penalties
+LETTERS = 96  # of a line of a title over the width of a figure
+_SUFFIXES = (".png", ".pdf", ".svg")
+_WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
+_MANY = 200  # from here on the markers of a group shrink
+_RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
 
-_PAGE: Any = {
+_STYLE: Any = {
     "figure.facecolor": "white",
     "figure.titlesize": 9.0,
     "axes.facecolor": "white",
@@ -68,47 +68,42 @@ _PAGE: Any = {
 }
 
 
-class Page(Figure):
+class _Page(Figure):
     """A figure that a notebook shows without pyplot, which would register it as a window."""
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        # Asked for only where IPython has no printer of figures, which `%matplotlib` sets: so a
-        # page is shown once. Twice as fine as its size on the screen, for screens that are so.
         picture = BytesIO()
         self.savefig(picture, format="png", dpi=2 * _SCREEN)
         width, height = (round(_SCREEN * inches) for inches in self.get_size_inches())
         return picture.getvalue(), {"width": width, "height": height}
 
 
-class PageAxes(Axes):
-    """Axes of a page of their own, which a notebook shows by them."""
+class _PageAxes(Axes):
+    """Axes of a figure of their own, which a notebook shows by them."""
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]] | None:
-        page = self.get_figure()
-        return page._repr_png_() if isinstance(page, Page) else None
+        figure = self.get_figure()
+        return figure._repr_png_() if isinstance(figure, _Page) else None
 
 
 @contextmanager
-def new_page(
+def new_figure(
     height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
 ) -> Iterator[Figure]:
-    """Give a page to draw on, its size in mm; matplotlib's settings are the pages' meanwhile.
-
-    It is known to no window system, and a notebook shows it.
-    """
+    """Give a figure of a size in mm to draw on, under the settings of this module."""
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
-    with rc_context(_PAGE):
-        yield Page(figsize=(width / 25.4, height / 25.4), layout=layout)
+    with rc_context(_STYLE):
+        yield _Page(figsize=(width / 25.4, height / 25.4), layout=layout)
 
 
 @contextmanager
 def on_axes(ax: Axes | None) -> Iterator[Axes]:
-    """Give the axes to draw on: those given, in whatever style, or new ones in the pages' style."""
+    """Give the axes to draw on: those given, in whatever style, or new ones."""
     if ax is not None:
         yield ax
         return
-    with new_page(90.0, width=120.0) as figure:
-        yield figure.add_subplot(axes_class=PageAxes)
+    with new_figure(90.0, width=120.0) as figure:
+        yield figure.add_subplot(axes_class=_PageAxes)
 
 
 def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> None:
@@ -119,7 +114,7 @@ def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> No
 
 
 def logarithmic(axes: Axes, letter: str, ticks: Sequence[float]) -> None:
-    """Make an axis logarithmic, with ticks at so many times a power of ten, as plain numbers."""
+    """Make an axis logarithmic, with ticks at multiples of powers of ten, as plain numbers."""
     getattr(axes, f"set_{letter}scale")("log")
     axis = axes.xaxis if letter == "x" else axes.yaxis
     axis.set_major_locator(LogLocator(subs=ticks))
@@ -127,50 +122,64 @@ def logarithmic(axes: Axes, letter: str, ticks: Sequence[float]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def enlarge_markers(legend: Legend) -> None:
-    """Let the small dots of a legend be seen."""
+def legend_of(
+    owner: Axes | Figure, entries: Mapping[str, Any], *, loc: Any = "best", **layout: Any
+) -> Legend:
+    """Put a legend in axes or on a figure; names appear as given, small dots enlarged."""
+    legend: Legend = owner.legend(list(entries.values()), [" "] * len(entries), loc=loc, **layout)
+    # Given above, a name that begins with an underscore would be left out.
+    for text, name in zip(legend.get_texts(), entries, strict=True):
+        text.set_text(name)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)
+    return legend
 
 
 def legend_below(axes: Axes, *, ncols: int) -> None:
-    """Put a legend under the axes and the text of their horizontal axis."""
-    legend = axes.legend(
-        loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=4.5, ncols=ncols,
-        frameon=False, columnspacing=1.2, handletextpad=0.5,
+    """Put the legend of axes under the text of their horizontal axis."""
+    handles, labels = axes.get_legend_handles_labels()
+    legend_of(
+        axes, dict(zip(labels, handles, strict=True)), loc="upper center", ncols=ncols,
+        bbox_to_anchor=(0.5, 0), borderaxespad=4.5, columnspacing=1.2, handletextpad=0.5,
     )  # fmt: skip
-    enlarge_markers(legend)
 
 
-def named_legend(
-    owner: Axes | Figure,
-    entries: Iterable[tuple[str, Artist | Container]],
-    *,
-    loc: Any,
-    ncols: int = 1,
-    title: str = "",
-    handlelength: float = 2.0,
-) -> Legend:
-    """Put a legend in axes or on a page, in which every name stands as it is given."""
-    names, handles = zip(*entries, strict=True)
-    legend: Legend = owner.legend(
-        list(handles), [" "] * len(names), loc=loc, ncols=ncols, title=title or None, fontsize=7,
-        title_fontsize=7, alignment="left", handlelength=handlelength,
-    )  # fmt: skip
-    # Given above, a name that begins with an underscore would be left out.
-    for text, name in zip(legend.get_texts(), names, strict=True):
-        text.set_text(name)
-    return legend
+class Group(NamedTuple):
+    """Designs that are drawn alike: their rows and their marker."""
+
+    rows: NDArray[np.intp]
+    marker: Marker
+
+    def look(self, name: str) -> dict[str, Any]:
+        """Return the arguments of ``plot``; the larger the group, the smaller its markers."""
+        n = len(self.rows)
+        shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
+        marker = self.marker._replace(size=self.marker.size * shrink)
+        # A white edge would hide small dots, and a cross has no other colour than its edge.
+        edge = {".": "none", "x": self.marker.colour}.get(self.marker.shape, "black")
+        return {
+            **marker.look(edge, 0.5 * shrink),
+            "zorder": self.marker.level + 1 / (1 + n),  # the rarer on top
+            "label": f"{name} ({n})",
+            "rasterized": n > _RASTERIZED,
+        }
+
+
+def draw_points(
+    axes: Axes, x: Array, y: Array, groups: Mapping[str, Group], shown: NDArray[np.bool_]
+) -> None:
+    """Draw designs in a plane, each group with its marker; legends count the whole group."""
+    for name, group in groups.items():
+        rows = group.rows[shown[group.rows]]
+        axes.plot(x[rows], y[rows], **group.look(name))
 
 
 def literal(name: object, most: int = 40) -> str:
     """Return a name on one line, as it is written: a ``$`` in it begins no formula.
 
-    Args:
-        name: A name or a value.
-        most: Characters; of a longer name the middle is left out, as names that begin alike often
-            end with a number.
+    Of a name longer than ``most`` the middle is left out, as names that begin alike often end
+    with a number.
     """
     text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
     if len(text) > most:
@@ -179,15 +188,15 @@ def literal(name: object, most: int = 40) -> str:
     return text.replace("$", r"\$")
 
 
-def wrapped(text: str, letters: int) -> str:
+def wrapped(text: str, letters: int = LETTERS) -> str:
     """Return text in lines of so many letters; a number stays with its sign and its unit."""
     kept = re.sub(r"(?<=[<>=≤≥]) | (?=(?:%|[<>]=) )", "\0", text)
     return "\n".join(textwrap.wrap(kept, letters)).replace("\0", " ")
 
 
-def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
+def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``."""
-    known = np.array([*values, *further])
+    known = np.append(np.asarray(values, float).ravel(), further)
     known = known[np.abs(known) < HUGE]
     if len(known) == 0:
         return 0.0, 1.0
@@ -198,26 +207,21 @@ def view(values: NDArray[np.float64], *further: float) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def save_pages(
-    pages: Iterable[tuple[str, Figure]], directory: str | os.PathLike[str], dpi: int
+def save_figures(
+    figures: Iterable[tuple[str, Figure]],
+    directory: str | os.PathLike[str],
+    dpi: int,
+    suffix: str,
 ) -> tuple[Path, ...]:
-    """Write pages as they are made; no file changes before the last one is ready.
-
-    Args:
-        pages: Names of files, with what is to be in them.
-        directory: An existing folder; files of these names in it are replaced.
-        dpi: Dots per inch.
-
-    Returns:
-        The paths written.
-    """
+    """Write figures by name as they are made; no file changes before the last one is ready."""
     dpi = integer("dpi", dpi, minimum=1)
+    suffix = known_name("suffix", suffix, _SUFFIXES)
     target = Path(directory)
     # In the target's own folder, as files are replaced at once only within a file system.
     with tempfile.TemporaryDirectory(dir=target, prefix=".figures.") as folder:
         ready = []
-        for name, figure in pages:
-            ready.append(Path(folder, name))
+        for name, figure in figures:
+            ready.append(Path(folder, f"{name}{suffix}"))
             figure.savefig(ready[-1], dpi=dpi)
         for path in ready:
             os.replace(path, target / path.name)
