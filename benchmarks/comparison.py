@@ -26,10 +26,10 @@ from benchmarks.machine import describe_machine
 from pymoo_psi.comparison import INDICATORS, Comparison, Reference, compare
 from pymoo_psi.comparison._report import SIGNIFICANCE
 from pymoo_psi.plots import (
-    attainment_page,
-    draw_indicator,
-    fronts_page,
-    time_page,
+    plot_attainment,
+    plot_fronts,
+    plot_indicator,
+    plot_time,
 )
 
 HERE = Path(__file__).parent
@@ -150,12 +150,12 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
     for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
-        draw_indicator(comparison, "hypervolume", legend=axes is panels[0], ax=axes)
+        plot_indicator(comparison, "hypervolume", legend=axes is panels[0], ax=axes)
         axes.set_title(f"{name}, {PROBLEMS[name]().n_var} variables", fontsize=9)
         axes.tick_params(labelsize=7)
     figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)
     for kind, page in (
-        ("fronts", fronts_page), ("attainment", attainment_page), ("time", time_page)
+        ("fronts", plot_fronts), ("attainment", plot_attainment), ("time", plot_time)
     ):  # fmt: skip
         drawn = page(comparisons[SHOWN[kind]])
         drawn.savefig(PICTURES / f"comparison_{kind}.png", dpi=110)

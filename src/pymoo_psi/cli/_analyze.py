@@ -10,8 +10,13 @@ import pandas as pd
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import formulation_of, judged, tests_in
 from pymoo_psi.cli._output import print_frame, require_results, say, say_sentences, write_csv
-from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
-from pymoo_psi.plots._style import FILE_LETTERS, literal, save_pages
+from pymoo_psi.plots import (
+    literal,
+    plot_convergence,
+    plot_feasibility,
+    plot_sensitivities,
+    save_figures,
+)
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 
 # Criteria up to which hypervolumes take seconds: of 300 designs one second with seven criteria, but
@@ -40,14 +45,14 @@ def run_analyze(path: Path, columns: ColumnOptions, out: Path | None, *, force: 
     steps = convergence(table) if few and len(experiments) < 2 else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
-        title = literal(path.name, FILE_LETTERS)
-        pages: dict[str, Any] = {"sensitivities.png": sensitivity_page(found, title=title)}
+        title = literal(path.name, 60)
+        pages: dict[str, Any] = {"sensitivities": plot_sensitivities(found, title=title)}
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
-            pages["convergence.png"] = convergence_page(steps, title=title)
+            pages["convergence"] = plot_convergence(steps, title=title)
         if len(layout.variables) > 1:
-            pages["feasibility.png"] = draw_feasibility(table, title=title).figure
-        save_pages(pages.items(), out, dpi=200)
+            pages["feasibility"] = plot_feasibility(table, title=title).figure
+        save_figures(pages.items(), out, 200, ".png")
 
     if missing:
         say(f"{path}: {missing}.")

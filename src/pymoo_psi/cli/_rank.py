@@ -82,11 +82,13 @@ def run_rank(
             write_csv(frame, out, told, _units(file), numbers)
     units = {name: unit for name, unit in _units(file).items() if name in names}
     if figure is not None:
-        from pymoo_psi.plots import ranking_page  # matplotlib is loaded where something is drawn
-        from pymoo_psi.plots._style import FILE_LETTERS, literal
+        from pymoo_psi.plots import (
+            literal,
+            plot_ranking,
+        )  # matplotlib is loaded where something is drawn
 
         with whole_file(figure) as drawn:
-            page = ranking_page(ranking, units=units, title=literal(path.name, FILE_LETTERS))
+            page = plot_ranking(ranking, units=units, title=literal(path.name, 60))
             kind = figure.suffix[1:].lower()
             # By its maker the file is known when it is to be overwritten.
             maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}

@@ -22,9 +22,7 @@ from pymoo_psi.cli._output import (
 )
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel._tasks import in_parallel
-from pymoo_psi.plots import points_page, save_figures
-from pymoo_psi.plots._paper import shown_case
-from pymoo_psi.plots._style import save_pages
+from pymoo_psi.plots import plot_points, save_figures, save_paper_figures, shown_case
 
 _PAPER = ChuteParameters(mu=PAPER_MU[0])
 
@@ -78,7 +76,7 @@ def run_reproduce(
         )
 
         def draw(model: str) -> str:
-            save_figures(result, folders[model], model=model, suffix=f".{figures}")
+            save_paper_figures(result, folders[model], model=model, suffix=f".{figures}")
             return model
 
         # Figures take most of the time, so that a second process is worth its start.
@@ -103,7 +101,7 @@ def run_reproduce(
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
         write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
-        save_pages([(f"convergence.{figures}", points_page(result))], out, dpi=200)
+        save_figures([("convergence", plot_points(result))], out, 200, f".{figures}")
         for line in _enough(result):
             say(line)
     written = [f"of the {model} model to {folder}" for model, folder in folders.items()]

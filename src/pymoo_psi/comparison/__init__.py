@@ -33,7 +33,7 @@ from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
 from pymoo_psi.comparison._comparison import Comparison, compare
 from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._report import conclusions, report
-from pymoo_psi.comparison._statistics import INDICATORS
+from pymoo_psi.comparison._statistics import INDICATORS, shift
 
 __all__ = [
     "DEFAULT_ALGORITHMS",
@@ -43,4 +43,5 @@ __all__ = [
     "compare",
     "conclusions",
     "report",
+    "shift",
 ]

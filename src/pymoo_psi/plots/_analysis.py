@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +26,7 @@ from pymoo_psi.plots._style import (
     tick_counts,
     wrapped,
 )
-from pymoo_psi.plots._tests import Column, _checked, name_places
+from pymoo_psi.plots._tests import Column, _checked
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
 _PANELS = 3  # side by side
@@ -145,7 +144,7 @@ def plot_feasibility(
 
 
 def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column]) -> None:
-    """Draw the box of a rule in the plane of two variables; of options, one for each row of them."""
+    """Draw the box of a rule in the plane of two variables; of options, one a row of neighbours."""
     if not set(columns) & set(rule.box):
         return
     sides: list[list[tuple[float, float]]] = []

@@ -242,11 +242,11 @@ def plot_indicator(
     names, budgets = _checked(comparison).algorithms, comparison.evaluations
     known_name("indicator", indicator, INDICATORS)
     frame = comparison.summary().set_index(_TASK)
-    quartiles = (
+    median, lower, upper = (
         np.array([[frame.loc[(name, n), column] for n in budgets] for name in names], float)
         for column in (indicator, f"{indicator}_q1", f"{indicator}_q3")
     )
-    curves = _Curves(indicator, names, budgets, *quartiles)
+    curves = _Curves(indicator, names, budgets, median, lower, upper)
     with on_axes(ax) as axes:
         _draw_curves(axes, curves, names)
         axes.set_ylabel(_MEANINGS[indicator])
@@ -313,7 +313,9 @@ def difference_curves(comparison: Comparison, indicator: str, to: str) -> _Curve
             found[:, i, j] = (
                 np.exp(shift(np.log(a), np.log(b), fixed=one)) if ratio else shift(a, b, fixed=one)
             )
-    return _Curves(indicator, others, budgets, *found, "ratio" if ratio else "difference")
+    median, lower, upper = found
+    shown = "ratio" if ratio else "difference"
+    return _Curves(indicator, others, budgets, median, lower, upper, shown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -424,7 +426,7 @@ def plot_time(comparison: Comparison) -> Figure:
             dots = {**look, "linestyle": "none", "markeredgewidth": 0.0, "alpha": 0.5}
             axes.plot(runs["seconds"], runs["hypervolume"], markersize=2.4, **dots)
             medians = runs.groupby("evaluations").median()
-            line = {"markersize": 5.5, "linewidth": 1.2}
+            line: dict[str, Any] = {"markersize": 5.5, "linewidth": 1.2}
             axes.plot(medians["seconds"], medians["hypervolume"], **line, **look)
         axes.set_xlabel("wall time of a run (s)")
         axes.set_ylabel(_MEANINGS["hypervolume"])

@@ -386,7 +386,8 @@ def coordinates(case: Case, names: Sequence[str]) -> Array:
 def _motion_figure(case: Case) -> Figure:
     """Return the five panels in three rows, and in the sixth place what is known of the design."""
     best = int(case.ranking.salukvadze[0])
-    way = trajectory(*case.X[best].tolist(), case.parameters)
+    u1, v_p = case.X[best].tolist()
+    way = trajectory(u1, v_p, case.parameters)
     with new_figure(185, layout=None) as figure:
         figure.subplots_adjust(
             left=0.08, right=0.975, bottom=0.065, top=0.875, wspace=0.26, hspace=0.66

@@ -300,7 +300,7 @@ def plot_section(
     if section.kinds[j] not in (Kind.REAL, Kind.INTEGER):
         received = Received(f"one that is a {section.kinds[j].value}")
         raise invalid("variable", "a real number or an integer", received)
-    others = np.flatnonzero((section.X != section.X[:1]).any(axis=0))
+    others = np.flatnonzero((section.X[:1] != section.X).any(axis=0))
     if {*others.tolist()} - {j}:
         names = ", ".join(layout.variables[k] for k in others if k != j)
         raise invalid("section", "of designs that differ in one variable", Received(names))
@@ -474,9 +474,7 @@ class _Tests:
         return f"{title}\n{', '.join(facts)}".strip()
 
 
-def _draw_bars(
-    axes: Axes, found: Histogram, *, numbers: bool = False, tested: bool = True
-) -> None:
+def _draw_bars(axes: Axes, found: Histogram, *, numbers: bool = False, tested: bool = True) -> None:
     """Draw the bars of each group; ``tested`` not where some of the tested are in no bin."""
     edges = found.edges
     width = np.diff(edges)
@@ -505,8 +503,9 @@ def _draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) 
     A limit farther off than half the view is named by the legend only.
     """
     span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
+    line_style = {"x": "-.", "y": "--"}[letter]
     style: dict[str, Any] = {
-        "color": "0.25", "linewidth": 1.0, "zorder": 4.5, "linestyle": {"x": "-.", "y": "--"}[letter],
+        "color": "0.25", "linewidth": 1.0, "zorder": 4.5, "linestyle": line_style,
     }  # fmt: skip
     for sign, limit in zip("≥≤", ends, strict=True):
         if not np.isfinite(limit):

@@ -29,13 +29,13 @@ from pymoo_psi.pareto import (
     representatives,
 )
 from pymoo_psi.plots import (
-    criteria_page,
-    draw_feasibility,
-    ranking_page,
-    sensitivity_page,
-    table_page,
+    HUGE,
+    plot_feasibility,
+    plot_objectives,
+    plot_ranking,
+    plot_sensitivities,
+    plot_table,
 )
-from pymoo_psi.plots._style import HUGE
 from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import (
@@ -393,7 +393,7 @@ def _places(case: Case) -> Iterator[Part]:
     for what, names in groups:
         for start in range(0, len(names), _HISTOGRAMS):
             part = names[start : start + _HISTOGRAMS]
-            draw = partial(table_page, case.table, case.limits, variables=part, criteria=())
+            draw = partial(plot_table, case.table, case.limits, variables=part, objectives=())
             span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
             groups_of, beyond = "tested, feasible", ""
             if what == "criteria":  # whose outliers are drawn in no bin
@@ -433,12 +433,12 @@ def _pareto(case: Case) -> Iterator[Part]:
         drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
         which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
     point = int(case.table.numbers[case.rows[case.chosen]])
-    draw = partial(criteria_page, case.table, case.limits, criteria=drawn, design=point)
+    draw = partial(plot_objectives, case.table, case.limits, objectives=drawn, design=point)
     caption = f"Criteria in pairs, with {ranking.name_of(case.chosen)} marked.{which}"
     yield _picture(case, drawn, draw, caption)
     if len(names) > _PAIRS:
         yield Picture(
-            partial(ranking_page, ranking, units=case.units),
+            partial(plot_ranking, ranking, units=case.units),
             "A line for each Pareto-optimal design, through its share of the range of each "
             "criterion from best to worst, by rank of efficiency.",
         )
@@ -531,7 +531,7 @@ def _drives(case: Case) -> Iterator[Part]:
     try:
         found = sensitivities(table, list(names))
         yield Picture(
-            partial(sensitivity_page, found),
+            partial(plot_sensitivities, found),
             "First-order sensitivities: what share of the variance of a column each variable "
             "explains alone, with 95 % bands; what they lack to 1 is interaction.",
         )
@@ -559,7 +559,7 @@ def _drives(case: Case) -> Iterator[Part]:
         yield "No condition on few variables tells feasible designs from others."
     if rules.importance and len(layout.variables) > 1:
         caption = "The two variables that decide most on feasibility."
-        yield Picture(lambda: draw_feasibility(table, case.limits).figure, caption)
+        yield Picture(lambda: plot_feasibility(table, case.limits).figure, caption)
 
 
 def _number(value: float) -> str:
