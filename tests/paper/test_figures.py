@@ -4,15 +4,8 @@ import numpy as np
 import pytest
 
 from pymoo_psi import VectorizedSphereChute, lp_tau, rank_of_efficiency
-from pymoo_psi.chute import ChuteParameters, criteria, motion, trajectory
-from pymoo_psi.paper import solve_case
-from pymoo_psi.paper._figures import (
-    RankedPoints,
-    criterion_surfaces,
-    optimal_motion,
-    ranked_points,
-    salukvadze_functions,
-)
+from pymoo_psi.chute import ChuteParameters, criteria, motion
+from pymoo_psi.paper import criterion_surfaces, salukvadze_functions, solve_case
 
 
 @pytest.fixture(scope="module")
@@ -38,52 +31,6 @@ def test_lines_are_dense_where_a_criterion_changes_fast(model):
     assert steps.argmin() == 0
     assert (steps > 0).all()
     assert steps[0] < 2.1 / 20 / 3
-
-
-def test_points_are_the_case_in_any_space(case):
-    np.testing.assert_array_equal(
-        ranked_points(case, ("mu1", "mu2", "mu3")).values, case.ranking.criteria
-    )
-    np.testing.assert_array_equal(ranked_points(case, ("u1", "u2")).values, case.X)
-    points = ranked_points(case, ("f1", "f2", "f4"))
-    np.testing.assert_array_equal(points.values, case.F[:, [0, 1, 3]])
-    assert np.flatnonzero(points.optimum).tolist() == case.ranking.salukvadze.tolist()
-
-
-def test_every_point_is_in_one_group(case):
-    points = ranked_points(case, ("u1", "u2"))
-    groups = points.groups()
-    together = np.concatenate(list(groups.values()))
-    assert sorted(together) == list(range(len(case.X)))
-    for name, members in groups.items():
-        rank = 0 if name == "unranked" else 6 if "optimum" in name else int(name[-1])
-        assert (points.rank[members] == rank).all()
-    assert list(groups)[-1] == "Salukvadze optimum (rank 6)"
-
-
-def test_of_several_optima_none_is_said_to_have_rank_6():
-    optimum = np.array([True, True, False])
-    points = RankedPoints(("u1",), np.zeros((3, 1)), np.array([3, 5, 0]), optimum)
-    assert {name: rows.tolist() for name, rows in points.groups().items()} == {
-        "unranked": [2], "Salukvadze optimum": [0, 1],
-    }  # fmt: skip
-
-
-def test_nearby_keeps_all_ranked_points_and_what_is_between_them(case):
-    points = ranked_points(case, ("u1", "u2"))
-    near = points.nearby(0.0)
-    ranked = points.values[points.rank > 0]
-    assert (near.values.min(axis=0) == ranked.min(axis=0)).all()
-    assert (near.values.max(axis=0) == ranked.max(axis=0)).all()
-    assert np.sum(near.rank > 0) == len(ranked)
-    assert len(near.values) < len(points.nearby(0.5).values) < len(points.values)
-
-
-def test_the_motion_is_that_of_the_optimum_with_slip(case):
-    best, way = optimal_motion(case)
-    assert best in case.ranking.salukvadze
-    expected = trajectory(*case.X[best], ChuteParameters(mu=0.4))
-    np.testing.assert_array_equal(way.friction, expected.friction)
 
 
 @pytest.mark.parametrize(

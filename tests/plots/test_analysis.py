@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.plots import convergence_page, draw_feasibility, sensitivity_page
+from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 from tests.plots.drawn import assert_whole, shown
 
 
 def test_bars_are_the_indices_and_lines_their_bands(osy):
     found = sensitivities(osy, ["f1", "f2", "g4", "g6"], n_resamples=5)
-    figure = sensitivity_page(found, title="OSY")
+    figure = plot_sensitivities(found, title="OSY")
     assert [ax.get_title() for ax in shown(figure)] == ["f1", "f2", "g4", "g6"]
     names = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     for ax in shown(figure):
@@ -28,7 +28,7 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
 
 def test_of_many_variables_the_largest_are_shown_and_the_rest_told(osy):
     found = sensitivities(osy, ["f1", "g5"], n_resamples=5)
-    figure = sensitivity_page(found, top=3)
+    figure = plot_sensitivities(found, top=3)
     kept = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert kept == ["x1", "x3", "x4"]
     assert "3 variables with smaller ones left out" in figure.get_suptitle()
@@ -37,7 +37,7 @@ def test_of_many_variables_the_largest_are_shown_and_the_rest_told(osy):
 def test_a_column_that_does_not_change_is_told(osy):
     found = sensitivities(osy, ["f1", "g5"], n_resamples=5)
     found.loc["g5"] = np.nan  # as of a constant column
-    assert [ax.get_title() for ax in shown(sensitivity_page(found))] == ["f1", "g5: constant"]
+    assert [ax.get_title() for ax in shown(plot_sensitivities(found))] == ["f1", "g5: constant"]
 
 
 def box_of(ax):
@@ -45,7 +45,7 @@ def box_of(ax):
 
 
 def test_the_best_rule_is_drawn_round_the_feasible(osy):
-    ax = draw_feasibility(osy, title="OSY")
+    ax = plot_feasibility(osy, title="OSY")
     found = feasibility_rules(osy)
     first, second = list(found.importance)[:2]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (first, second)
@@ -73,7 +73,7 @@ def test_options_and_whole_numbers_have_places(mixed):
         (mixed.column("count").astype(float) - 4.5)[:, None],
         layout=mixed.layout,
     )
-    ax = draw_feasibility(whole)
+    ax = plot_feasibility(whole)
     (box,) = box_of(ax)
     assert ax.get_xlabel() == "count"
     assert box.get_x() + box.get_width() == 4.5  # whole numbers up to 4 are inside
@@ -82,24 +82,24 @@ def test_options_and_whole_numbers_have_places(mixed):
     table = TestTable.of(
         mixed.numbers, mixed.X, mixed.F, np.where(metal, -1.0, 1.0)[:, None], layout=mixed.layout
     )
-    ax = draw_feasibility(table, legend=False)
+    ax = plot_feasibility(table)
     assert ax.get_xlabel() == "metal"
     assert [text.get_text() for text in ax.get_xticklabels()] == ["brass", "steel", "tin"]
     (box,) = box_of(ax)
     assert (box.get_x(), box.get_width()) == (1.5, 1.0)
     metal = np.array([name != "steel" for name in mixed.column("metal").tolist()])
     G = np.where(metal, -1.0, 1.0)[:, None]
-    ax = draw_feasibility(TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout))
+    ax = plot_feasibility(TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout))
     # of brass, steel and tin the first and the last: a box each
     places = sorted((box.get_x(), box.get_width()) for box in ax.patches)
     assert places == [(-0.5, 1.0), (1.5, 1.0)]
-    ax = draw_feasibility(mixed, limits)
+    ax = plot_feasibility(mixed, limits)
     assert_whole(ax.figure)
 
 
 def test_curves_are_the_columns_of_the_convergence(chute):
     found = convergence(chute)
-    figure = convergence_page(found, title="Chute")
+    figure = plot_convergence(found, title="Chute")
     for ax, values in zip(
         figure.axes, (found.mu1, found.hypervolume, found.covering_radius), strict=True
     ):
@@ -113,9 +113,9 @@ def test_curves_are_the_columns_of_the_convergence(chute):
 
 def test_what_cannot_be_drawn_is_told(osy):
     with pytest.raises(PsiError, match=r"sensitivities must be what sensitivities\(table\) gives"):
-        sensitivity_page(osy)
+        plot_sensitivities(osy)
     with pytest.raises(PsiError, match="convergence must be a Convergence, got TestTable"):
-        convergence_page(osy)
+        plot_convergence(osy)
     one = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]])
-    with pytest.raises(PsiError, match="two variables or more, got 1; use draw_histogram"):
-        draw_feasibility(one)
+    with pytest.raises(PsiError, match="two variables or more, got 1; use plot_histogram"):
+        plot_feasibility(one)

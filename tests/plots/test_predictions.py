@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import PsiError
-from pymoo_psi.plots import predictions_page
+from pymoo_psi.plots import plot_predictions
 from tests.plots.drawn import assert_whole, shown, texts
 
 
@@ -23,7 +23,7 @@ def frame():
 
 
 def test_every_proposal_is_where_it_was_expected_and_found(frame):
-    figure = predictions_page(frame, title="Beams")
+    figure = plot_predictions(frame, title="Beams")
     panels = shown(figure)
     assert [ax.get_title() for ax in panels[:2]] == ["f1", r"f\$2"]
     assert len(panels) == 4
@@ -37,7 +37,7 @@ def test_every_proposal_is_where_it_was_expected_and_found(frame):
 def test_values_that_no_axis_holds_are_left_out(frame):
     frame.loc[2:4, "f1"] = [np.nan, np.inf, -1.7e308]
     frame["f$2"], frame["g1_predicted"] = np.nan, 1.7e308
-    figure = predictions_page(frame)
+    figure = plot_predictions(frame)
     dots = np.vstack([dots.get_offsets() for dots in shown(figure)[0].collections])
     assert np.isfinite(dots).all(axis=1).sum() == 16
     assert_whole(figure, draw=True)
@@ -46,6 +46,6 @@ def test_values_that_no_axis_holds_are_left_out(frame):
 def test_what_cannot_be_drawn_is_told(frame):
     for wrong in (frame[:0], frame[["round"]], frame[19:]):
         with pytest.raises(PsiError, match="predictions must be of at least one tested proposal"):
-            predictions_page(wrong)
+            plot_predictions(wrong)
     with pytest.raises(PsiError, match="predictions must be a DataFrame"):
-        predictions_page(None)
+        plot_predictions(None)

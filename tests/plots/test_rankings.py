@@ -6,7 +6,7 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from pymoo_psi import PsiError, rank_of_efficiency
-from pymoo_psi.plots import ranking_page
+from pymoo_psi.plots import plot_ranking
 from tests.plots.drawn import assert_whole, shown, texts
 
 
@@ -23,7 +23,7 @@ def ranking():
 
 @pytest.fixture(scope="module")
 def page(ranking):
-    return ranking_page(ranking, units={"c0": "kg"}, title="Cranes")
+    return plot_ranking(ranking, units={"c0": "kg"}, title="Cranes")
 
 
 def test_each_pair_shows_the_front_rank_by_rank_in_the_users_sense(ranking, page):
@@ -65,18 +65,18 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_criterion(ranking,
 
 @pytest.mark.parametrize("m", [1, 2, 7, 8, 12])
 def test_any_number_of_criteria_has_a_whole_page(m):
-    figure = ranking_page(ranked(m))
+    figure = plot_ranking(ranked(m))
     assert len(shown(figure)) == 1 + (m * (m - 1) // 2 if m <= 7 else 0)
     assert_whole(figure)
 
 
 @pytest.mark.parametrize("F", [[[1.0, 2.0]], [[1.0, 2.0], [1.0, 2.0]], [[1, 5, 3], [2, 4, 3]]])
 def test_one_design_equal_ones_and_a_criterion_that_all_agree_in(F):
-    assert_whole(ranking_page(rank_of_efficiency(F)))
+    assert_whole(plot_ranking(rank_of_efficiency(F)))
 
 
 def test_values_that_no_axis_holds_are_in_the_parallel_coordinates_only():
-    figure = ranking_page(rank_of_efficiency([[1, 8e307], [2, 4e307], [3, 1.0]]))
+    figure = plot_ranking(rank_of_efficiency([[1, 8e307], [2, 4e307], [3, 1.0]]))
     assert shown(figure)[0].get_xlim() == pytest.approx((0.9, 3.1))
     assert shown(figure)[0].get_ylim() == pytest.approx((0.95, 1.05))
     assert_whole(figure, draw=True)
@@ -84,4 +84,4 @@ def test_values_that_no_axis_holds_are_in_the_parallel_coordinates_only():
 
 def test_what_is_no_ranking_is_refused():
     with pytest.raises(PsiError, match="ranking must be an EfficiencyRanking, got list"):
-        ranking_page([[1, 2]])
+        plot_ranking([[1, 2]])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from pymoo_psi import PsiError
-from pymoo_psi.plots import robustness_page
+from pymoo_psi.plots import plot_robustness
 from tests.plots.drawn import assert_whole
 
 
 def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
     labels = [f"no. {i}" for i in range(40)]
-    figure = robustness_page(result, top=4, labels=labels, title="Forty chutes")
+    figure = plot_robustness(result, top=4, labels=labels, title="Forty chutes")
     best = result.order[:4]
     shares, regret = figure.axes
     for ax in (shares, regret):
@@ -33,7 +33,7 @@ def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
 
 
 def test_all_designs_stand_under_their_rows_if_there_are_no_more(result):
-    shares, _ = robustness_page(result, top=1000).axes
+    shares, _ = plot_robustness(result, top=1000).axes
     names = [text.get_text() for text in shares.get_yticklabels()]
     assert names == [str(i) for i in result.order]
 
@@ -44,7 +44,7 @@ def test_designs_that_are_never_feasible_have_no_regret_to_draw(result):
         result, optimum_share=0 * one, efficient_share=0 * one, infeasible_share=one,
         mean_regret=nan, worst_regret=nan,
     )  # fmt: skip
-    assert_whole(robustness_page(none, top=3))
+    assert_whole(plot_robustness(none, top=3))
 
 
 @pytest.mark.parametrize(
@@ -56,16 +56,16 @@ def test_designs_that_are_never_feasible_have_no_regret_to_draw(result):
 )
 def test_what_cannot_be_drawn_is_told(result, options, message):
     with pytest.raises(PsiError, match=message):
-        robustness_page(result, **options)
+        plot_robustness(result, **options)
     with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
-        robustness_page(result.to_frame())
+        plot_robustness(result.to_frame())
 
 
 def test_names_are_literal_and_many_parameters_stay_on_the_page(result):
     parameters = [f"load$_{j}$ of {{a}}" for j in range(8)]
     many = dataclasses.replace(result, parameters=parameters, scenarios=np.ones((32, 8)))
     labels = [f"$x_$ {i} of forty designs" for i in range(40)]
-    figure = robustness_page(many, top=2, labels=labels)
+    figure = plot_robustness(many, top=2, labels=labels)
     for text, i in zip(figure.axes[0].get_yticklabels(), many.order, strict=False):
         assert text.get_text().startswith(rf"\$x_\$ {i}")
     assert r"load\$_7\$ of {a} from 1 to 1" in " ".join(figure.get_suptitle().split())

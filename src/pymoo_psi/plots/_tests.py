@@ -148,8 +148,9 @@ def plot_table(
         for axes, objective in zip(grid[1:], rows, strict=False):
             for ax, name in zip(axes, columns, strict=True):
                 tests.draw(ax, name, objective, wide)
-        for column in grid.T if rows else ():  # the histogram has the view of the planes below
-            column[0].set_xlim(column[1].get_xlim())
+        for axes, name in zip(grid.T, columns, strict=True) if rows else ():
+            if table.kinds[layout.variable(name)] is Kind.REAL:  # others have a bin for each value
+                axes[0].set_xlim(axes[1].get_xlim())
         _share_axes(grid, below=bool(rows))
         _legends(figure, grid, tests if rows else None)
         figure.suptitle(tests.heading(title, [(n, o) for n in columns for o in rows]))
@@ -417,9 +418,11 @@ class _Tests:
         existing = self.table.prototype
         if existing is None or name not in existing.layout.columns:
             return np.zeros(0)
-        values = existing.column(name)
-        numeric = values.dtype.kind in "fi" and np.isfinite(values).all()
-        return values.astype(float) if numeric else np.zeros(0)
+        try:
+            values = existing.column(name).astype(np.float64)
+        except ValueError:  # a choice
+            return np.zeros(0)
+        return values if np.isfinite(values).all() else np.zeros(0)
 
     @cached_property
     def _core(self) -> NDArray[np.intp]:

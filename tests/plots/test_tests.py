@@ -1,0 +1,197 @@
+"""Figures of a test table: what stands where, in the original units, and that it is readable."""
+
+import numpy as np
+import pytest
+
+from pymoo_psi import PsiError, TestTable
+from pymoo_psi.plots import plot_histogram, plot_objectives, plot_section, plot_table
+from pymoo_psi.table import Layout, histogram, section_points
+from tests.plots.drawn import assert_whole, shown, texts
+
+LIMITS = {"f1": 2.2, "f4": 1.0}
+
+
+def points(ax):
+    """What is drawn in a plane, by the name of the group before its number."""
+    names = [line.get_label() for line in ax.lines]
+    short = [name.rpartition(" (")[0] or name for name in names]
+    return dict(zip(short, (line.get_xydata() for line in ax.lines), strict=True))
+
+
+def in_groups(table, limits):
+    """The group of every test, one by one."""
+    feasible, front = table.feasible(limits), table.pareto(limits)
+    for status, ok, best in zip(table.status, feasible, front, strict=True):
+        name = "Pareto optimal" if best else "feasible, dominated" if ok else "beyond the limits"
+        yield {"ok": name, "infeasible": "infeasible", "failed": ""}[str(status)]
+
+
+@pytest.mark.parametrize("limits", [None, LIMITS])
+def test_every_test_is_in_its_group_in_every_plane(chute, limits):
+    figure = plot_objectives(chute, limits, margin=np.inf)
+    names = np.array([*in_groups(chute, limits)])
+    for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)],
+                        strict=True):  # fmt: skip
+        for name, xy in points(ax).items():
+            if name in names:
+                np.testing.assert_array_equal(xy, chute.F[names == name][:, pair])
+    counts = {name: int((names == name).sum()) for name in {*names.tolist()}}
+    assert {f"{name} ({n})" for name, n in counts.items()} <= {*texts(figure)}
+    assert_whole(figure)
+
+
+def test_a_prototype_and_a_chosen_design_are_marked(chute):
+    figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
+    (ax,) = shown(figure)
+    (star,) = [line for line in ax.lines if line.get_marker() == "*"]
+    np.testing.assert_allclose(star.get_xydata(), [[1.9, 0.9]])
+    np.testing.assert_array_equal(ax.lines[-1].get_xydata(), chute.F[[6]][:, [0, 3]])
+    assert {"prototype", "chosen design"} <= {*texts(figure)}
+
+
+def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
+    figure = plot_objectives(osy, margin=0.2)
+    (ax,) = shown(figure)
+    core = osy.F[osy.feasible()]
+    wider = 0.2 * np.ptp(core, axis=0)
+    inside = (core.min(axis=0) - wider <= osy.F) & (core.max(axis=0) + wider >= osy.F)
+    assert sum(map(len, points(ax).values())) == inside.all(axis=1).sum() < len(osy)
+    assert "outside the axes" in figure.get_suptitle()
+    assert "outside" not in plot_objectives(osy, margin=np.inf).get_suptitle()
+
+
+def test_failed_designs_are_counted_and_not_drawn():
+    X, F = [[0.1], [0.5], [0.9]], [[1, 2], [2, 1], [np.nan, np.inf]]
+    table = TestTable.of([1, 2, 3], X, F, reasons={3: "no mesh"})
+    figure = plot_objectives(table)
+    assert sum(map(len, points(shown(figure)[0]).values())) == 2
+    assert figure.get_suptitle() == "3 designs tested, 1 failed"
+
+
+def test_limits_are_shaded_and_those_far_away_named_in_the_legend(chute):
+    figure = plot_objectives(chute, {"f1": 2.2, "f4": (None, 60)}, objectives=["f1", "f4"])
+    (ax,) = shown(figure)
+    (shade,) = ax.patches
+    assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
+    assert "limit f1 ≤ 2.2" in texts(figure)
+    assert "limit f4 ≤ 60, outside the axes" in texts(figure)
+
+
+def test_values_are_in_the_original_direction_and_units():
+    layout = Layout.of(
+        ["width"], ["mass", "gain"], outputs=["heat"], maximize=["gain"], units={"mass": "kg"},
+        lower=[0], upper=[1],
+    )  # fmt: skip
+    table = TestTable.of(
+        [1, 2, 3], [[0.1], [0.5], [0.9]], [[1, -3], [2, -4], [3, -1]],
+        outputs={"heat": [5, 6, 7]}, layout=layout,
+    )  # fmt: skip
+    (ax,) = shown(plot_objectives(table, margin=np.inf))
+    drawn = np.concatenate([*points(ax).values()])
+    assert sorted(map(tuple, drawn)) == [(1, 3), (2, 4), (3, 1)]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("mass [kg]", "gain (max)")
+    (ax,) = shown(plot_objectives(table, objectives=["mass", "heat"]))
+    assert ax.get_ylabel() == "heat"
+    histograms = plot_table(table, variables=["width", "heat"], objectives=())
+    assert [ax.get_xlabel() for ax in shown(histograms)] == ["width", "heat"]
+
+
+def test_the_figure_of_a_table_is_a_matrix(osy):
+    figure = plot_table(osy, {"f1": -50}, title="OSY")
+    assert len(figure.axes) == 3 * 6
+    assert [ax.get_xlabel() for ax in figure.axes[-6:]] == [f"x{j}" for j in range(1, 7)]
+    assert [ax.get_ylabel() for ax in figure.axes[::6]] == ["% of each group", "f1", "f2"]
+    assert figure.get_suptitle().startswith("OSY\n1024 designs tested")
+    for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
+        assert len({ax.get_xlim() for ax in column}) == 1
+    assert_whole(figure)
+
+
+@pytest.mark.parametrize(("n_var", "n_obj", "axes"), [(7, 2, 12), (2, 7, 2), (13, 1, 18)])
+def test_of_many_columns_there_are_the_histograms(n_var, n_obj, axes):
+    random = np.random.default_rng(0)
+    table = TestTable.of(range(1, 9), random.random((8, n_var)), random.random((8, n_obj)))
+    figure = plot_table(table)
+    assert len(figure.axes) == axes
+    assert len(shown(figure)) == n_var
+    assert len(plot_table(table, variables=[0], objectives=[0]).axes) == 2
+
+
+def test_options_and_whole_numbers_have_places_of_their_own(mixed):
+    figure = plot_table(mixed)
+    length, count, hollow, metal = figure.axes[-4:]
+    names = [[t.get_text() for t in ax.get_xticklabels()] for ax in (hollow, metal)]
+    assert names == [["False", "True"], ["brass", "steel", "tin"]]
+    assert count.get_xlim() == (2.5, 7.5)
+    for ax, exact in ((count, mixed.column("count")), (length, mixed.column("length"))):
+        drawn = np.concatenate([xy for name, xy in points(ax).items() if name != "prototype"])
+        off = np.sort(drawn[:, 0]) - np.sort(exact.astype(float))
+        assert (np.abs(off) <= 0.3 + 1e-12).all()
+        assert (off == 0).all() == (ax is length)  # tests of one value stand side by side
+    assert_whole(figure)
+
+
+@pytest.mark.parametrize("limits", [None, {"f1": -100}, {"f1": -1e9}])
+def test_bars_are_shares_of_each_group(osy, limits):
+    ax = plot_histogram(osy, "x1", limits, bins=5)
+    found = histogram(osy, "x1", bins=5, limits=limits)
+    for bars, group in zip(ax.containers, ("tested", "feasible", "pareto"), strict=True):
+        counts = getattr(found, group)
+        expected = 100 * counts / max(counts.sum(), 1)
+        np.testing.assert_allclose([bar.get_height() for bar in bars], expected)
+    written = [text.get_text() for text in ax.texts]
+    assert written == [str(n or "") for n in (*found.feasible, *found.pareto)]
+
+
+def test_a_section_is_in_order_and_shows_what_is_feasible():
+    table = TestTable.of([1], [[1.0, 5.0]], [[6.0, 5.0]], layout=Layout.of(2, 2, maximize=["f2"]))
+    X = section_points(table, 1, "x1", 5, lower=0, upper=4)[::-1]
+    F = [[np.nan if x == 0 else x + y, -x * y] for x, y in X]
+    section = TestTable.of(range(1, 6), X, F, layout=table.layout)
+    figure = plot_section(section, "x1", at=1.0, limits={"f1": 8})
+    for ax, values in zip(shown(figure), ([np.nan, 6, 7, 8, 9], [0, 5, 10, 15, 20]), strict=True):
+        curve, outside, inside, mark = ax.lines[:4]
+        np.testing.assert_array_equal(curve.get_xydata(), np.transpose([range(5), values]))
+        assert np.isfinite(inside.get_ydata()).tolist() == [False, True, True, True, False]
+        assert np.isfinite(outside.get_ydata())[4]
+        assert mark.get_xdata() == [1.0, 1.0]
+    assert figure.get_suptitle() == "section of 5 designs, 1 failed"
+    assert_whole(figure)
+
+
+@pytest.mark.parametrize(("n", "feasible"), [(0, False), (1, True), (1, False), (2, True)])
+def test_little_is_drawn_as_well(n, feasible):
+    G = np.full((n, 1), -1.0 if feasible else 1.0)
+    table = TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), G,
+                         layout=Layout.of(2, 2, 1))  # fmt: skip
+    for figure in (plot_table(table), plot_objectives(table), plot_histogram(table, 0).figure):
+        assert_whole(figure)
+
+
+def test_any_name_can_be_drawn():
+    names = ["$x_1$", "_under", "a very long name of a variable that goes on and on and on"]
+    layout = Layout.of(names, ["$f$", "_g"])
+    random = np.random.default_rng(1)
+    table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), layout=layout)
+    table = table.with_prototype([0.5, 0.5, 0.5], [0.5, 0.5])
+    figure = plot_table(table, {"_g": 0.5})
+    assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
+    assert "limit _g ≤ 0.5" in texts(figure)
+    assert_whole(figure, draw=True)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda t: plot_table(t, variables=["x9"]), "variable must be one of .*'x9'"),
+        (lambda t: plot_table(t, objectives=["f9"]), "criterion must be|objective must be one of"),
+        (lambda t: plot_objectives(t, objectives=["f1"]), "objectives must be from 2 to 7"),
+        (lambda t: plot_objectives(t, design=0), "design must be the number of a test point"),
+        (lambda t: plot_objectives(t, margin=-1), "margin must be 0 or more"),
+        (lambda t: plot_section(t, "x1"), "section must be of designs that differ in one"),
+        (lambda t: plot_objectives(t.F), "table must be a TestTable, got ndarray"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(chute, call, message):
+    with pytest.raises(PsiError, match=message):
+        call(chute)
