@@ -696,6 +696,16 @@ def command(*words):
     return code, out.getvalue()
 
 
+HABITS = [  # each 9 becomes any digit but 0
+    "9.999", "9,999", "9,999,999", "9.999.999", "9.999,9", "9,999.9", "9'999", "9 999",
+    "9\u00a0999", "9_999", "+9", ".99", "99.", "9e9", "9E+9", "9e-9", "9d9", "-9", "\u22129",
+    "9-", "(9)", "$9", "9 €", "9 kg", "9e9 kg", "9:99", "2009-09-09", "09", "9/9", "TRUE",
+    "0x99", "1e999", "inf", "Infinity", "nan", "NA", "n/a", "-", "", "#N/A", "9%", "9,9 %",
+    "９９", "9;9", '="9"', "9 ± 9", "<9", "~9", "9.99.99", "9,99,999", "9.9999", "9,9999",
+    "0.999", "0,999", "99.999", "-9,999", "9.999e9",
+]  # fmt: skip
+
+
 def random_file(rng, path):
     """A CSV as others write it; return its columns of numbers."""
     n, m = int(rng.integers(1, 30)), int(rng.integers(2, 5))
@@ -708,7 +718,11 @@ def random_file(rng, path):
         ".", decimal) for v in row] for row in F]  # fmt: skip
     heads = [f"c{k}" + str(rng.choice(["", " [kg]"])) for k in range(m)]
     names = list(heads)
-    event = rng.integers(12)
+    event = rng.integers(16)
+    if event >= 12:  # one cell, or all of its column, as people and programs write numbers
+        column, habit = int(rng.integers(m)), str(rng.choice(HABITS))
+        for row in cells if rng.random() < 0.6 else cells[-1:]:
+            row[column] = re.sub("9", lambda found: str(rng.integers(1, 10)), habit)
     if event == 0:  # a gap
         cells[-1][0] = ""
     elif event == 1:  # thousands
@@ -728,7 +742,7 @@ def random_file(rng, path):
         cells = [[f"design {chr(65 + i)}", *row] for i, row in enumerate(cells)]
         if event == 4:
             cells[-1][0] = str(rng.choice(["Total", "Mean", "Max", "Ideal", "Best"]))
-    quoted = lambda cell: f'"{cell}"' if separator in cell else cell  # noqa: E731
+    quoted = lambda c: '"' + c.replace('"', '""') + '"' if {separator, '"'} & {*c} else c  # noqa: E731
     lines = [separator.join(map(quoted, row)) for row in (heads, *cells)]
     encoding = str(rng.choice(["utf-8", "utf-8-sig", "utf-16"], p=[0.7, 0.2, 0.1]))
     end = "\r\n" if rng.random() < 0.3 else "\n"
