@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from pymoo_psi import PsiError
-from pymoo_psi.chute import ChuteParameters, Motion, _motion, _slip, criteria, integrate, motion
+from pymoo_psi.chute import ChuteParameters, Motion, criteria, integrate, motion
 from tests.chute import designs
 from tests.chute.designs import design, solve, wide
 
@@ -57,27 +57,6 @@ class TestReference:
             motion = designs.integrate(*inputs[i])
             for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
                 np.testing.assert_allclose(getattr(motion, name), expected[name][i], 1e-10, 1e-10)
-
-    def test_random_designs_against_integrator(self):
-        rows = wide(80, seed=5)
-        motion = solve(*rows.T)
-        for i, row in enumerate(rows):
-            other = designs.integrate(*row)
-            for name, field in fields_of(motion):
-                np.testing.assert_allclose(
-                    field[i], getattr(other, name), rtol=1e-10, atol=1e-10, err_msg=f"{name} {row}"
-                )
-
-    def test_the_reference_can_be_made_again(self, monkeypatch):
-        """A few of its cases, one of each of five sets, computed anew with mpmath."""
-        monkeypatch.syspath_prepend(str(REFERENCE))
-        import motion_30_digits
-
-        cases = json.loads((REFERENCE / "motion_30_digits.json").read_text())["cases"]
-        for case in cases[::33]:
-            again = motion_30_digits.reference(*(float.fromhex(q) for q in case["inputs"]))
-            for name in FIELDS:
-                assert motion_30_digits.as_text(again[name]) == case[name], name
 
 
 class TestMechanics:
@@ -192,7 +171,7 @@ class TestAnyDesign:
     @given(design())
     def test_against_the_integrator(self, row):
         m, other = solve(*row), designs.integrate(*row)
-        # At an exit almost at rest the time hangs on the last digits of the speed.
+        # At an exit almost at rest the time depends on the last digits of the speed.
         assume(not any(0 <= s.exit_speed < 1e-3 and s.time < np.inf for s in (m, other)))
         for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
             np.testing.assert_allclose(
@@ -228,20 +207,20 @@ class TestAnyDesign:
 
     @given(st.lists(design(), min_size=2, max_size=6))
     @example([(3.5, 0.0, 1.0, 0.25, 0.42699006778342813, 0.0, 0.5854937125301037, 0.0)] * 5)
-    def test_alone_as_in_company(self, rows):
+    def test_a_motion_alone_is_that_in_a_batch(self, rows):
         batch = solve(*np.array(rows).T)
         for i, row in enumerate(rows):
             for name, value in fields_of(solve(*row)):
                 np.testing.assert_array_equal(getattr(batch, name)[i], value, err_msg=name)
 
-    def test_company_changes_no_bit(self):
-        """A design has the same motion in whatever batch, in whatever place."""
+    def test_a_motion_is_bit_identical_in_any_batch(self):
+        """More designs than are solved together, in any order."""
         box = wide(1500, seed=7)
         box[:, 2:] = [0.4, 0.3193, 0.1, 0, 0, 0]
         box[:, 0], box[:, 1] = box[:, 0] % 1.4, 0.1 + np.abs(box[:, 1]) % 5.9
-        rows = np.vstack([box, wide(1500, seed=8)])
+        rows = np.vstack([box, wide(8000, seed=8)])
         whole, rng = solve(*rows.T), np.random.default_rng(0)
-        for size in (1, 2, 3, 7, 64, 500, 2999):
+        for size in (1, 2, 3, 7, 64, 500, 8999):
             chosen = rng.permutation(len(rows))[:size]
             for name, field in fields_of(solve(*rows[chosen].T)):
                 np.testing.assert_array_equal(field, getattr(whole, name)[chosen], err_msg=name)
@@ -259,21 +238,6 @@ class TestShapes:
         assert one.time.shape == ()
         assert m.time[1, 1] == one.time
 
-    @pytest.mark.parametrize("model", ["rolling", "full"])
-    def test_empty(self, model):
-        m = motion(np.empty((0, 2)), 1.0, model=model)
-        assert m.time.shape == (0, 2)
-        assert m.exit_spin.shape == (0, 2, 3)
-        assert criteria(m).shape == (0, 2, 4)
-
-    def test_chunks_do_not_show(self, monkeypatch):
-        rows = wide(3000, seed=4)
-        whole = solve(*rows.T)
-        monkeypatch.setattr(_motion, "_CHUNK", 257)
-        monkeypatch.setattr(_slip, "BLOCK", 31)
-        for name, field in fields_of(solve(*rows.T)):
-            np.testing.assert_array_equal(field, getattr(whole, name))
-
 
 class TestStall:
     def test_strong_backspin(self):
@@ -285,19 +249,6 @@ class TestStall:
         f = criteria(m)
         assert np.isinf(f[:, :2]).all()
         np.testing.assert_array_equal(f[:, 2:], [[0.0, 0.1], [0.02, 1.0], [0.1, 3.0]])
-
-    def test_slows_down_and_recovers(self):
-        m = solve(0.1, 0.3, 0.4, 0.3, 0.125, 0.0, -5.0)
-        path = designs.trajectory(0.1, 0.3, 0.4, 0.3, 0.125, 0.0, -5.0, eta=np.linspace(0, 1, 101))
-        assert m.reached == 1.0
-        assert path.speed.min() < 0.2 < 0.3 < m.exit_speed
-
-    def test_no_slope_no_speed_left(self):
-        # A = c + 0.4 r w = 0: the sphere comes to rest as it stops slipping
-        m = solve(0.0, 0.5, 0.4, 0.25, 0.125, 4.0, -5.0)
-        assert np.isinf(m.time)
-        np.testing.assert_allclose(m.reached, 0.25**2 / 0.8, rtol=1e-9)
-        assert np.isnan([m.slip_end, m.slip_time]).all()
 
 
 slopes = st.floats(0, 2)
@@ -350,10 +301,8 @@ def test_energy_balance(model, u1, v_p, p):
     ("arguments", "message"),
     [
         (([-0.1], [1.0]), "u1 must be tan α >= 0, got -0.1"),
-        (([np.nan], [1.0]), "u1 must be finite, got nan at index 0"),
         (([0.1, 0.2], [1.0, 2.0, 3.0]), "must be of shapes that broadcast together"),
         ((0.1, 1.0, 0.4), "parameters must be ChuteParameters, got 0.4"),
-        ((["a"], 1.0), "u1 must be an array of real numbers"),
     ],
 )
 def test_bad_motion_arguments(arguments, message):
@@ -367,7 +316,6 @@ def test_bad_motion_arguments(arguments, message):
     [
         ({"mu": [0.2, -1.0]}, "mu must be positive, got -1.0"),
         ({"c": np.nan}, "c must be finite, got nan"),
-        ({"omega0": 3}, "omega0 must be three initial spins"),
         ({"omega0": (1, 2)}, "omega0 must be three initial spins"),
         ({"omega0": (1, np.inf, 2)}, r"omega0\[1\] must be finite, got inf"),
     ],

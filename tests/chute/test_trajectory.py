@@ -104,8 +104,8 @@ def test_a_stall_ends_it():
     ("options", "message"),
     [
         ({"n": 1}, "n must be an integer >= 2, got 1"),
-        ({"eta": [0.5, 0.2]}, "eta must be one-dimensional, rising and within"),
-        ({"eta": [0.0, 1.2]}, "eta must be one-dimensional, rising and within"),
+        ({"eta": [0.5, 0.2]}, "eta must be one-dimensional, increasing and within"),
+        ({"eta": [0.0, 1.2]}, "eta must be one-dimensional, increasing and within"),
         ({"eta": [0.0, np.nan]}, "eta must be finite, got nan at index 1"),
     ],
 )
@@ -117,8 +117,3 @@ def test_bad_points(options, message):
 def test_a_stall_before_the_first_point():
     with pytest.raises(PsiError, match="eta must be a point or more up to 0.1126, where"):
         trajectory(0.0, 0.1, 0.4, 0.3, 0.125, 0.0, -20.0, eta=[0.9])
-
-
-def test_one_design_only():
-    with pytest.raises(PsiError, match="must be numbers, for one design, got"):
-        chute.trajectory([0.3, 0.4], 1.0, ChuteParameters(0.4))

@@ -15,7 +15,6 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
-from pymoo_psi.pareto import nondominated, representatives
 
 X = np.linspace(0, 1, 101)
 
@@ -48,14 +47,6 @@ def test_a_convex_set_has_a_clear_compromise(m):
 
 
 @pytest.mark.parametrize("m", [2, 3, 5, 10])
-def test_a_straight_set_has_a_clear_compromise(m):
-    """The foot of the perpendicular from the ideal point; 1 % of the distance is 7 % of a range."""
-    assert not {"tie", "near tie", "equidistant", "extreme", "edge"} & set(
-        kinds(bulging(1, m, 400))
-    )
-
-
-@pytest.mark.parametrize("m", [2, 3, 5, 10])
 def test_on_a_sphere_around_the_ideal_no_distance_chooses(m):
     """All designs tie; that one of them comes first is the order of the rows, and means nothing."""
     F = bulging(2, m, 91)
@@ -77,13 +68,7 @@ def test_on_a_concave_set_the_advice_is_an_extreme(m):
     assert "tie" in kinds(F)  # the corners are all at distance 1
 
 
-def test_between_straight_and_sphere_the_choice_is_close():
-    """Concave, but the middle is still nearest: by so little that designs far along tie nearly."""
-    assert kinds(bulging(1.5))[:1] == ["near tie"]
-    assert "and differs by 11 % of the range" in said(bulging(1.5), "near tie")
-
-
-def test_a_set_in_pieces_is_told_where_another_piece_is_as_good():
+def test_a_set_in_pieces_where_another_piece_is_as_good():
     """ZDT3: the next piece across the gap is as near within half a percent."""
     f2 = 1 - np.sqrt(X) - X * np.sin(10 * np.pi * X)
     assert "differs by" in said(np.column_stack([X, f2]), "near tie")
@@ -92,17 +77,7 @@ def test_a_set_in_pieces_is_told_where_another_piece_is_as_good():
     assert kinds(apart[(X < 0.3) | (X > 0.7)]) == []
 
 
-@pytest.mark.parametrize("m", [2, 3])
-def test_many_pieces_of_which_one_is_nearest(m):
-    """DTLZ7: 2^(m - 1) pieces; the one that is nearest is so clearly, and lies at no edge."""
-    x = lp_tau(2000, m - 1)
-    F = np.column_stack([x, 2 * m - (x * (1 + np.sin(3 * np.pi * x))).sum(axis=1)])
-    F = F[nondominated(F)]
-    assert np.diff(np.sort(F[:, 0])).max() > 0.2  # a gap
-    assert kinds(F) == []
-
-
-def test_an_arc_in_three_criteria_is_one_of_two_that_counts_one_twice():
+def test_an_arc_in_three_objectives_counts_one_twice():
     """DTLZ5: f1 = f2, so that the end where both are best is nearer than all else on the arc."""
     angle = np.linspace(0, np.pi / 2, 200)
     arc = np.column_stack([np.cos(angle), np.cos(angle), np.sin(angle)])
@@ -115,18 +90,9 @@ def test_an_arc_in_three_criteria_is_one_of_two_that_counts_one_twice():
     assert "equidistant" in kinds(arc[:, 1:])  # without the double it is a circle
 
 
-def test_ten_criteria_of_one_variable_have_a_compromise_in_the_middle():
-    """Ten wishes for one setting, each at another place: the middle is far from none of them."""
-    wishes = np.linspace(0, 1, 10)
-    F = (X[:, None] - wishes) ** 2
-    ranking = rank_of_efficiency(F)
-    assert explain(F, int(ranking.salukvadze[0])).shares.max() < 0.3
-    assert kinds(F) == ["edge"]  # of the wishes that are in the middle themselves
-
-
 @pytest.mark.parametrize("m", [3, 5])
 def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_hardly_nearer(m):
-    """Where m - 1 criteria can be bad at once (inverted DTLZ1) the least distance is flat."""
+    """Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat."""
     F = 1 - bulging(1, m, 400)
     assert explain(F, int(rank_of_efficiency(F).salukvadze[0])).shares.min() > 0.5
     assert "near tie" in kinds(F)
@@ -143,22 +109,10 @@ def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_h
         (10**5, {()}),
     ],
 )
-def test_the_fewer_designs_of_a_convex_set_the_more_hangs_on_its_ends(n, expected):
+def test_of_a_convex_set_of_few_designs_the_ends_decide(n, expected):
     share = np.linspace(0, 1, n) if n > 1 else np.array([0.5])
     F = np.column_stack([share, (1 - np.sqrt(share)) ** 2])
     assert tuple(kinds(F)) in expected
-
-
-@pytest.mark.parametrize("n", [3, 10, 10**5])
-def test_shapes_are_told_from_few_designs_as_from_many(n):
-    """Two ends that tie are no sphere; two neighbours that tie in the middle are no two choices."""
-    share = np.linspace(0, 1, n)
-    circle, concave, straight = (
-        np.column_stack([share, np.maximum(1 - share**p, 0) ** (1 / p)]) for p in (2, 4, 1)
-    )
-    assert kinds(circle)[0] == "equidistant"
-    assert {"tie", "extreme", "edge"} <= set(kinds(concave))
-    assert kinds(straight) == (["tie"] if n == 10 else [])  # 11 % of a range apart
 
 
 def test_scales_of_criteria_are_no_reason():
@@ -172,7 +126,7 @@ def test_scales_of_criteria_are_no_reason():
 
 
 def test_one_outlier_moves_the_choice_and_is_named():
-    """It stretches a range, so that all others look equally good in that criterion."""
+    """It stretches a range, so that all others look equally good in that objective."""
     F = pd.DataFrame(np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-0.01, 80.0]]]))
     assert (
         rank_of_efficiency(F).salukvadze.tolist() != rank_of_efficiency(F[:-1]).salukvadze.tolist()
@@ -181,17 +135,8 @@ def test_one_outlier_moves_the_choice_and_is_named():
     assert kinds(F[:-1]) == []
 
 
-def test_a_coarse_set_hangs_on_its_extremes():
-    """Of five designs each extreme makes the scale; without one another design is the nearest."""
-    F = [[0.0, 10.0], [1.0, 6.0], [2.0, 4.2], [5.0, 2.0], [9.0, 0.0]]
-    assert said(F, "unstable") == (
-        "Without design 0, the best in f1, the optimum would be design 3, which differs by 38 % of "
-        "the range in f1."
-    )
-
-
-def test_an_optimum_at_an_edge_is_told():
-    """The chute's slowest plane is its best f4: a lower bound, and nobody knows what is below."""
+def test_an_optimum_at_an_edge():
+    """The chute's slowest plane is its best f4: a lower bound, the set may extend further."""
     designs = np.array([1.4, 5.9]) * lp_tau(1024, 2) + [0, 0.1]
     F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
     text = (
@@ -201,8 +146,8 @@ def test_an_optimum_at_an_edge_is_told():
     assert kinds(F) == []  # in units of the ranges it lies inside
 
 
-def test_plain_distances_are_told_where_a_range_outweighs_another():
-    """A criterion with a hundredth of the range of another decides nothing in a plain distance."""
+def test_plain_distances_where_a_range_outweighs_another():
+    """An objective with a hundredth of the range of another decides nothing in a plain distance."""
     F = np.column_stack([500 * X, (1 - X) ** 2])
     assert kinds(F) == []
     assert said(F, "scale", normalize=False) == (
@@ -213,8 +158,8 @@ def test_plain_distances_are_told_where_a_range_outweighs_another():
     )
 
 
-def test_criteria_without_weight_and_criteria_that_count_twice():
-    """A degenerate set is a set in fewer criteria, some of which count more than they should."""
+def test_objectives_without_weight_and_objectives_that_count_twice():
+    """A degenerate set is a set in fewer objectives, some of which count more than they should."""
     valley = (1 - X) ** 2
     F = pd.DataFrame(
         {"a": X, "b": valley, "c": 0 * X + 3, "d": 2 * X + 1, "e": 5 * valley, "g": X**5}
@@ -233,9 +178,9 @@ def test_criteria_without_weight_and_criteria_that_count_twice():
         ([[1.0, 2.0], [2.0, 2.0]], ["Only one design is Pareto optimal: the objectives do not conflict."]),
         ([[3.0], [2.0], [5.0]], []),
         ([[1.0, 2.0], [1.0, 2.0]], ["All 2 Pareto-optimal designs have the same values."]),
-        # Two designs in two criteria are the ends of each range, and so equally far.
+        # Two designs in two objectives are the ends of each range, and so equally far.
         ([[1.0, 2.0], [2.0, 1.0]], ["Design 0 is as near to the ideal point as design 1."]),
-        # In three criteria the one that is worse in two of them is farther.
+        # In three objectives the one that is worse in two of them is farther.
         ([[1.0, 2.0, 2.0], [2.0, 1.0, 1.0]], []),
     ],
 )  # fmt: skip
@@ -247,12 +192,6 @@ def test_equal_designs_are_no_tie_but_mirrored_ones_are():
     F = [[0.0, 1.0], [0.3, 0.5], [0.3, 0.5], [0.5, 0.3], [1.0, 0.0]]
     assert kinds(np.delete(F, 3, axis=0)) == []
     assert said(F, "tie") == "Design 1 is as near to the ideal point as design 3."
-
-
-def test_a_tie_but_for_a_trace_is_told_in_words():
-    F = [[0.0, 1.0], [0.3, 0.5], [0.5, 0.3 + 1e-7], [1.0, 0.0]]
-    told = said(F, "near tie")
-    assert told.startswith("Design 2 is less than 0.01 % farther from the ideal point, and differs")
 
 
 def moved_without(F, i):
@@ -288,34 +227,11 @@ def test_leaving_out_every_single_design_finds_the_same(F):
         assert bool(hanging) == (most > 0.1)
 
 
-def test_senses_names_and_labels_are_the_users():
-    F = pd.DataFrame({"cost": X, "yield": -((1 - X) ** 2)}, index=[f"row {i}" for i in range(101)])
-    F.loc["row 0", "yield"] = -80.0
-    assert said(F, "outlier", maximize=["yield"]).startswith(
-        "Row 0 alone stretches the range of yield"
-    )
-
-
 def test_a_point_of_the_users_own_stays_where_it_is():
     """Without the extreme design the ideal would move if it were not given."""
     F = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
     assert "outlier" in kinds(F, normalize=False)
     assert "outlier" not in kinds(F, normalize=False, ideal=[-1.5, -1])
-
-
-def test_values_at_the_end_of_floats():
-    assert kinds([[-1e308, 1.0], [1e308, 1.0], [-1e307, 0.0]]) == ["tie"]  # one dominated
-    assert kinds(1e-300 * np.array([[0.0, 9.0], [2.0, 2.0], [9.0, 0.0]])) == []
-
-
-def test_more_designs_than_all_pairs_allow():
-    """A front of 100 000 designs is told as the same front with a hundred of them."""
-    share = lp_tau(10**5, 1)[:, 0]
-    ranking = rank_of_efficiency(np.column_stack([share, (1 - share) ** 2]))
-    assert cautions(ranking) == ()
-    few = representatives(ranking, 9)
-    assert few.radius < 0.1
-    assert few.shares.sum() == pytest.approx(1)
 
 
 def test_only_a_ranking_has_an_optimum():

@@ -4,7 +4,7 @@ import moocore
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -21,13 +21,13 @@ generic = st.tuples(st.integers(2, 50), st.integers(2, 8), st.integers(0, 2**32 
 sets = st.one_of(grids, generic)
 
 
-def senses_of(m):
+def directions(m):
     return st.lists(st.integers(0, m - 1), unique=True)
 
 
 @given(data=st.data(), F=sets, normalize=st.booleans())
-def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
-    maximize = data.draw(senses_of(F.shape[1]))
+def test_ranks_agree_with_the_oracle_in_any_direction(data, F, normalize):
+    maximize = data.draw(directions(F.shape[1]))
     F.setflags(write=False)
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     exact = exact_ranking(F, normalize=normalize, maximize=maximize)
@@ -44,7 +44,7 @@ def test_ranks_agree_with_the_oracle_in_any_sense(data, F, normalize):
 
 @given(data=st.data(), F=sets, normalize=st.booleans())
 def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
-    maximize = data.draw(senses_of(F.shape[1]))
+    maximize = data.draw(directions(F.shape[1]))
     turned = F.copy()
     turned[:, maximize] *= -1
     asked = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
@@ -59,7 +59,7 @@ def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
 def test_the_order_of_objectives_does_not_matter(data, F, normalize):
     m = F.shape[1]
     order = data.draw(st.permutations(range(m)))
-    maximize = data.draw(senses_of(m))
+    maximize = data.draw(directions(m))
     permuted = [order.index(j) for j in maximize]
     straight = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     other = rank_of_efficiency(F[:, order], normalize=normalize, maximize=permuted)
@@ -71,7 +71,7 @@ def test_the_order_of_objectives_does_not_matter(data, F, normalize):
 def test_units_rows_and_dominated_rows_do_not_matter(data, F):
     """Positive rescaling, another order and dominated rows at once, some objectives maximised."""
     n, m = F.shape
-    maximize = data.draw(senses_of(m))
+    maximize = data.draw(directions(m))
     factor = data.draw(arrays(float, m, elements=st.sampled_from([1e-9, 0.3, 1.0, 7.0, 1e12])))
     worse = F[data.draw(st.lists(st.integers(0, n - 1), max_size=5))] + 0.5
     worse[:, maximize] -= 1.0
@@ -82,8 +82,8 @@ def test_units_rows_and_dominated_rows_do_not_matter(data, F):
 
 
 @given(data=st.data(), F=sets)
-def test_given_points_are_in_the_users_sense(data, F):
-    maximize = data.draw(senses_of(F.shape[1]))
+def test_given_points_are_in_the_original_directions(data, F):
+    maximize = data.draw(directions(F.shape[1]))
     first = rank_of_efficiency(F, maximize=maximize)
     again = rank_of_efficiency(F, maximize=maximize, ideal=first.ideal, nadir=first.nadir)
     np.testing.assert_array_equal(again.criteria, first.criteria)
@@ -126,14 +126,6 @@ def test_a_published_csv_with_names():
     assert list(ranking.to_frame().columns[:2]) == ["Makespan", "WeightedTardiness"]
 
 
-def test_many_rows_with_a_maximised_objective():
-    F = np.random.default_rng(3).random((200_000, 3))
-    ranking = rank_of_efficiency(F, maximize=[1])
-    front = np.flatnonzero(ranking.pareto)
-    assert ranking.rank[front].tolist() == exact_ranking(F[front], maximize=[1]).rank
-    np.testing.assert_array_equal(ranking.to_frame().sort_index()["f2"], F[:, 1])
-
-
 @pytest.fixture
 def designs():
     return pd.DataFrame(
@@ -160,14 +152,6 @@ def test_a_data_frame_keeps_its_names_and_values(designs):
     pd.testing.assert_frame_equal(designs, before)
 
 
-def test_a_ranking_remembers_what_it_ranked():
-    F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
-    ranking = rank_of_efficiency(F)
-    original = F.copy()
-    F[:] = 7.0
-    np.testing.assert_array_equal(ranking.to_frame().sort_index()[["f1", "f2"]], original)
-
-
 def test_other_kinds_of_columns():
     frame = pd.DataFrame({"a": pd.array([1, 2], dtype="Int64"), "b": [True, False]})
     assert rank_of_efficiency(frame).pareto.all()
@@ -186,11 +170,9 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
     [
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
         (FRAME, {"maximize": "cost"}, TypeError, "maximize must be a list of objectives, got 'cost'"),
-        (FRAME, {"maximize": 1}, TypeError, "maximize must be a list of objectives, got 1"),
         (FRAME, {"maximize": [2]}, ValueError, "maximize must be column indices from 0 to 1, got 2"),
         (FRAME, {"maximize": [-1]}, ValueError, "maximize must be an integer >= 0, got -1"),
         (FRAME.to_numpy(), {"maximize": ["cost"]}, ValueError, "name objectives only where F is a data"),
-        (FRAME.to_numpy(), {"maximize": [True]}, TypeError, "maximize must be an integer"),
         (FRAME.assign(name="x"), {}, TypeError, "column 'name' of F must hold real numbers"),
         (
             FRAME.set_axis(["a", "a"], axis=1),
@@ -210,28 +192,9 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
             ValueError,
             "nadir must be no better than the ideal, got 3.0 against 2.0",
         ),
-        (-FRAME, {"ideal": [-1.0, -2.0]}, ValueError, "got -1.0 against -2.0 in objective 1"),
     ],
 )  # fmt: skip
 def test_mistakes(F, options, kind, message):
     with pytest.raises(kind, match=message) as caught:
         rank_of_efficiency(F, **options)
     assert isinstance(caught.value, PsiError)
-
-
-def test_a_frame_has_no_column_twice():
-    ranking = rank_of_efficiency(FRAME.rename(columns={"cost": "rank"}))
-    with pytest.raises(
-        PsiError, match="names must be 2 different names other than mu1.*; give others by"
-    ):
-        ranking.to_frame()
-    assert ranking.to_frame(names=["a", "b"])["rank"].tolist() == ranking.rank.tolist()
-
-
-@settings(max_examples=20)
-@given(F=grids)
-def test_a_constant_objective_changes_nothing(F):
-    more = np.column_stack([F, np.full(len(F), 4.0)])
-    for maximize in ([], [F.shape[1]]):
-        ranking = rank_of_efficiency(more, maximize=maximize)
-        assert ranking.rank.tolist() == rank_of_efficiency(F).rank.tolist()

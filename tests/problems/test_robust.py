@@ -1,4 +1,4 @@
-"""Criteria over scenarios: closed forms of linear Gaussian models, and a slow loop."""
+"""Objectives over scenarios: closed forms of linear Gaussian models."""
 
 import pickle
 
@@ -82,7 +82,7 @@ def test_one_tolerance_has_its_quantiles_exactly():
     np.testing.assert_allclose(robust.evaluate(X)[0][:, 0], X @ A[0] + expected, atol=1e-12)
 
 
-def test_relative_tolerances_and_a_statistic_for_each_criterion():
+def test_relative_tolerances_and_a_statistic_for_each_objective():
     robust = Robust(
         Linear(), tolerances={"x2": 0.1}, relative=["x2"], criteria=["quantile:1", "mean"]
     )
@@ -121,23 +121,6 @@ def test_elementwise_and_vectorised_models_give_the_same_in_few_calls(load):
     assert sum(problem.calls for problem in made if not problem.elementwise) == (7 if load else 1)
 
 
-def test_a_runner_serves_all_scenarios():
-    class Counting:
-        designs = 0
-
-        def __call__(self, function, X):
-            self.designs += len(X)
-            return [function(x) for x in X]
-
-    robust = Robust(
-        lambda load: Linear(load, elementwise=True),
-        uncertainty={"load": stats.uniform(0, 1)}, n_scenarios=3,
-    )  # fmt: skip
-    robust.elementwise_runner = runner = Counting()
-    robust.evaluate(X)
-    assert runner.designs == 3 * len(X)
-
-
 def test_parts_of_many_designs_make_no_difference(monkeypatch):
     robust = Robust(Linear(), tolerances=NORMAL, n_scenarios=5)
     whole = robust.evaluate(X)
@@ -168,13 +151,6 @@ def test_scenarios_that_fail_are_violated_and_the_statistics_are_of_the_others()
     assert F[3, 0] == np.inf
     table = investigate(robust, 32)
     assert set(table.status) == {"ok", "infeasible"}
-
-
-def test_designs_of_whole_numbers_are_those_of_real_ones():
-    robust = Robust(Brittle(), tolerances={"x1": 0.4}, criteria="quantile:0.9", n_scenarios=7)
-    whole, real = (robust.evaluate(np.array([[0], [1]], dtype)) for dtype in (int, float))
-    for one, other in zip(whole, real, strict=True):
-        assert one.tolist() == other.tolist()
 
 
 def test_a_share_of_violated_scenarios_may_be_exactly_the_probability():
@@ -268,7 +244,9 @@ def test_designs_with_names_and_a_tolerance_of_one():
     robust = Robust(Mixed(), tolerances={"a": 0.1}, criteria="quantile:0.5", n_scenarios=7)
     F = robust.evaluate(np.array([{"a": 0.5, "m": "y"}, {"a": 0.2, "m": "x"}]))[0]
     np.testing.assert_allclose(F[:, 0], [1.5, 0.2])
-    with pytest.raises(ValueError, match="tolerances must be of real variables that are not fixed, got 'm'"):
+    with pytest.raises(
+        ValueError, match="tolerances must be of real variables that are not fixed, got 'm'"
+    ):
         Robust(Mixed(), tolerances={"m": 0.1})
 
 
@@ -290,17 +268,13 @@ CHUTE = SphereChute()
         (CHUTE, {}, ValueError, "tolerances must be given, or uncertainty, got neither"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": -1}}, ValueError, r"tolerances\['x1'\] must be a number >= 0 or a distribution"),
-        (CHUTE, {"tolerances": {"x1": "2%"}}, TypeError, r"tolerances\['x1'\] must be a finite number, got '2%'"),
         (CHUTE, {"tolerances": [0.1]}, TypeError, "tolerances must map names"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "relative": "x1"}, TypeError, "relative must be a list of variables"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "relative": ["x2"]}, ValueError, "relative must be one of 'x1', got 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "median"}, ValueError, "criteria must be 'mean', 'quantile:q'"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "quantile:1.2.3"}, ValueError, "criteria must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "criteria must be 4 statistics"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": 0.9}, TypeError, "criteria must be a text or a list"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "n_scenarios": 0}, ValueError, "n_scenarios must be an integer >= 1"),
         (CHUTE, {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, TypeError, "problem must be a function of mu"),
         (SphereChute, {"tolerances": {"x1": 0.1}}, TypeError, "problem must be a pymoo Problem"),
         (lambda nu: Problem(n_var=2, n_obj=2, nu=nu), {"uncertainty": {"nu": stats.uniform(0.1, 0.1)}}, ValueError, "of parameters that Problem takes, got 'nu'"),

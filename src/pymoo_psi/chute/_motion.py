@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, finite_array, invalid, known_name
 from pymoo_psi.chute._parameters import ChuteParameters
-from pymoo_psi.chute._rolling import roll
 from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, choose, follow_slip
 from pymoo_psi.errors import ArgumentTypeError
 
@@ -35,7 +34,7 @@ class Motion:
         exit_speed: Speed v_C of the centre at the exit.
         slip_end: η1 at which slip ends and rolling begins; 0 if the sphere rolls from the start,
             NaN if it slips all the way.
-        slip_time: Time t1 at which slip ends; 0 and NaN likewise.
+        slip_time: Time t1 at which slip ends; 0 and NaN as for ``slip_end``.
         exit_spin: Spins (ω_X, ω_Y, ω_Z) at the exit, along the last axis.
         plane_work: Work W that the moving plane does on the sphere.
         dissipation: Energy D that friction takes, so that ΔE = u1 + W − D with
@@ -43,7 +42,7 @@ class Motion:
         reached: η reached, 1 at the exit.
 
     Example:
-        The first sphere slips, then rolls; on the steep chute the second slips all the way.
+        The first sphere slips, then rolls; the second, on a steep chute, slips all the way.
 
         >>> from pymoo_psi.chute import motion
         >>> moved = motion([0.2, 0.7], 0.1)
@@ -86,11 +85,11 @@ def motion(
 ) -> Motion:
     """Move the sphere from the entrance to the exit.
 
-    A design has the same motion, to the last bit, in whatever batch.
+    The motion of a design is bit-identical in any batch.
 
     Args:
         u1: tan α >= 0, any shape that broadcasts with the others.
-        v_p: Speed of the plane, likewise.
+        v_p: Speed of the plane, as for ``u1``.
         parameters: The parameters of the chute; :class:`ChuteParameters` () by default.
         model: ``"full"``, the paper's model MM, or ``"rolling"``, rolling from the start.
 
@@ -258,7 +257,26 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
     )
 
 
-_SOLVERS: dict[str, Callable[..., tuple[Any, ...]]] = {"full": _slip_then_roll, "rolling": roll}
+def _roll(
+    u1: Array, v_p: Array, mu: Array, c: Array, r: Array, wx0: Array, wy0: Array, wz0: Array
+) -> tuple[Array, ...]:
+    """Return the fields of `Motion` after v_p for rolling from the start, Eq. (2.20) alone.
+
+    Integrated from η = 0 with the initial spins kept as they are, it gives w(1) = c² + (10/7) u1
+    and a spin ω_Y that grows by (v1 − c)/r. μ and v_P do not enter: condition (2.12), u1 <= 3.5 μ,
+    is left to the caller. ``dissipation`` is u1 + W − ΔE = 0.4 (c − r ω_Y0)(v1 − c), no physical
+    loss: it comes from starting to roll with a spin that does not fit.
+    """
+    speed = np.sqrt(c**2 + 10 / 7 * u1)  # (2.20): dw/dη = 2 (1 + u1²)^½ sin α / 1.4
+    gained = 10 / 7 * u1 / (speed + c)  # v1 − c without cancellation
+    time = 2 * np.sqrt(1 + u1**2) / (speed + c)  # uniform acceleration along sec α
+    slip_end, slip_time, work = (np.zeros_like(u1) for _ in range(3))
+    spin = np.stack([wx0, wy0 + gained / r, wz0], axis=-1)
+    lacks = 0.4 * (c - r * wy0) * gained
+    return time, speed, slip_end, slip_time, spin, work, lacks, np.ones_like(u1)
+
+
+_SOLVERS: dict[str, Callable[..., tuple[Any, ...]]] = {"full": _slip_then_roll, "rolling": _roll}
 
 MODELS = tuple(_SOLVERS)
 """``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""

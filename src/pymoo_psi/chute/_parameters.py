@@ -40,20 +40,16 @@ class ChuteParameters:
     omega0: Sequence[Any] | NDArray[np.float64] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check every entry and keep it as a float or a read-only array."""
+        """Check every entry; arrays are kept as read-only copies."""
         for name in ("mu", "c", "r"):
             array = finite_array(name, getattr(self, name))
             if (array <= 0).any():
                 raise invalid(name, "positive", Received(str(array[array <= 0].flat[0])))
             object.__setattr__(self, name, _kept(array))
-        try:
-            spins = tuple(self.omega0)
-        except TypeError:
-            spins = ()
+        spins = tuple(self.omega0) if np.iterable(self.omega0) else ()
         if len(spins) != 3:
-            raise invalid(
-                "omega0", "three initial spins (omega_X0, omega_Y0, omega_Z0)", self.omega0
-            )
+            rule = "three initial spins (omega_X0, omega_Y0, omega_Z0)"
+            raise invalid("omega0", rule, self.omega0)
         kept = tuple(_kept(finite_array(f"omega0[{k}]", spin)) for k, spin in enumerate(spins))
         object.__setattr__(self, "omega0", kept)
 
@@ -69,7 +65,7 @@ class ChuteParameters:
 
 
 def _kept(array: NDArray[np.float64]) -> float | NDArray[np.float64]:
-    """Return a number as such, and of an array a copy that nobody can change."""
+    """Return a number as such, and of an array a read-only copy."""
     if array.ndim == 0:
         return float(array)
     array = array.copy()

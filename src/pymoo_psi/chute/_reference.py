@@ -39,7 +39,7 @@ def integrate(
 
     Args:
         u1: tan α >= 0, any shape that broadcasts with the others.
-        v_p: Speed of the plane, likewise.
+        v_p: Speed of the plane, as for ``u1``.
         parameters: The parameters of the chute; :class:`ChuteParameters` () by default.
         rtol: Relative tolerance of DOP853.
         atol: Absolute tolerance of DOP853.

@@ -24,7 +24,7 @@ keeps its sign; so the exit, the end of slip and a stall are simple roots, and a
 far shows and is taken again, half as long.
 
 Every operation is elementwise, on (n,) arrays or on NumPy numbers alike. One design, as numbers,
-then costs a quarter of what it costs as arrays of length 1, and has the same bits in any company.
+then costs a quarter of what it costs as arrays of length 1, and is bit-identical in any batch.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
 
 
 def _endless(slip: Slip) -> PsiError:
-    """Rather an error than wrong numbers."""
+    """Return the error for a slip that does not end."""
     return PsiError(
         f"the slip of {np.size(slip.t)} designs is not followed to its end in {STEPS} steps, one "
         f"with tau = {np.ravel(slip.tau)[0]:.17g} and b = {np.ravel(slip.b)[0]:.17g}; please "
@@ -315,7 +315,7 @@ def _sum(rows: Array) -> Any:
     """Return the sums of (m, n) values over m, or of (m,) values, added up one after the other.
 
     A matrix product, or NumPy's sum of one column, would add in another order, and a design's last
-    bits would depend on its company.
+    bits would depend on the batch.
     """
     if rows.size == len(rows):
         return np.add.accumulate(rows, axis=0)[-1]

@@ -31,7 +31,7 @@ class Trajectory:
         normal: ``(n, 2)`` reactions n_A of the plane and n_B of the guide-wall over m g.
         slipping: ``(n,)`` whether the sphere slips.
         slip_end: η1 where slip ends; NaN if it does not, 0 if the sphere rolls from the start.
-        slip_time: Time t1 at which slip ends; NaN and 0 likewise.
+        slip_time: Time t1 at which slip ends; NaN and 0 as for ``slip_end``.
 
     Example:
         Once the sphere rolls it keeps on the plane: the contact point does not slip.
@@ -78,13 +78,13 @@ def trajectory(
         v_p: Speed of the plane.
         parameters: The parameters of the chute, all of them numbers.
         n: How many points, evenly spread over the way that is covered; η1 comes on top.
-        eta: ``(k,)`` rising points in [0, 1] to take instead.
+        eta: ``(k,)`` increasing points in [0, 1] to take instead.
 
     Returns:
         The trajectory.
 
     Raises:
-        ArgumentValueError: More than one design, points outside [0, 1] or not rising, or as for
+        ArgumentValueError: More than one design, points outside [0, 1] or not increasing, or as for
             :func:`motion`.
         ArgumentTypeError: An argument is not numeric.
 
@@ -116,7 +116,7 @@ def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
         or (np.diff(points) <= 0).any()
         or not ((points >= 0) & (points <= 1)).all()
     ):
-        raise invalid("eta", "one-dimensional, rising and within [0, 1]", points)
+        raise invalid("eta", "one-dimensional, increasing and within [0, 1]", points)
     covered = points[points <= reached]
     if not covered.size:
         raise invalid("eta", f"a point or more up to {reached:.4g}, where the way ends", points)
