@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi.parallel import _joblib_runner
-from pymoo_psi.parallel._cost import LONGEST_CHUNK, Cost, chunk_size
-from pymoo_psi.parallel._joblib_runner import evaluate_here
+from pymoo_psi.parallel import _joblib_runner, LONGEST_CHUNK, chunk_size, evaluate_here
 
 
 @given(

@@ -7,7 +7,7 @@ import joblib
 import pytest
 
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel._tasks import in_order, in_parallel
+from pymoo_psi.parallel import in_order, in_parallel
 
 
 def test_results_come_in_order_and_as_soon_as_they_can():

@@ -22,9 +22,7 @@ from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._points import Cut, Points
 from pymoo_psi.algorithms._store import SECONDS
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
-from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.parallel._outcome import one_line
-from pymoo_psi.parallel._tasks import in_parallel
+from pymoo_psi.parallel import active_workers, in_parallel, one_line
 from pymoo_psi.problems import evaluate_designs
 from pymoo_psi.problems._design_space import DesignSpace
 from pymoo_psi.table import Layout, Limits, TestTable, lacking

@@ -23,10 +23,7 @@ from pymoo_psi.algorithms._plan import Plan
 from pymoo_psi.algorithms._repeats import Repeats
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Memory, stored_at_termination
-from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.parallel._outcome import Result, Values, Waiting
-from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, progress_bar
 from pymoo_psi.problems._evaluation import (
     columns_of_values,
     evaluate_designs,

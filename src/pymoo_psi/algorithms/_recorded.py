@@ -19,7 +19,7 @@ from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._outputs import NO_OUTPUTS, table_of_values, values_of_table
 from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Memory, retried, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Result, Values
+from pymoo_psi.parallel import Result, Values
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._evaluation import (
     columns_of_values,

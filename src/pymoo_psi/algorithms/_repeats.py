@@ -7,7 +7,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from pymoo_psi.algorithms._outputs import values_of_table
-from pymoo_psi.parallel._outcome import Values
+from pymoo_psi.parallel import Values
 from pymoo_psi.table import TestTable, design_keys
 
 _Key = tuple[str, ...]

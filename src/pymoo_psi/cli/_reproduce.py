@@ -21,7 +21,7 @@ from pymoo_psi.cli._output import (
     write_csv,
 )
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
-from pymoo_psi.parallel._tasks import in_parallel
+from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import plot_points, save_figures, save_paper_figures, shown_case
 
 _PAPER = ChuteParameters(mu=PAPER_MU[0])

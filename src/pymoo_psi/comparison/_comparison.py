@@ -34,8 +34,7 @@ from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_text
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.parallel._progress import progress_bar
-from pymoo_psi.parallel._tasks import in_order, in_parallel
+from pymoo_psi.parallel import in_order, in_parallel, progress_bar
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.problems._pymoo import require_problem

@@ -35,7 +35,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.algorithms import PSI, Refinement, refine
 from pymoo_psi.chute import MODELS, ChuteParameters
-from pymoo_psi.parallel._tasks import in_order, in_parallel
+from pymoo_psi.parallel import in_order, in_parallel
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.table import Convergence, TestTable, convergence

@@ -3,7 +3,7 @@
 :class:`JoblibRunner` is an ``elementwise_runner`` for problems that evaluate one design at a time.
 It keeps its workers between generations and evaluates in place what is too cheap to send (a model
 that may end its process wants ``in_process=False``); ``timeout=`` stops a design that takes too
-long and replaces its worker. All points of PSI are one stream to them: no worker waits for the
+long and replaces its worker. All designs of PSI are one stream to them: no worker waits for the
 slowest design of a block. Workers end with the program, however it ends, with all that they
 started. Under ``joblib.parallel_config`` a Dask, Ray or Spark cluster works without a change of
 code. A vectorised problem goes to many cores by ``investigate(..., n_jobs=-1)``.
@@ -14,8 +14,38 @@ Example:
     >>> problem = SphereChute(mu=0.4, elementwise_runner=JoblibRunner(n_jobs=2))
     >>> len(minimize(problem, PSI(200)).pop)
     200
+
+Other subpackages also use :func:`in_parallel` and :func:`in_order` for tasks,
+:func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
+:func:`same_folder`, :func:`same_process` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
-from pymoo_psi.parallel._joblib_runner import JoblibRunner
+from pymoo_psi.parallel._backend import active_workers
+from pymoo_psi.parallel._evaluation import (
+    MOMENT,
+    Result,
+    Values,
+    Waiting,
+    evaluate_here,
+    one_line,
+    same_folder,
+    same_process,
+)
+from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.parallel._runner import JoblibRunner, in_order, in_parallel
 
-__all__ = ["JoblibRunner"]
+__all__ = [
+    "MOMENT",
+    "JoblibRunner",
+    "Result",
+    "Values",
+    "Waiting",
+    "active_workers",
+    "evaluate_here",
+    "in_order",
+    "in_parallel",
+    "one_line",
+    "progress_bar",
+    "same_folder",
+    "same_process",
+]

@@ -1,9 +1,9 @@
 """Worker processes of our own, for what an executor cannot do: end one evaluation alone.
 
 An executor treats a worker that dies or hangs as its own end, or ends the worker but not what the
-model has started in it. Here each worker has its own pipe and tells every design it finishes, so
+model has started in it. Here each worker has its own pipe and reports every design it finishes, so
 the pool knows which design a worker is at and for how long: that one is recorded, its worker is
-replaced, and nothing else is touched. How a worker ends with all it has started is told in
+replaced, and nothing else is touched. How a worker ends with all it has started is described in
 ``_worker``.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
@@ -34,11 +34,9 @@ import cloudpickle
 
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._cost import Cost, chunk_size
-from pymoo_psi.parallel._outcome import Function, Result, Waiting, one_line
+from pymoo_psi.parallel._evaluation import Cost, Function, Result, Waiting, one_line
 
-_POLL = 1.0  # seconds after which a worker is looked at even if its pipe is silent
-_FALSE_STARTS = 2  # one may be an accident; when new workers end again, the problem is to blame
+_POLL = 1.0  # seconds after which a silent worker is looked at
 _PATIENCE = 2.0  # seconds to leave by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as long as a busy machine
 # may take. Some of it is left behind if the guard is killed before.
@@ -75,7 +73,6 @@ class ProcessPool:
         function: Function,
         waiting: Waiting,
         cost: Cost,
-        *,
         workers: int,
         timeout: float | None = None,
         retries: int = 1,
@@ -106,10 +103,10 @@ class ProcessPool:
         try:
             yield from run.results()
         except BaseException:
-            for worker in run.workers:
-                worker.disconnect()
             for worker in run.workers:  # all of them end at the same time
-                worker.kill()
+                worker.disconnect()
+            for worker in run.workers:
+                worker.end()
             raise
         self._idle.extend(run.workers)
 
@@ -117,7 +114,7 @@ class ProcessPool:
 def _end_all(idle: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
         for worker in idle:
-            worker.tell("leave", None)
+            worker.send("leave", None)
         patient = monotonic() + _PATIENCE
         while idle:
             idle.pop().end(patient - monotonic())
@@ -131,87 +128,67 @@ class _Worker:
 
     Attributes:
         process: What Popen started: the guard of the process that evaluates, except on Windows.
-        pipe: Where it is talked to.
-        started: Whether it has told anything yet.
+        pipe: The connection to it.
+        started: Whether a message has come from it.
         loaded: The pickled function that it has, or is loading.
-        ready: Whether it has loaded the function.
+        ready: Whether it is loading nothing.
         at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
     """
 
     def __init__(self, threads: int) -> None:
         self.pipe, theirs = connection.Pipe()
-        self.loaded = b""
-        self.started = self.ready = False
+        self.started, self.loaded, self.ready = False, b"", True
         self.at: Waiting = deque()
         self.deadline = math.inf
-        try:
+        # such as -P and -I, which say what may be imported
+        flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
+        options: dict[str, Any] = {"pass_fds": (theirs.fileno(),), "start_new_session": True}
+        if sys.platform == "win32":
+            os.set_handle_inheritable(theirs.fileno(), True)
+            handles = {"handle_list": [theirs.fileno()]}
+            options = {
+                "startupinfo": subprocess.STARTUPINFO(lpAttributeList=handles),
+                "creationflags": subprocess.CREATE_NEW_PROCESS_GROUP,
+            }
+        with theirs:
             self.process = subprocess.Popen(
-                [
-                    spawn.get_executable(),
-                    # Such as -P and -I, which say what may be imported.
-                    *util._args_from_interpreter_flags(),  # type: ignore[attr-defined]
-                    _worker.__file__,
-                    str(theirs.fileno()),
-                ],
+                [spawn.get_executable(), *flags, _worker.__file__, str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
-                **_inheriting(theirs.fileno()),
+                **options,
             )
-        finally:
-            theirs.close()
         # The worker imports from where this process does, but not its main module: what that
         # defines travels by value, so that a script needs no guard and a notebook works.
-        self.tell(sys.path, sys.argv)
+        self.send(sys.path, sys.argv)
 
     def load(self, function: bytes, timeout: float) -> None:
         """Let it load a pickled function, or tell that it still has it, and be ready.
 
-        No designs are sent before: while this process waits for room in a pipe that nobody
+        No designs are sent before: while this process waits for space in a pipe that nobody
         empties, it cannot watch the time.
         """
-        if self.loaded == function and not self.ready:
-            return  # it is loading since the last run
         self.ready, self.deadline = False, monotonic() + max(timeout, _START)
-        self.tell("function", None if self.loaded == function else function)
+        self.send("function", None if self.loaded == function else function)
         self.loaded = function
 
-    def tell(self, *message: Any) -> None:
+    def send(self, kind: Any, content: Any) -> None:
         """Send a message; a process that is gone is noticed when it is waited for."""
-        data = cloudpickle.dumps(message)
+        data = cloudpickle.dumps((kind, content))
         with contextlib.suppress(OSError):
             self.pipe.send_bytes(data)
 
-    def receive(self) -> tuple[Any, ...]:
-        """Return the next message.
-
-        Raises:
-            EOFError: The process has ended.
-        """
+    def receive(self) -> tuple[str, Any]:
+        """Return the kind and the content of the next message; "died" if the process has ended."""
         try:
             data = self.pipe.recv_bytes()
-        except OSError as error:  # reset instead of closed
-            raise EOFError from error
-        try:
-            message: tuple[Any, ...] = cloudpickle.loads(data)
-        except Exception as error:
-            return "unsent", one_line(error)
-        return message
-
-    def end(self, patience: float = _PATIENCE) -> str:
-        """Let the process end by itself, or else kill it; return how it came to its end."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self.process.wait(max(patience, 0.0))
-        self.kill()
-        code = self.process.returncode
-        code = code - 128 if code > 128 else -code  # a guard tells of signals as shells do
-        try:
-            return signal.Signals(code).name
-        except ValueError:
-            return f"exit code {self.process.returncode}"
+        except (EOFError, OSError):  # closed, or reset
+            return "died", None
+        kind, content = cloudpickle.loads(data)
+        return kind, content
 
     def disconnect(self) -> None:
-        """Tell the process to end, with what it has started, whatever they do."""
+        """Make the process end, with what it has started, whatever they do."""
         if self.pipe.closed:
             return
         if sys.platform == "win32":
@@ -222,25 +199,22 @@ class _Worker:
                 pipe.shutdown(socket.SHUT_RDWR)
         self.pipe.close()
 
-    def kill(self) -> None:
-        """Disconnect and wait for the end."""
+    def end(self, patience: float = 0.0) -> str:
+        """Let the process end by itself or else kill it; return how it came to its end."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(max(patience, 0.0))
         self.disconnect()
         try:
             self.process.wait(_KILLING)
         except subprocess.TimeoutExpired:  # the guard itself is stuck
             self.process.kill()
             self.process.wait()
-
-
-def _inheriting(handle: int) -> dict[str, Any]:
-    """Return the options of ``Popen`` for one inherited handle and a group of its own."""
-    if sys.platform == "win32":
-        os.set_handle_inheritable(handle, True)
-        return {
-            "startupinfo": subprocess.STARTUPINFO(lpAttributeList={"handle_list": [handle]}),
-            "creationflags": subprocess.CREATE_NEW_PROCESS_GROUP,
-        }
-    return {"pass_fds": (handle,), "start_new_session": True}
+        code = self.process.returncode
+        code = code - 128 if code > 128 else -code  # a guard reports signals as shells do
+        try:
+            return signal.Signals(code).name
+        except ValueError:
+            return f"exit code {self.process.returncode}"
 
 
 @dataclass
@@ -257,14 +231,27 @@ class _Run:
     idle: list[_Worker]
     workers: list[_Worker] = field(default_factory=list)
     deaths: Counter[int] = field(default_factory=Counter)
-    false_starts: int = 0
 
     def results(self) -> Iterator[Result]:
         """Give the result of every design as it comes, until none waits or is under way."""
         while busy := len(self.waiting) + sum(bool(worker.at) for worker in self.workers):
             while len(self.workers) < min(self.n_workers, busy):
                 self._hire()
-            yield from self._step()
+            for worker in self.workers:
+                if worker.ready and not worker.at and self.waiting:
+                    self._feed(worker)
+            now = monotonic()
+            due = min(worker.deadline for worker in self.workers)
+            pipes = [worker.pipe for worker in self.workers]
+            heard = connection.wait(pipes, max(0.0, min(_POLL, due - now)))
+            for worker in list(self.workers):
+                # What has arrived counts, be this process late to read it.
+                if worker.pipe in heard:
+                    yield from self._handle(worker, *worker.receive())
+                elif now > worker.deadline:
+                    yield from self._handle(worker, "overdue", None)
+                elif not heard and worker.process.poll() is not None:
+                    yield from self._handle(worker, "died", None)
 
     def _hire(self) -> None:
         """Take a worker that is idle, or start one."""
@@ -272,101 +259,81 @@ class _Run:
             worker = self.idle.pop(0)
         except IndexError:  # other threads take them, too
             worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
-        if worker.loaded not in (b"", self.pickled) and not worker.ready:
-            worker.kill()  # still loading the function of another run
+        if worker.ready:
+            worker.load(self.pickled, self.timeout)
+        elif worker.loaded != self.pickled:
+            worker.end()  # still loading the function of another run
             return
         self.workers.append(worker)
-        worker.load(self.pickled, self.timeout)
-
-    def _step(self) -> Iterator[Result]:
-        """Give work to who is ready, wait for a message or a deadline, and see to them."""
-        for worker in self.workers:
-            if worker.ready and not worker.at and self.waiting:
-                self._feed(worker)
-        due = min(worker.deadline for worker in self.workers)
-        pipes = [worker.pipe for worker in self.workers]
-        talking = connection.wait(pipes, max(0.0, min(_POLL, due - monotonic())))
-        for worker in list(self.workers):
-            # What has arrived counts, be this process late to read it.
-            if worker.pipe in talking:
-                yield from self._listen(worker)
-            elif monotonic() > worker.deadline:
-                yield from self._overdue(worker)
-            elif worker.process.poll() is not None:
-                yield from self._died(worker)
 
     def _feed(self, worker: _Worker) -> None:
-        size = chunk_size(len(self.waiting), self.n_workers, self.cost.seconds)
+        size = self.cost.chunk(len(self.waiting), self.n_workers)
         worker.at.extend(self.waiting.popleft() for _ in range(size))
         worker.deadline = monotonic() + self.timeout
-        worker.tell("designs", [design for _, design in worker.at])
+        worker.send("designs", [design for _, design in worker.at])
 
-    def _listen(self, worker: _Worker) -> Iterator[Result]:
-        try:
-            kind, *content = worker.receive()
-        except EOFError:
-            yield from self._died(worker)
-            return
-        worker.started = True
+    def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
+        """See to a message of a worker, or to its end."""
         if kind == "ready":
-            worker.ready, worker.deadline = True, math.inf
-            return
-        if kind == "unusable":
-            raise WorkerError(
-                f"a worker process cannot load the problem: {content[0]}; define it in a module "
-                "that can be imported, or in the main script"
-            )
-        index, design = worker.at.popleft()
-        worker.deadline = monotonic() + self.timeout if worker.at else math.inf
-        if kind == "done":
-            values, seconds = content
-            self.cost.add(1, seconds)
-            yield index, values, seconds
+            worker.ready = worker.started = True
+            worker.deadline = math.inf
+        elif kind == "left":
+            self._give_back(worker)
         elif kind == "raised":
-            raise EvaluationError(design, *content)
+            raise content
+        elif kind == "unusable":
+            raise _cannot_load(content)
+        elif kind in ("died", "overdue"):
+            yield from self._replace(worker, overdue=kind == "overdue")
         else:
-            reason = f"its values cannot be sent between processes: {content[0]}"
-            yield self._lost(index, design, reason)
+            index, design = worker.at.popleft()
+            worker.deadline = monotonic() + self.timeout if worker.at else math.inf
+            if kind == "done":
+                values, seconds = content
+                self.cost.add(seconds)
+                yield index, values, seconds
+            else:
+                reason = f"its values cannot be sent between processes: {content}"
+                yield self._lost(index, design, reason)
 
-    def _overdue(self, worker: _Worker) -> Iterator[Result]:
-        if not worker.at:
-            raise WorkerError(
-                "a worker process has not loaded the problem within "
-                f"{max(self.timeout, _START):g} s; see what its modules do when they are "
-                "imported, or allow more time with timeout"
-            )
-        index, design = worker.at.popleft()
-        worker.kill()
-        self._dismiss(worker)
-        yield self._lost(index, design, f"timed out after {self.timeout:g} s")
-
-    def _died(self, worker: _Worker) -> Iterator[Result]:
-        how = worker.end()
+    def _replace(self, worker: _Worker, overdue: bool) -> Iterator[Result]:
+        """End a worker that has died or is overdue, which costs one design; another is hired."""
         at = worker.at.popleft() if worker.at else None
-        self._dismiss(worker)
-        if at is None:  # no design is to blame
-            self.false_starts += not worker.started
-            if self.false_starts >= _FALSE_STARTS:
-                raise WorkerError(
-                    f"worker processes end before they begin ({how}); see what they print, "
-                    "or run the problem without workers"
-                )
+        self._give_back(worker)
+        self.workers.remove(worker)
+        how = worker.end(0.0 if overdue else _PATIENCE)
+        if at is None:
+            if overdue:
+                raise _cannot_load(f"it takes longer than {max(self.timeout, _START):g} s")
+            if not worker.started:
+                raise _cannot_load(f"the process ends before ({how})")
             return
         index, design = at
-        self.deaths[index] += 1
-        if self.deaths[index] <= self.retries:
-            self.waiting.appendleft((index, design))  # it is the next to be evaluated
-            return
-        times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
-        yield self._lost(index, design, f"its worker process died ({how}{times})")
+        reason = f"timed out after {self.timeout:g} s"
+        if not overdue:
+            self.deaths[index] += 1
+            if self.deaths[index] <= self.retries:
+                self.waiting.appendleft((index, design))  # it is the next to be evaluated
+                return
+            times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
+            reason = f"its worker process died ({how}{times})"
+        yield self._lost(index, design, reason)
 
-    def _dismiss(self, worker: _Worker) -> None:
-        """Give what an ended worker had still to do back to all; another takes its place."""
+    def _give_back(self, worker: _Worker) -> None:
+        """Let any worker take the designs that one has not begun."""
         self.waiting.extendleft(reversed(worker.at))
-        self.workers.remove(worker)
+        worker.at.clear()
+        worker.deadline = math.inf
 
     def _lost(self, index: int, design: Any, reason: str) -> Result:
         """Return what the function has for a lost design; most have nothing, which is an error."""
         if not hasattr(self.function, "lost"):
             raise EvaluationError(design, reason)
         return index, self.function.lost(design, reason), 0.0
+
+
+def _cannot_load(reason: str) -> WorkerError:
+    return WorkerError(
+        f"a worker process cannot load the problem: {reason}; define it in a module that can be "
+        "imported, or in the main script"
+    )

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
-
-from pymoo.util.display.progress import ProgressBar
+from time import monotonic
 
 from pymoo_psi._validation import boolean
-
-# Shares of the first second are of tests that were known, or of a run that ends soon.
-_KNOWN = 1.0
 
 
 @contextmanager
@@ -23,7 +18,11 @@ def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
 
     The bar rewrites its line, which a notebook does as a terminal; in a file it would be noise.
     """
-    notebook = _in_notebook()
+    # imported here, since workers import this module, too
+    from pymoo.util.display.progress import ProgressBar
+
+    ipython = sys.modules.get("IPython")
+    notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
     if not boolean("progress", progress) or not (sys.stdout.isatty() or notebook):
         yield lambda share: None
         return
@@ -31,26 +30,19 @@ def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
     # takes tests known before for tests of this run. A notebook keeps all that a line has been.
     refresh = 1.0 if notebook else 0.0
     with ProgressBar(stats=False, stats_end=False, refresh_secs=refresh) as bar:
-        start = time.monotonic()
-        since, known = start, 0.0
+        start = since = monotonic()
+        known = 0.0
 
         def show(share: float) -> None:
             nonlocal since, known
-            now = time.monotonic()
-            bar.set(share)
-            # Nor does the first share tell how long a test takes: workers start before it.
-            if now - start < _KNOWN or known == 0:
+            now, left = monotonic(), ""
+            # In the first second workers start, and tests that were known before arrive.
+            if now - start < 1.0 or known == 0:
                 since, known = now, share
             elif known < share < 1:
-                left = (now - since) * (1 - share) / (share - known)
-                bar.obj.text(f"{timedelta(seconds=math.ceil(left))} left")
-            else:
-                bar.obj.text("")
+                seconds = math.ceil((now - since) * (1 - share) / (share - known))
+                left = f"{timedelta(seconds=seconds)} left"
+            bar.set(share)
+            bar.obj.text(left)
 
         yield show
-
-
-def _in_notebook() -> bool:
-    """Whether a kernel of Jupyter runs this; its output is no terminal."""
-    ipython = sys.modules.get("IPython")
-    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")

@@ -8,10 +8,10 @@ what the model started. On Linux the guard finds these also where they left the 
 On Windows there is no guard: there a worker ends itself.
 
 Messages to the worker: ``("function", pickled)``, where None is the function it has;
-``("designs", [design, ...])``; ``("leave", None)``. Messages from it: ``("ready",)``, or
+``("designs", [design, ...])``; ``("leave", None)``. Messages from it: ``("ready", None)``, or
 ``("unusable", text)`` for a function that cannot be loaded; for each design, in turn and as soon as
-it is done, ``("done", values, seconds)``, ``("raised", reason, exception, traceback)`` or
-``("unsent", text)`` if its values cannot be.
+it is done, ``("done", (values, seconds))``, ``("raised", error)`` or ``("unsent", text)`` if its
+values cannot be; ``("left", None)`` where the designs that are left of a chunk are for others.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ import select
 import signal
 import sys
 import threading
-import time
 from multiprocessing import connection
 from typing import Any
 
@@ -46,6 +45,7 @@ def main(handle: int) -> None:
         os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
         _guard(handle)
         pipe = connection.Connection(handle)
+        os.register_at_fork(after_in_child=pipe.close)  # a fork of the model has nothing to say
     sys.path[:], sys.argv[:] = pickle.loads(pipe.recv_bytes())
     with contextlib.suppress(EOFError, OSError):
         _serve(pipe)
@@ -71,10 +71,9 @@ else:
             return
         os.setpgid(worker, worker)
         threading.Thread(target=_kill_at_hang_up, args=(handle, worker), daemon=True).start()
-        while True:
+        pid = 0
+        while pid != worker:
             pid, status = os.wait()  # it also reaps what has lost its parent
-            if pid == worker:
-                break
         _kill_descendants(worker)
         code = os.waitstatus_to_exitcode(status)
         os._exit(code if code >= 0 else 128 - code)  # as shells do
@@ -86,7 +85,7 @@ else:
         """
         parent = os.getppid()
         poller = select.poll()
-        poller.register(handle, 0)  # 0: a hang-up is always told, messages are not
+        poller.register(handle, 0)  # 0: a hang-up is always reported, messages are not
         while not poller.poll(1000) and os.getppid() == parent:
             pass
         os.killpg(worker, signal.SIGKILL)
@@ -115,13 +114,12 @@ def _serve(pipe: Any) -> None:
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._outcome import evaluate_to_travel, one_line
+    from pymoo_psi.parallel._evaluation import evaluate_chunk, one_line
+
+    def send(kind: str, content: Any = None) -> None:
+        pipe.send_bytes(cloudpickle.dumps((kind, content)))
 
     function: Any = None
-
-    def tell(*message: Any) -> None:
-        pipe.send_bytes(cloudpickle.dumps(message))
-
     while True:
         kind, content = cloudpickle.loads(pipe.recv_bytes())
         if kind == "leave":
@@ -130,21 +128,22 @@ def _serve(pipe: Any) -> None:
             try:
                 function = function if content is None else cloudpickle.loads(content)
             except BaseException as error:  # a module may exit when it is imported
-                tell("unusable", one_line(error))
+                send("unusable", one_line(error))
             else:
-                tell("ready")
+                send("ready")
             continue
-        for design in content:
-            start = time.perf_counter()
-            try:
-                values = evaluate_to_travel(function, design)
-            except EvaluationError as error:
-                tell("raised", error.reason, error.original, error.trace)
-                continue
-            try:
-                tell("done", values, time.perf_counter() - start)
-            except Exception as error:  # before a byte is sent; if the pool is gone, this fails too
-                tell("unsent", one_line(error))
+        left = len(content)
+        try:
+            for answer in evaluate_chunk(function, content):
+                left -= 1
+                try:
+                    send("done", answer)
+                except Exception as error:  # before a byte is sent, or as the pool is gone
+                    send("unsent", one_line(error))
+        except EvaluationError as error:
+            send("raised", error)
+        if left:
+            send("left")
 
 
 if __name__ == "__main__":

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.parallel._cost import Cost
-from pymoo_psi.parallel._joblib_runner import GLANCE, evaluate_here
-from pymoo_psi.parallel._outcome import (
+from pymoo_psi.parallel import (
+    MOMENT,
+    JoblibRunner,
     Result,
     Values,
     Waiting,
+    evaluate_here,
     one_line,
     same_folder,
     same_process,
@@ -102,8 +102,7 @@ def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Gener
     if isinstance(runner, JoblibRunner):
         yield from runner.stream(model, waiting)
     else:
-        glance = 0.0 if one_by_one else GLANCE
-        yield from evaluate_here(model, waiting, Cost(), lambda left: False, glance=glance)
+        yield from evaluate_here(model, waiting, moment=0.0 if one_by_one else MOMENT)
 
 
 def columns_of_values(problem: Any, rows: list[Values]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.parallel._tasks import in_order, in_parallel
+from pymoo_psi.parallel import in_order, in_parallel
 from pymoo_psi.pareto import Robustness, rank_scenario, tally
 from pymoo_psi.problems import (
     FailureTolerant,

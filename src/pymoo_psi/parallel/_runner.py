@@ -1,39 +1,37 @@
-"""A runner for pymoo problems: here while they are cheap, in worker processes, on a cluster."""
+"""A runner for pymoo problems, and independent tasks, on the workers of joblib's configuration."""
 
 from __future__ import annotations
 
-import math
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
 from functools import partial
-from time import perf_counter
+from itertools import islice
+from multiprocessing.pool import RemoteTraceback  # type: ignore[attr-defined]
 from typing import Any
 
-import numpy as np
-
 from pymoo_psi._validation import boolean, integer, job_count, positive_number
-from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._backend import active_workers, by_joblib
-from pymoo_psi.parallel._cost import Cost
-from pymoo_psi.parallel._outcome import (
+from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.parallel._backend import active_workers, evaluate_by_joblib
+from pymoo_psi.parallel._evaluation import (
+    Cost,
     Function,
     Result,
     Values,
     Waiting,
-    one_line,
-    raise_again,
-    same_folder,
-    same_process,
+    evaluate_here,
 )
 from pymoo_psi.parallel._pool import ProcessPool
 
-GLANCE = 1e-3  # seconds between two looks at the cost: long beside a look, short beside sending
 # To start workers takes about a second, but only once in a run: for a first batch it is spread over
 # ten of them, as an algorithm has at least. A stream may be the whole run.
 _START_SECONDS = 1.0
 # What a batch takes beyond the evaluations: some messages, and the wait for the slowest chunk.
 _BATCH_SECONDS = 0.005
+# Tasks for each worker that are under way, wait for it, or are done and wait to be read: two are
+# sent ahead, and as many may be done while this process is busy with earlier ones.
+_TASKS_AHEAD = 4
 
 
 class JoblibRunner:
@@ -143,30 +141,30 @@ class JoblibRunner:
 
     def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
         """Give what :meth:`stream` gives; to start workers takes so many seconds."""
-        if not waiting:
-            return
-        workers = active_workers(self.n_jobs)
+        workers, options = active_workers(self.n_jobs), (self.timeout, self.retries)
         here = self.in_process and self.timeout is None
+
+        def enough(left: int) -> bool:
+            overhead = _BATCH_SECONDS if self._started else starting
+            return self._cost.worth_sending(left, workers.count, overhead)
+
         try:
             if here and workers.kind != "cluster":
-
-                def enough(remaining: int) -> bool:
-                    overhead = _BATCH_SECONDS if self._started else starting
-                    return self._cost.worth_sending(remaining, workers.count, overhead)
-
                 yield from evaluate_here(f, waiting, self._cost, enough)
             if not waiting:
                 return
             self._started = True
             if workers.kind == "cluster" or (workers.kind == "threads" and here):
-                run = partial(by_joblib, f, waiting, workers, self._cost)
+                yield from evaluate_by_joblib(f, waiting, self._cost, workers, *options)
             else:  # a time limit asks for processes that can be ended
                 if self._pool.owner != os.getpid():
                     self._pool = ProcessPool()
-                run = partial(self._pool.run, f, waiting, self._cost, workers=workers.count)
-            yield from run(timeout=self.timeout, retries=self.retries)
+                yield from self._pool.run(f, waiting, self._cost, workers.count, *options)
         except EvaluationError as error:
-            raise_again(error)
+            inner = error.original
+            if isinstance(inner, EvaluationError):  # of a problem that names the design itself
+                inner.trace, error = error.trace, inner
+            raise error from _cause(error)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
@@ -174,45 +172,62 @@ class JoblibRunner:
         return partial(type(self), **settings), ()
 
 
-def evaluate_here(
-    f: Function,
-    waiting: Waiting,
-    cost: Cost,
-    enough: Callable[[int], bool],
-    *,
-    glance: float = GLANCE,
-) -> Iterator[Result]:
-    """Evaluate designs in this process, measuring their cost, until there is enough.
+def _cause(error: EvaluationError) -> BaseException | None:
+    """Return what a model raised, itself caused by its traceback in another process."""
+    there = RemoteTraceback(f'\n"""\n{error.trace}"""') if error.trace else None
+    if error.original is None:
+        return there
+    if there is not None:
+        error.original.__cause__ = there
+    return error.original
+
+
+def in_parallel(
+    function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
+) -> Generator[tuple[int, Any]]:
+    """Give the number and the result of each task as soon as it is done.
+
+    Close early to stop the workers: what the collector of garbage does, it does at any time and in
+    any thread.
 
     Args:
-        f: What to evaluate.
-        waiting: The designs; they are taken from it.
-        cost: Takes a measurement for every design, or for every millisecond of cheap ones.
-        enough: Given the number of designs left, says whether to stop; asked before the first
-            design and after every measurement.
-        glance: Seconds of work between two results and two measurements, at least a design's.
+        function: What to do with a task; it is sent to a worker once.
+        tasks: The tasks; they are taken as results are read, so that there may be any number.
+        n_jobs: Number of workers, as of :class:`~pymoo_psi.JoblibRunner`; where it is 1, the tasks
+            are done in this process.
+
+    Raises:
+        WorkerError: A worker was lost, or cannot load the function.
+        Exception: What the function raises.
     """
-    while waiting and not enough(len(waiting)):
-        known = cost.seconds
-        size = 1 if math.isnan(known) else max(1, min(int(glance / known), len(waiting)))
-        block = [waiting.popleft() for _ in range(size)]
-        found: list[Values] = []
-        raised: BaseException | None = None
-        began = perf_counter()
-        # Nothing is given from within: whoever reads the results would have the model's settings.
-        with same_folder(), same_process(), np.errstate():
-            try:
-                for _, design in block:
-                    found.append(f(design))
-            except BaseException as error:
-                raised = error
-        seconds = perf_counter() - began
-        # What was there before an interrupt or an error is given first.
-        for (index, _), values in zip(block, found, strict=False):
-            yield index, values, seconds / size
-        if raised is not None:
-            if isinstance(raised, EvaluationError) or not isinstance(raised, Exception):
-                raise raised
-            culprit = block[len(found)][1]
-            raise EvaluationError(culprit, one_line(raised), raised) from raised
-        cost.add(size, seconds)
+    workers = active_workers(n_jobs)
+    if workers.count == 1 and workers.kind == "processes":
+        for number, task in enumerate(tasks):
+            yield number, function(task)
+        return
+    left = enumerate(tasks)
+    waiting = deque(islice(left, _TASKS_AHEAD * workers.count))
+    if workers.kind == "processes":
+        done = ProcessPool().run(function, waiting, Cost(), workers.count)
+    else:
+        done = evaluate_by_joblib(function, waiting, Cost(), workers, timeout=None, retries=1)
+    try:
+        with closing(done):
+            for number, result, _ in done:
+                yield number, result
+                waiting.extend(islice(left, 1))
+    except EvaluationError as error:
+        if error.original is None:
+            raise WorkerError(f"a worker process failed: {error.reason}") from error
+        raise _cause(error) from None  # type: ignore[misc]
+
+
+def in_order(numbered: Iterable[tuple[int, Any]]) -> Iterator[Any]:
+    """Give numbered results in the order of their numbers, each as soon as it can be."""
+    waiting: dict[int, Any] = {}
+    turn = 0
+    for number, result in numbered:
+        waiting[number] = result
+        while turn in waiting:
+            yield waiting.pop(turn)
+            turn += 1
