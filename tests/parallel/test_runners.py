@@ -2,7 +2,6 @@
 
 import copy
 import gc
-import itertools
 import os
 import pickle
 import signal
@@ -12,7 +11,6 @@ import threading
 import time
 import warnings
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
 
 import joblib
 import numpy as np
@@ -27,8 +25,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError, WorkerError
-from pymoo_psi.parallel import _joblib_runner, _pool
-from tests.processes import LONG, gone, let_limits_pass, posix, until
+from tests.processes import LONG, gone, posix, until
 
 
 def model(**kwargs):
@@ -57,9 +54,7 @@ def model(**kwargs):
     return Model(**kwargs)
 
 
-def stuck(x):
-    """Whether the model never returns from a design."""
-    return x[0] == 5
+SHORT = 3.0  # seconds of a time limit that only a design that never ends meets
 
 
 def designs(*first, n=40):
@@ -203,11 +198,9 @@ def test_who_reads_a_stream_may_evaluate_meanwhile(workers):
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
 
 
-def test_a_cheap_model_stays_in_this_process(monkeypatch):
-    clock = itertools.count()  # of its own: a machine that stalls makes any model dear
-    monkeypatch.setattr(_joblib_runner, "perf_counter", lambda: 1e-4 * next(clock))
+def test_a_cheap_model_stays_in_this_process():
     problem = model(elementwise_runner=JoblibRunner(2))
-    assert set().union(*(pids(problem, designs()) for _ in range(5))) == {os.getpid()}
+    assert pids(problem, designs()) == {os.getpid()}, "a machine that stalls for 10 ms a design?"
 
 
 def test_the_number_of_jobs_and_the_backend_of_parallel_config():
@@ -326,9 +319,8 @@ def test_values_that_do_not_travel_are_a_failure(workers):
 
 
 @posix
-def test_time_limits_and_dead_workers_leave_the_others_unharmed(monkeypatch):
-    let_limits_pass(stuck, monkeypatch.setattr)
-    runner = JoblibRunner(2, timeout=1e4, retries=0)
+def test_time_limits_and_dead_workers_leave_the_others_unharmed():
+    runner = JoblibRunner(2, timeout=SHORT, retries=0)
     problem = FailureTolerant(model(elementwise_runner=runner))
     X = designs(3, 5, 7, 11, 13, 17)
     F, G = problem.evaluate(X)
@@ -339,7 +331,7 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(monkeypatch):
     np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
     assert [failure.reason for failure in problem.failures] == [
         "ValueError: the mesh is torn",
-        "timed out after 10000 s",
+        "timed out after 3 s",
         "its worker process died (exit code 3)",
         "its worker process died (SIGKILL)",
         "SystemExit: no licence",
@@ -380,34 +372,20 @@ def test_a_worker_killed_while_it_waits_blames_no_design():
 
 
 @posix
-def test_what_a_timed_out_model_started_ends_with_it(tmp_path, monkeypatch):
-    """Also where the guard, which ends it, has its turn late."""
+def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
     pids = tmp_path / "pids"
 
     def with_solver(x):
         if x == 1:
             groups = (False, True)
             solvers = [subprocess.Popen(["sleep", "600"], start_new_session=new) for new in groups]
-            os.kill(os.getppid(), signal.SIGSTOP)
             pids.write_text(f"{os.getppid()} {os.getpid()} {solvers[0].pid} {solvers[1].pid}")
             solvers[0].wait()
         return {"F": x}
 
-    def started(x=1):
-        return x == 1 and pids.exists() and pids.read_text()
-
-    def awake():
-        if until(started):
-            time.sleep(0.3)  # in which the runner waits for the guard
-            os.kill(int(pids.read_text().split()[0]), signal.SIGCONT)
-
-    let_limits_pass(started, monkeypatch.setattr)
-    monkeypatch.setattr(_pool, "_PATIENCE", 0.0)
-    with ThreadPoolExecutor(1) as other:
-        other.submit(awake)
-        with pytest.raises(EvaluationError, match="timed out after 10000 s"):
-            JoblibRunner(1, timeout=1e4)(with_solver, [0, 1, 2])
-    assert all(gone(pid) for pid in pids.read_text().split())
+    with pytest.raises(EvaluationError, match="timed out after 3 s"):
+        JoblibRunner(1, timeout=SHORT)(with_solver, [0, 1, 2])
+    assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
 @posix
@@ -481,12 +459,11 @@ class TestDask:
     @posix
     def test_time_limits_and_deaths_as_on_one_machine(self, cluster):
         workers = set(cluster.run(os.getpid).values())
-        cluster.run(let_limits_pass, stuck)
-        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=1e4)))
+        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=SHORT)))
         with joblib.parallel_config("dask"):
             out = problem.evaluate(designs(5, 7), return_as_dictionary=True)
         assert out["failure"][[4, 10]].tolist() == [
-            "timed out after 10000 s",
+            "timed out after 3 s",
             "its worker process died (exit code 3, 2 times)",
         ]
         assert (out["failure"] != "").sum() == 2

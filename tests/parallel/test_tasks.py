@@ -1,27 +1,56 @@
-"""Tasks on workers: every result with its number, errors as they were raised."""
+"""Tasks and designs: every result with its number, errors as they were raised."""
 
 import os
 import time
+from collections import deque
 
 import joblib
 import pytest
 
+from pymoo_psi import JoblibRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel import in_order, in_parallel
+from pymoo_psi.parallel import evaluate_here, in_order, in_parallel
+from tests.processes import until
 
 
 def test_results_come_in_order_and_as_soon_as_they_can():
-    asked = []
-
-    def numbered():
-        for number in (1, 0, 2, 4, 3):
-            asked.append(number)
-            yield number, f"task {number}"
-
-    results = in_order(numbered())
+    numbered = ((number, f"task {number}") for number in (1, 0, 2, 4, 3))
+    results = in_order(numbered)
     assert next(results) == "task 0"
-    assert asked == [1, 0]
-    assert list(results) == ["task 1", "task 2", "task 3", "task 4"]
+    assert next(numbered) == (2, "task 2"), "which has not been asked for"
+    assert list(in_order(enumerate("ab"))) == ["a", "b"]
+
+
+def test_designs_in_this_process_are_measured_every_moment():
+    asked = []
+    waiting = deque(enumerate(range(5000)))
+    results = list(evaluate_here(lambda x: {"F": x}, waiting, enough=asked.append))
+    assert [(index, values["F"]) for index, values, _ in results] == [(x, x) for x in range(5000)]
+    assert asked[0] == 5000
+    assert len(asked) < 1000, "not after each of them"
+    waiting = deque(enumerate([0.0, 0.0, 0.0]))
+    one_by_one = evaluate_here(lambda x: {"F": x}, waiting, moment=0.0)
+    assert [len(waiting) for _ in one_by_one] == [2, 1, 0]
+
+
+def test_what_was_evaluated_before_an_error_is_given_first():
+    results = evaluate_here(lambda x: {"F": 1 / x}, deque(enumerate([2, 1, 0, 3])))
+    assert [next(results)[0], next(results)[0]] == [0, 1]
+    with pytest.raises(EvaluationError, match="design 0 cannot be .*ZeroDivisionError"):
+        next(results)
+
+
+def test_expensive_designs_after_cheap_ones_are_spread_over_the_workers(tmp_path):
+    """The last four end only when all of them are under way."""
+
+    def meeting(x):
+        if x < 100:
+            return {"F": x}
+        (tmp_path / str(x)).touch()
+        return {"F": x if until(lambda: len(os.listdir(tmp_path)) == 4) else None}
+
+    runner = JoblibRunner(4, in_process=False)
+    assert runner(meeting, range(104)) == [{"F": x} for x in range(104)]
 
 
 def failing(task):

@@ -184,7 +184,10 @@ class _Worker:
             data = self.pipe.recv_bytes()
         except (EOFError, OSError):  # closed, or reset
             return "died", None
-        kind, content = cloudpickle.loads(data)
+        try:
+            kind, content = cloudpickle.loads(data)
+        except Exception as error:
+            return "unsent", one_line(error)
         return kind, content
 
     def disconnect(self) -> None:

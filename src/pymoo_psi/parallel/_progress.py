@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
-from time import monotonic
 
 from pymoo_psi._validation import boolean
 
@@ -30,12 +30,12 @@ def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
     # takes tests known before for tests of this run. A notebook keeps all that a line has been.
     refresh = 1.0 if notebook else 0.0
     with ProgressBar(stats=False, stats_end=False, refresh_secs=refresh) as bar:
-        start = since = monotonic()
+        start = since = time.monotonic()
         known = 0.0
 
         def show(share: float) -> None:
             nonlocal since, known
-            now, left = monotonic(), ""
+            now, left = time.monotonic(), ""
             # In the first second workers start, and tests that were known before arrive.
             if now - start < 1.0 or known == 0:
                 since, known = now, share
