@@ -33,7 +33,6 @@ QUICK = (
     "comparison/test_statistics.py",
     "evaluation/test_evaluation.py",
     "problems/test_robust.py",
-    "parallel/test_cost.py",
     "pareto/test_explanation.py",
     "pareto/test_feasibility.py",
     "pareto/test_indicators.py",

@@ -23,6 +23,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import EvaluationError
+from pymoo_psi.parallel import progress_bar
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 

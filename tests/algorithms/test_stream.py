@@ -69,7 +69,7 @@ class Threads:
     def runner(self):
         runner = JoblibRunner(self.n)
         for _ in range(3):
-            runner._cost.add(1, 10.0)  # known to be slow: nothing is measured in this thread
+            runner._cost.add(10.0)  # known to be slow: nothing is measured in this thread
         return runner
 
 

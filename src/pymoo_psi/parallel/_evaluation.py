@@ -53,6 +53,11 @@ class Cost:
         """Add the seconds of a design."""
         self._samples.append(max(seconds, 1e-9))  # 0 where a clock is too coarse
 
+    @property
+    def measured(self) -> bool:
+        """Whether any design has been measured."""
+        return bool(self._samples)
+
     def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
         """Whether workers save at least twice the overhead, since both are estimates.
 
@@ -134,26 +139,27 @@ def evaluate_here(
     cost = cost or Cost()
     while waiting and not enough(len(waiting)):
         found: list[tuple[int, Values]] = []
-        failure: EvaluationError | None = None
+        failure: BaseException | None = None
+        allowed = moment if cost.measured else 0.0
         began = now = perf_counter()
         # Nothing is given from within: whoever reads the results would have the model's settings.
         with same_folder(), np.errstate():
-            while waiting and (now - began < moment or not found):
+            while waiting and failure is None and (now - began < allowed or not found):
                 index, design = waiting.popleft()
                 try:
                     found.append((index, f(design)))
-                except EvaluationError as error:
-                    failure = error
                 except Exception as error:
-                    failure = EvaluationError(design, one_line(error), error)
+                    if not isinstance(error, EvaluationError):
+                        error = EvaluationError(design, one_line(error), error)
+                    failure = error
+                except BaseException as error:  # an interrupt
+                    failure = error
                 now = perf_counter()
-                if failure:
-                    break
         seconds = (now - began) / max(len(found), 1)
         cost.add(seconds)
         for index, values in found:
             yield index, values, seconds
-        if failure:
+        if failure is not None:
             raise failure
 
 
