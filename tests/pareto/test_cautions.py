@@ -115,16 +115,6 @@ def test_of_a_convex_set_of_few_designs_the_ends_decide(n, expected):
     assert tuple(kinds(F)) in expected
 
 
-def test_scales_of_criteria_are_no_reason():
-    """In units of the ranges, metres or micrometres, money or shares give the same advice."""
-    F = bulging(0.6, 3, 200)
-    scaled = F * [1e-6, 1.0, 1e9] + [0, -5, 1e9]
-    assert (
-        rank_of_efficiency(F).salukvadze.tolist() == rank_of_efficiency(scaled).salukvadze.tolist()
-    )
-    assert kinds(F) == kinds(scaled)
-
-
 def test_one_outlier_moves_the_choice_and_is_named():
     """It stretches a range, so that all others look equally good in that objective."""
     F = pd.DataFrame(np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-0.01, 80.0]]]))

@@ -172,8 +172,8 @@ FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
         (FRAME, {"maximize": "cost"}, TypeError, "maximize must be a list of objectives, got 'cost'"),
         (FRAME, {"maximize": [2]}, ValueError, "maximize must be column indices from 0 to 1, got 2"),
         (FRAME, {"maximize": [-1]}, ValueError, "maximize must be an integer >= 0, got -1"),
-        (FRAME.to_numpy(), {"maximize": ["cost"]}, ValueError, "name objectives only where F is a data"),
-        (FRAME.assign(name="x"), {}, TypeError, "column 'name' of F must hold real numbers"),
+        (FRAME.to_numpy(), {"maximize": ["cost"]}, ValueError, "maximize must be one of 'f1', 'f2'"),
+        (FRAME.assign(name="x"), {}, TypeError, "column 'name' of F must be of real numbers"),
         (
             FRAME.set_axis(["a", "a"], axis=1),
             {"maximize": ["a"]},

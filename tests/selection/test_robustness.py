@@ -36,28 +36,15 @@ class Beam(Problem):
         out["H"] = np.zeros((len(x), 1))
 
 
-class SlowBeam(ElementwiseProblem):
-    """The same, one design at a time."""
-
-    def __init__(self, load, strength):
-        super().__init__(n_var=2, n_obj=3, n_ieq_constr=1, xl=0.0, xu=2.0)
-        self.load, self.strength = load, strength
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        a, b = x
-        out["F"] = [a + b, self.load / (0.1 + a), (b - self.load) ** 2]
-        out["G"] = [self.load * b - self.strength]
-
-
 LOAD = {"load": stats.norm(1.0, 0.2), "strength": stats.uniform(0.2, 0.7)}
 X = 2 * lp_tau(40, 2)
 
 
-def by_hand(make_problem, X, points, parameters, normalize=True):
+def by_hand(X, points, normalize):
     """Every statistic of every design from lists over the scenarios."""
     n, seen = len(X), []
     for row in points:
-        problem = make_problem(**dict(zip(parameters, row, strict=True)))
+        problem = Beam(*row)
         F, G = problem.evaluate(np.array(X), return_values_of=["F", "G"])
         there = [i for i in range(n) if (G[i] <= 0).all()]
         scenario = {i: {"F": F[i].tolist()} for i in there}
@@ -73,11 +60,10 @@ def by_hand(make_problem, X, points, parameters, normalize=True):
 
 
 @pytest.mark.parametrize("normalize", [True, False])
-@pytest.mark.parametrize("make_problem", [Beam, SlowBeam])
-def test_agrees_with_the_oracle(make_problem, normalize):
-    result = robustness(make_problem, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
+def test_agrees_with_the_oracle(normalize):
+    result = robustness(Beam, X, uncertainty=LOAD, n_scenarios=30, normalize=normalize)
     never = 0
-    for i, found in enumerate(by_hand(make_problem, X, result.scenarios, LOAD, normalize)):
+    for i, found in enumerate(by_hand(X, result.scenarios, normalize)):
         assert result.infeasible_share[i] == pytest.approx(1 - len(found) / 30)
         assert result.optimum_share[i] == sum(one["optimum"] for one in found) / 30
         assert result.efficient_share[i] == sum(one["rank"] >= 5 for one in found) / 30
@@ -266,12 +252,9 @@ SHIFT = {"load": stats.uniform(0.5, 1)}
             Beam, X, {"uncertainty": {"load": stats.uniform(0, -1)}}, ValueError,
             r"uncertainty\['load'\] must be a distribution with finite quantiles",
         ),
-        (Beam, X, {"uncertainty": LOAD, "n_scenarios": 0}, ValueError, "n_scenarios must be"),
-        (Beam, X, {"uncertainty": LOAD, "n_jobs": 0}, ValueError, "n_jobs must be 1 or more"),
         (Beam, X, {"uncertainty": LOAD, "names": ["a"]}, ValueError, r"names must be 3 names, got \['a'\]"),
         (Beam, X[:, :1], {"uncertainty": LOAD}, ValueError, "X must be of 2 variables"),
         (Beam, X[0], {"uncertainty": LOAD}, ValueError, "X must be two-dimensional"),
-        (Beam, X[:0], {"uncertainty": LOAD}, ValueError, "X must be of at least one design"),
         (3, X, {"uncertainty": LOAD}, TypeError, "make_problem must be callable, got 3"),
         (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
         (dict, X, {"uncertainty": LOAD}, TypeError, "the scenario load=1, strength=0.55 must give a problem"),
@@ -284,13 +267,6 @@ def test_mistakes(make_problem, X, options, kind, message):
     with pytest.raises(kind, match=message) as caught:
         robustness(make_problem, X, **options)
     assert isinstance(caught.value, PsiError)
-
-
-def test_no_design_is_feasible():
-    weak = {"load": stats.uniform(1, 1), "strength": stats.uniform(-2, 1)}
-    result = robustness(Beam, X, uncertainty=weak, n_scenarios=4)
-    assert result.infeasible_share.tolist() == [1.0] * len(X)
-    assert result.optimum_share.sum() == 0
 
 
 def test_maximised_objectives_have_their_own_direction():

@@ -41,8 +41,8 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     objective_matrix,
+    wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 
@@ -77,13 +77,13 @@ class Objectives:
 
         Args:
             F: ``(n, m)`` array or data frame, n, m >= 1.
-            maximize: Which are to be maximised: column indices from 0 or, of a data frame, names.
+            maximize: Which are to be maximised, by name or column index from 0.
 
         Raises:
             ArgumentValueError: The values are not finite, or there is no such objective.
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
-        names: tuple[Any, ...] | None = None
+        names: tuple[Any, ...] = ()
         labels: Any = None
         # A data frame by what it offers, so that arrays do not pay for importing pandas.
         if hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy"):
@@ -91,12 +91,12 @@ class Objectives:
             F = _numbers(F)
         values = objective_matrix("F", F).copy()
         n, m = values.shape
-        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        sign = np.ones(m)
-        sign[[_column("maximize", entry, m, names) for entry in maximize]] = -1.0
-        if names is None:
+        if labels is None:
             names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
-        return cls(values, sign, names, labels)
+        objectives, sign = cls(values, np.ones(m), names, labels), np.ones(m)
+        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+        sign[[objectives.column("maximize", entry) for entry in maximize]] = -1.0
+        return replace(objectives, sign=sign)
 
     @property
     def minimized(self) -> Array:
@@ -115,8 +115,18 @@ class Objectives:
         ]
 
     def column(self, argument: str, entry: Any) -> int:
-        """Return the index of an objective that an argument gives by name or index."""
-        return _column(argument, entry, len(self.names), self.names)
+        """Return the index of an objective that an argument gives by name, or else by index."""
+        m = len(self.names)
+        if entry in self.names:
+            if self.names.count(entry) > 1:
+                raise invalid(argument, "names that only one column has", entry)
+            return self.names.index(entry)
+        if isinstance(entry, str):
+            known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
+        column = integer(argument, entry, minimum=0)
+        if column >= m:
+            raise invalid(argument, f"column indices from 0 to {m - 1}", column)
+        return column
 
     def rows(self, indices: NDArray[np.intp]) -> Objectives:
         """Return the same objectives of some of the designs."""
@@ -137,30 +147,10 @@ def _numbers(frame: Any) -> Array:
     for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
         # Nothing is converted: text, dates and objects are no numbers until the user says so.
         if getattr(dtype, "kind", "O") not in "fiub":
-            raise ArgumentTypeError(
-                f"column {name!r} of F must hold real numbers, got dtype {dtype}; "
-                f"give F[[...]], the columns that are objectives; names of the designs are "
-                f"labels by F.set_index({name!r})"
-            )
-    values: Array = frame.to_numpy(dtype=np.float64, na_value=np.nan)
-    return values
-
-
-def _column(argument: str, entry: Any, m: int, names: Sequence[Any] | None) -> int:
-    """Return the index of an objective; a name goes before an index."""
-    if names is not None and entry in names:
-        if names.count(entry) > 1:
-            raise invalid(argument, "names that only one column has", entry)
-        return names.index(entry)
-    if isinstance(entry, str):
-        if names is None:
-            remedy = "name objectives only where F is a data frame"
-            raise invalid(argument, f"column indices from 0 to {m - 1}", entry, remedy)
-        known_name(argument, entry, [name for name in names if isinstance(name, str)])
-    column = integer(argument, entry, minimum=0)
-    if column >= m:
-        raise invalid(argument, f"column indices from 0 to {m - 1}", column)
-    return column
+            remedy = f"give F[[...]], the objectives; F.set_index({name!r}) names the designs"
+            found = Received(f"dtype {dtype}")
+            raise wrong_type(f"column {name!r} of F", "of real numbers", found, remedy)
+    return np.asarray(frame.to_numpy(dtype=np.float64, na_value=np.nan))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
