@@ -14,7 +14,8 @@ so that the Taylor coefficients follow from Cauchy products. 40 digits are carri
 taken with 40 terms such that the first term left out is below 1e-36 of its unknown. Slip is over
 when rho < 1e-36. Rolling and straight sliding are the constant accelerations of Eq. (2.20).
 
-Regenerate the data file with ``python motion_30_digits.py`` (some minutes).
+Write the data of ``tests/chute/reference`` again by ``python -m benchmarks.motion_30_digits``, in a
+checkout; it takes some minutes.
 """
 
 from __future__ import annotations
@@ -237,16 +238,16 @@ def as_text(value):
     return mp.nstr(value, 30)
 
 
-def main(path: str = "motion_30_digits.json") -> int:
+def main(path: str = "tests/chute/reference/motion_30_digits.json") -> int:
     cases = []
     for name, row in designs():
         values = {key: as_text(value) for key, value in reference(*row).items()}
         cases.append({"set": name, "inputs": [q.hex() for q in row], **values})
         print(name, row, values["time"], values["slip_end"], file=sys.stderr, flush=True)
-    Path(path).writeas_text(
+    Path(path).write_text(
         json.dumps(
             {
-                "about": "30-digit motion; made by reference_mpmath.py; inputs are float.hex() of "
+                "about": "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are float.hex() of "
                 "u1, v_p, mu, c, r, wx0, wy0, wz0",
                 "cases": cases,
             },
