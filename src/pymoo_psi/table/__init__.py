@@ -103,6 +103,7 @@ from pymoo_psi.table._layout import RESERVED, Key, Layout, Limit, Limits, is_wri
 from pymoo_psi.table._limits import Bounds, bounds_of, ends, excess, lacking, within
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
+from pymoo_psi.table._source import read_table
 from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import STATUSES, TestTable, other_problem, read_tests
 from pymoo_psi.table.analysis import (
@@ -157,6 +158,7 @@ __all__ = [
     "lacking",
     "other_problem",
     "read_designs",
+    "read_table",
     "read_tests",
     "real_column",
     "section_points",

@@ -1,0 +1,554 @@
+"""From a source of any kind to a table: :func:`read_table` is the only way to open one."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    integer,
+    invalid,
+    known_name,
+    real_array,
+)
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.pareto import RANKING_COLUMNS
+from pymoo_psi.table._exchange import table_of
+from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
+from pymoo_psi.table._formulation import Formulation, distinct
+from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._numbers import Column, is_blank, read_columns
+from pymoo_psi.table._summary_rows import require_designs
+from pymoo_psi.table._table import STATUSES, TestTable, read_tests
+from pymoo_psi.table._text import (
+    Cells,
+    UnfitError,
+    cells_of_text,
+    cells_of_workbook,
+    decoded,
+    in_a_line,
+)
+
+_HEAD = "pymoo_psi_designs"  # begins the comment above a CSV that says what its columns are
+_ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
+# Columns that name designs, and those that number the rows of a file, which names of its designs
+# say better. Not "no", which is also an exhaust gas.
+_NAMING = ("test_point", "number", "label", "name", "id", "design")
+_LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
+_DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
+_NAMED_ROWS = 6  # that a remark names
+# 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+_DAMAGED = (
+    "its first line, which says what the columns are, is damaged or of a later version; remove it, "
+    "and say --objectives and --maximize"
+)
+
+
+def read_table(
+    source: str | PathLike[str] | Any,
+    formulation: Formulation | None = None,
+    *,
+    variables: Sequence[str] | None = None,
+    drop_incomplete: bool = False,
+    decimal: str | None = None,
+    thousands: str | None = None,
+    encoding: str | None = None,
+    skip_rows: Collection[int | str] = (),
+    sheet: str | None = None,
+) -> TestTable:
+    r"""Return the table in a source of any kind, which is read once, so that it may be a pipe.
+
+    A table of tests keeps its layout. Other designs are feasible, without bounds, and their numbers
+    are the rows of the source from 1. Their objectives are those that the formulation names, or
+    that the source tells, as our rankings and the page's exports do; or f1, f2, … beside x1, x2, …;
+    or all columns of numbers but labels. Other columns of numbers become outputs, the rest
+    ``extra``. What a reader must know about rows, such as missing shares, is in ``remarks``.
+
+    A number in a text that can be read in two ways, such as ``1.250`` where nothing tells whether
+    points divide thousands, is refused with the option that settles it, and so is a column that
+    looks like numbers but holds others. With the objectives named, only the columns that the
+    formulation names must be readable.
+
+    Args:
+        source: A path: a study or a folder of studies; text with commas, semicolons, tabs, bars or
+            spaces between its cells; a workbook (.xlsx); a test table as CSV or Parquet; a ranking
+            that ``pymoo-psi rank --out`` wrote as CSV or JSON; an export of the page. Or a data
+            frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
+        formulation: What is asked; see :meth:`TestTable.under`.
+        variables: Names of the columns with design variables; as the source tells unless given.
+        drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
+        decimal: The decimal mark of texts, ``"."`` or ``","``.
+        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
+        encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
+        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units;
+            ``"hidden"`` among them for the hidden rows of a workbook.
+        sheet: Name of the sheet of a workbook; the only one with cells unless given.
+
+    Raises:
+        OSError: The file cannot be opened.
+        ArgumentValueError: It is no table of named columns with one design or more; a row of it
+            summarises others; a column that is needed cannot be read; or the formulation does not
+            fit.
+        ArgumentTypeError: ``skip_rows`` holds no numbers.
+        StudyError: It is a database but no study, or a damaged one.
+        PsiError: A package that reads such files is not installed.
+
+    Example:
+        >>> import os, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = os.path.join(folder, "set.csv")
+        ...     _ = Path(path).write_text("id;cost;mass\nA;1,5;1.250\nB;2;980\n")
+        ...     table = read_table(path, Formulation(maximize=["mass"]), decimal=",")
+        >>> table.column("mass"), table.layout.maximize, table.names
+        (array([1250.,  980.]), ('mass',), ['A', 'B'])
+    """
+    if isinstance(skip_rows, str) or not isinstance(skip_rows, Collection):
+        raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
+    skipped = {
+        "hidden" if line == "hidden" else integer("a number in skip_rows", line, minimum=1)
+        for line in skip_rows
+    }
+    path = Path(source) if isinstance(source, (str, PathLike)) else None
+    try:
+        found = _cells_of(source) if path is None else _opened(path, encoding, skipped, sheet)
+        if skipped and (isinstance(found, TestTable) or not found.lines):
+            what = "left out, as the source is neither a text of designs nor a workbook"
+            raise invalid("skip_rows", what, [*skip_rows])
+        if isinstance(found, Cells):
+            designs, remarks = _designs(found, decimal, thousands)
+            asked = Formulation() if formulation is None else formulation
+            table = _table(designs, asked, variables, remarks, drop_incomplete=drop_incomplete)
+        elif variables:
+            rule = "named for designs only: a table of tests knows its variables"
+            raise invalid("variables", rule, [*variables])
+        else:
+            table = found
+    except UnfitError as error:
+        raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
+    return table if formulation is None else table.under(formulation)
+
+
+def designs_head(layout: Layout, columns: Sequence[str], numbers: Collection[str]) -> str:
+    """Return the comment above a CSV of designs that says what its columns are; empty if needless.
+
+    It is needed where the names of the columns do not tell the objectives, where one is to be
+    maximized, or a column has a unit: so that :func:`read_table` reads what was written.
+
+    Args:
+        layout: What the columns are.
+        columns: Names of all columns of the CSV.
+        numbers: Those that hold numbers.
+    """
+    guessed = _guess(columns, numbers.__contains__)[0]
+    units = {name: unit for name, unit in layout.units.items() if name in columns}
+    if guessed == layout.objectives and not layout.maximize and not units:
+        return ""
+    head = {
+        _HEAD: 1,
+        "objectives": layout.objectives,
+        "maximized": layout.maximize,
+        "variables": layout.variables,
+        "outputs": layout.outputs,
+        "units": units,
+    }
+    return f"# {json.dumps(head, ensure_ascii=False)}"
+
+
+# From sources to cells
+
+
+def _opened(
+    path: Path, encoding: str | None, skipped: Collection[int | str], sheet: str | None
+) -> TestTable | Cells:
+    """Return what a file or folder holds, by its content: a pipe has no suffix."""
+    if path.is_dir():
+        return _tests(path)
+    with path.open("rb") as file:  # once: what a pipe has given it does not give again
+        content = file.read(16)
+        if sheet is not None and not content.startswith(_ZIP):
+            raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
+        # SQLite opens files by name only, so a study cannot be a pipe.
+        if content.startswith(b"SQLite format 3\0"):
+            return _tests(path)
+        content += file.read()
+    if content.startswith(b"PAR1"):
+        return table_of(*read_parquet(path, content), path, TestTable)
+    if content.startswith(_ZIP):
+        return cells_of_workbook(content, skipped, sheet)
+    if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
+        what = "it is a workbook of old, or with a password"
+        raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
+    text = decoded(content, encoding)
+    first, end, rest = text.partition("\n")
+    if MARK in first:
+        return table_of(*read_csv(path, text), path, TestTable)
+    if text.lstrip().startswith(("{", "[")):
+        return _cells_of_json(text)
+    if _HEAD not in first:
+        return cells_of_text(text, skipped)
+    try:
+        head = json.loads(comment_text(first))
+    except (ValueError, RecursionError, csv.Error):
+        raise UnfitError(_DAMAGED) from None
+    # The line stays, as lines are counted, but as an empty comment.
+    return cells_of_text(f"#{end}{rest}", skipped)._replace(head=head)
+
+
+def _tests(path: Path) -> TestTable:
+    table, missing = read_tests(path)
+    return replace(table, remarks=(f"{missing}.",)) if missing else table
+
+
+def _cells_of_json(text: str) -> Cells:
+    """Return a ranking that was written as JSON, with the objectives it names."""
+    try:
+        content: Any = json.loads(text, object_pairs_hook=distinct)
+        rows = [dict(row) for row in content["designs"]]
+        cells = [cell for row in rows for cell in row.values()]
+        if not rows or any({*row} != {*rows[0]} for row in rows):
+            raise ValueError
+        if not all(isinstance(cell, (str, int, float, type(None))) for cell in cells):
+            raise TypeError
+        head = {key: content[key] for key in ("objectives", "maximized")}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
+        raise UnfitError(f"{what}; give the designs as CSV") from None
+    # It names no outputs, and some that are none may be of those to be maximized.
+    head |= {"units": content.get("units", {}), "outputs": head["maximized"]}
+    return Cells({name: [row[name] for row in rows] for name in rows[0]}, head=head)
+
+
+def _cells_of(source: Any) -> TestTable | Cells:
+    """Return the cells of a data frame, or of an array of objectives."""
+    import pandas as pd
+
+    if isinstance(source, TestTable):
+        return source
+    if not isinstance(source, pd.DataFrame):
+        F = real_array("source", source, "or give the path of a file")
+        if F.ndim != 2 or F.size == 0:
+            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+        names = [f"f{j + 1}" for j in range(F.shape[1])]
+        columns = dict(zip(names, F.T.tolist(), strict=True))
+        return Cells(columns, head={"objectives": names})
+    if len(source) == 0:
+        raise UnfitError("it has no row")
+    label = None
+    if not isinstance(source.index, pd.RangeIndex):
+        label = str(source.index.name or "index")
+        source = source.rename_axis(label).reset_index()
+    source = source.astype(object).where(source.notna(), None)
+    return Cells({str(name): source[name].tolist() for name in source}, label=label)
+
+
+# From cells to tables
+
+
+@dataclass(frozen=True)
+class _Designs:
+    """The n designs of a source, before it is known which columns are what.
+
+    Attributes:
+        columns: The columns by name.
+        rows: ``(n,)`` the row of the source of each design, from 1.
+        lines: ``(n,)`` the line of the file of each; empty if there are no lines.
+        existing: ``(n,)`` which of them are prototypes.
+        head: What the source says of its columns; empty if nothing.
+        label: The column that names the designs; ``None`` if there is none.
+    """
+
+    columns: Mapping[str, Column]
+    rows: NDArray[np.intp]
+    lines: NDArray[np.intp]
+    existing: NDArray[np.bool_]
+    head: Mapping[str, Any]
+    label: str | None
+
+    @property
+    def labels(self) -> set[str]:
+        """The columns that number or name designs."""
+        return {name for name in self.columns if _is_label(name) or name == self.label}
+
+    def where(self, i: int) -> str:
+        """Say where the i-th design stands."""
+        return f"row {self.rows[i]}" + (f" (line {self.lines[i]})" if len(self.lines) else "")
+
+    def line(self, i: int) -> int:
+        """Return the number by which the i-th design is left out."""
+        return int((self.lines if len(self.lines) else self.rows)[i])
+
+    def numbers(self, name: str) -> NDArray[np.float64]:
+        """Return the ``(n,)`` numbers of a column, NaN where it has none.
+
+        Raises:
+            UnfitError: It cannot be read for certain, or holds no number.
+        """
+        column = self.columns[name]
+        if column.problem is not None:
+            i, what = column.problem
+            cell = f"{self.where(i)} holds {column.cells[i]!r:.40} in the column {name!r}"
+            raise UnfitError(f"{cell}, {what.replace('{line}', str(self.line(i)))}")
+        if column.numbers is None:
+            remedy = "leave it out, or name the objectives by --objectives"
+            raise UnfitError(f"its column {name!r} holds no number at all; {remedy}")
+        return column.numbers
+
+    def is_candidate(self, name: str) -> bool:
+        """Say whether a column can be an objective; refuse one of which that is not certain."""
+        column = self.columns[name]
+        if column.problem is not None or all(map(is_blank, column.cells)):
+            self.numbers(name)
+        return column.numbers is not None
+
+
+def _designs(
+    cells: Cells, decimal: str | None, thousands: str | None
+) -> tuple[_Designs, list[str]]:
+    """Return the designs of cells, without those that are not feasible, and remarks."""
+    columns, remarks = dict(cells.columns), []
+    n = len(next(iter(columns.values())))
+    # A column status of somebody else's, with other words in it, selects nothing.
+    status = columns.get("status", ())
+    feasible = np.full(n, True)
+    if {*map(str, status)} <= {*STATUSES} and status:
+        feasible = np.array([word == "ok" for word in status])
+    existing = np.full(n, False)
+    if {"mark", *RANKING_COLUMNS[:-1]} <= {*columns}:  # as the page exports
+        existing = np.array([mark == "prototype" for mark in columns.pop("mark")])
+    if not (feasible & ~existing).any():
+        raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
+    if lost := int((~feasible & ~existing).sum()):
+        remarks.append(f"{counted(lost, 'design')} left out as not feasible.")
+    taken = np.flatnonzero(feasible | existing)
+    # A failed design may hold anything, so it is left out before numbers are read.
+    texts = {
+        name: [column[i] for i in taken.tolist()]
+        for name, column in columns.items()
+        if name not in _DERIVED
+    }
+    read = read_columns(texts, decimal, thousands, cells.separator, [*filter(_is_label, columns)])
+    lines = np.array(cells.lines, dtype=np.intp)[taken] if cells.lines else np.zeros(0, np.intp)
+    head = {} if cells.head is None else _checked_head(cells.head, columns)
+    label = cells.label or _label(read)
+    designs = _Designs(read, taken + 1, lines, existing[taken], head, label)
+    kept = np.flatnonzero(~designs.existing)
+    numbers = [
+        c.numbers for n, c in read.items() if c.numbers is not None and n not in designs.labels
+    ]
+    remark = require_designs(
+        {name: [c.cells[i] for i in kept] for name, c in read.items() if c.numbers is None},
+        np.column_stack([np.empty((len(kept), 0)), *(values[kept] for values in numbers)]),
+        lambda i: designs.where(kept[i]),
+        lambda i: designs.line(kept[i]),
+    )
+    return designs, remarks + ([remark] if remark else [])
+
+
+def _checked_head(head: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
+    """Return what a source says of its columns, those that are gone left out."""
+    try:
+        if head.get(_HEAD, 1) != 1:
+            raise ValueError
+        checked: dict[str, Any] = {
+            key: tuple(map(in_a_line, head.get(key, ())))
+            for key in ("objectives", "maximized", "variables", "outputs")
+        }
+        checked["units"] = {
+            in_a_line(name): unit + "" for name, unit in head.get("units", {}).items()
+        }
+        if not {*checked["maximized"]} <= {*checked["objectives"], *checked["outputs"]}:
+            raise ValueError
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise UnfitError(_DAMAGED) from None
+    if missing := [name for name in checked["objectives"] if name not in names]:
+        what = f"it says that its objective is {missing[0]!r}, which is no column"
+        raise UnfitError(f"{what}; restore the column, or remove what it says in its first line")
+    return checked
+
+
+def _table(
+    designs: _Designs,
+    asked: Formulation,
+    variables: Sequence[str] | None,
+    remarks: list[str],
+    *,
+    drop_incomplete: bool,
+) -> TestTable:
+    """Return the table of designs; the columns that a formulation needs must be readable."""
+    columns, head, n = designs.columns, designs.head, len(designs.rows)
+    roles = _objectives_and_variables(designs, asked, variables, remarks)
+    objectives = roles[0]
+    values = {name: _values(columns[name]) for name in roles[1]}
+    if lacking := [name for name, cells in values.items() if cells is None]:
+        remarks.append(f"No variable, as some designs have no value of it: {', '.join(lacking)}.")
+    design = {name: cells for name, cells in values.items() if cells is not None}
+    outputs = {
+        name: designs.numbers(name)
+        for name, column in columns.items()
+        if name not in objectives
+        and name not in design
+        and (name in asked.columns or (column.numbers is not None and name not in designs.labels))
+    }
+    taken = {*objectives, *design, *outputs}
+    layout = Layout.of(
+        [*design],
+        objectives,
+        outputs=[*outputs],
+        maximize=[name for name in head.get("maximized", ()) if name in {*objectives, *outputs}],
+        units={name: head.get("units", {}).get(name, columns[name].unit) for name in taken},
+    )
+    F = np.column_stack([np.empty((n, 0)), *(designs.numbers(name) for name in objectives)])
+    remarks += _incomplete(designs, objectives, F, drop_incomplete=drop_incomplete)
+    X = (
+        np.empty((n, 0))
+        if not design
+        else [list(row) for row in zip(*design.values(), strict=True)]
+    )
+    extra = {name: _carried(column) for name, column in columns.items() if name not in taken}
+    naming = designs.label if designs.label in extra else "row"
+    if naming == "row":
+        extra.setdefault("row", designs.rows.astype(object))
+    new, old = np.flatnonzero(~designs.existing), np.flatnonzero(designs.existing)
+    names = [str(name) for name in extra[naming][old]]
+    numbers, tests = designs.rows.copy(), extra.pop("test_point", None)
+    label: str | None = naming
+    if tests is not None and naming == "test_point":
+        given = [cell for cell in tests[new] if type(cell) is int and cell > 0]
+        if len({*given}) < len(new):
+            raise UnfitError("its column 'test_point' must hold different numbers from 1")
+        numbers[new], numbers[old] = given, max(given) + designs.rows[old]
+        label = None
+    layout = replace(layout, label=label)
+    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    prototype = None
+    if len(old):
+        called = {"prototype": np.array(names, dtype=object)}
+        own = replace(layout, label="prototype")
+        prototype = replace(table.rows(old), layout=own, extra=called)
+    return replace(table.rows(new), remarks=tuple(remarks), prototype=prototype)
+
+
+def _objectives_and_variables(
+    designs: _Designs, asked: Formulation, named: Sequence[str] | None, remarks: list[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return which columns are objectives and variables: as named, as told, else by their names."""
+    columns, head = designs.columns, designs.head
+    variables = tuple(named or head.get("variables", ()))
+    if asked.objectives or head.get("objectives"):
+        objectives = tuple(n for n in asked.objectives if n not in asked.computed)
+        if not asked.objectives:
+            objectives = head["objectives"]
+        guessed = _guess(columns, lambda name: False)[1]
+    else:
+        free = [n for n in columns if n not in variables and n != designs.label]
+        objectives, guessed = _guess(free, designs.is_candidate)
+        if not objectives:
+            raise UnfitError("no column holds numbers that can be objectives")
+        if len(objectives) == 1:
+            what = f"{objectives[0]!r} is the only column that can be an objective"
+            remedy = f"if you mean to rank by it alone, say --objectives {objectives[0]!r}"
+            raise UnfitError(f"{what}; {remedy}")
+        # Ranked by the number of the design, any other would be the best.
+        first, numbers = objectives[0], designs.numbers(objectives[0])
+        counts = np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
+        if first == next(iter(columns)) and len(numbers) >= 3 and counts:
+            remedy = "if it only numbers designs, name the objectives"
+            remarks.append(f"{first}, taken as an objective, counts the rows; {remedy}.")
+    for group, names in (("objectives", objectives), ("variables", variables)):
+        for name in names:
+            known_name(group, name, [*columns])
+    variables = variables or tuple(name for name in guessed if name in columns)
+    return objectives, tuple(name for name in variables if name not in objectives)
+
+
+def _incomplete(
+    designs: _Designs, names: Sequence[str], F: NDArray[np.float64], *, drop_incomplete: bool
+) -> list[str]:
+    """Refuse designs without finite objectives, or return a remark on them."""
+    lacking = ~np.isfinite(F)
+    rows = np.flatnonzero(lacking.any(axis=1))
+    if len(rows) == 0:
+        return []
+    if len(rows) == len(F):
+        raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
+    if not drop_incomplete:
+        i, j = rows[0], lacking[rows[0]].argmax()
+        cell = designs.columns[names[j]].cells[i]
+        what = "no number" if is_blank(cell) else str(cell).strip()
+        where = f"{designs.where(i)} holds {what:.40} in the column {names[j]!r}"
+        raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
+    told = ", ".join(str(designs.rows[i]) for i in rows[:_NAMED_ROWS])
+    more = ", …" if len(rows) > _NAMED_ROWS else ""
+    return [f"{counted(len(rows), 'incomplete design')} left out: row {told}{more}."]
+
+
+def _guess(
+    names: Collection[str], is_candidate: Callable[[str], bool]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the objectives and variables of a source that does not tell them, by their names.
+
+    With columns f1, f2, … these are the objectives, and x1, x2, … (or u1, u2, …) the variables;
+    otherwise all columns of numbers are objectives, apart from labels and those of a ranking.
+    """
+    free = [name for name in names if not _is_label(name) and name not in RANKING_COLUMNS]
+    numbered = tuple(name for name in free if re.fullmatch(r"f\d+", name))
+    variables = tuple(name for name in free if re.fullmatch(r"[xu]\d+", name))
+    # One column called f1 without any x1 is no numbering, and says nothing about the others.
+    if "f1" in numbered and (variables or len(numbered) > 1):
+        return numbered, variables
+    return tuple(name for name in free if is_candidate(name)), ()
+
+
+def _is_label(name: str) -> bool:
+    return name.strip().lower() in _LABELS
+
+
+def _label(columns: Mapping[str, Column]) -> str | None:
+    """Return the column that names the designs, as its name tells.
+
+    Where that only numbers rows, or none does, it is the first of the others, if it holds texts,
+    each another: so people write lists, under "Variante" as under "Model".
+    """
+    labels = sorted(filter(_is_label, columns), key=lambda n: _LABELS.index(n.strip().lower()))
+    if labels and labels[0].strip().lower() in _NAMING:
+        return labels[0]
+    for name in [name for name in columns if name not in labels][:1]:
+        _, numbers, _, problem = columns[name]
+        texts = {c for c in columns[name].cells if isinstance(c, str) and not is_blank(c)}
+        if numbers is None and problem is None and len(texts) == len(columns[name].cells):
+            return name
+    return labels[0] if labels else None
+
+
+def _values(column: Column) -> list[Any] | None:
+    """Return the values of a variable; ``None`` if a design has none, or none that is certain."""
+    if column.problem is not None or any(map(is_blank, column.cells)):
+        return None
+    if column.numbers is None:
+        texts = [str(cell) for cell in column.cells]
+        return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
+    whole = all(
+        type(c) is int or (isinstance(c, str) and _WHOLE.fullmatch(c)) for c in column.cells
+    )
+    return [int(cell) for cell in column.cells] if whole else column.numbers.tolist()
+
+
+def _carried(column: Column) -> NDArray[np.object_]:
+    """Return the cells of a column that is carried along; 7 as a number, 007 as a text."""
+    cells = [
+        int(c) if isinstance(c, str) and _WHOLE.fullmatch(c) and str(int(c)) == c else c
+        for c in column.cells
+    ]
+    return np.fromiter(cells, dtype=object)

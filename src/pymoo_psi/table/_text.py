@@ -1,0 +1,316 @@
+"""From the bytes of a text or a workbook to cells under the names of columns."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from importlib import import_module
+from io import BytesIO, StringIO
+from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
+
+from pymoo_psi._validation import counted, invalid, known_name
+from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.table._numbers import PerCent, is_blank, is_number
+
+_SEPARATORS = ",;\t|"
+_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
+_GROUPED = re.compile(r"[1-9]\d{0,2}(?: \d{3})+(?:[.,]\d*)?")
+_EMPTY = "it is empty; it must hold a line of column names, then the designs"
+_VAST = 4_000_000  # cells of a sheet, which take 1 GB
+# The longer marks first: that of UTF-16 begins that of UTF-32.
+_BYTE_ORDER_MARKS = {
+    b"\xef\xbb\xbf": "utf-8-sig",
+    b"\xff\xfe\x00\x00": "utf-32",
+    b"\x00\x00\xfe\xff": "utf-32",
+    b"\xff\xfe": "utf-16",
+    b"\xfe\xff": "utf-16",
+}
+
+
+class UnfitError(ArgumentValueError):
+    """A source is no table; :func:`read_table` says which source."""
+
+
+class Cells(NamedTuple):
+    """The cells of a source that is no table of tests.
+
+    Attributes:
+        columns: The n cells of each column by its name, in the order of the source.
+        lines: The line of the file on which each row ends; empty if there are no lines.
+        separator: The mark between the cells of a line; empty if there is none.
+        head: What the source says of its columns, as :func:`designs_head` writes it.
+        label: The column that names the designs, if the source says so.
+    """
+
+    columns: dict[str, list[Any]]
+    lines: Sequence[int] = ()
+    separator: str = ""
+    head: Mapping[str, Any] | None = None
+    label: str | None = None
+
+
+def in_a_line(name: str) -> str:
+    """Return the name of a column without line breaks, which could not be typed as an option."""
+    return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
+
+
+def decoded(content: bytes, encoding: str | None) -> str:
+    """Return the text in the bytes of a file, by its byte-order mark or UTF-8 unless told.
+
+    Raises:
+        ArgumentValueError: It is no such text, or there is no such encoding.
+    """
+    marks = _BYTE_ORDER_MARKS.items()
+    marked = next((name for mark, name in marks if content.startswith(mark)), "utf-8")
+    try:
+        text = content.decode(encoding or marked)
+    except UnicodeError as error:
+        # Any bytes are text in cp1252, right or wrong; so it is not guessed.
+        remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
+        what = f"it is no text in {encoding or marked}: {getattr(error, 'reason', error)}"
+        raise UnfitError(f"{what}; {remedy}") from None
+    except (LookupError, ValueError):
+        raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
+    # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
+    if "\0" in text:
+        remedy = "give its encoding, such as --encoding utf-16-le"
+        raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+    return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
+
+
+def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
+    """Return the cells of a text.
+
+    By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
+    Comments (``#``) may stand above the line that names the columns. If that line holds numbers,
+    the names are taken from the comment above it, as numpy.savetxt writes them.
+
+    Raises:
+        ArgumentValueError: It is no table of named columns with one row or more.
+    """
+    lines = list(enumerate(StringIO(text, newline=""), start=1))
+    _require_lines(skip_rows, len(lines))
+    lines = [(i, line) for i, line in lines if i not in skip_rows]
+    separator, comment = "", ""
+    while lines and (not lines[0][1].strip() or lines[0][1].lstrip('"').startswith(("#", "sep="))):
+        line = lines.pop(0)[1]
+        if found := _SEPARATOR_LINE.fullmatch(line):
+            separator = found[1]
+        elif line.strip():
+            comment = line.lstrip("# ")
+    if not lines:
+        raise UnfitError(_EMPTY)
+    separator = separator or _separator(lines)
+    try:
+        rows, ends = _rows(lines, separator)
+        names, _ = _rows([(1, comment)], separator) if comment else ([], [])
+    except csv.Error as error:
+        raise UnfitError(f"it is no text in rows and columns: {error}") from None
+    if not rows:
+        raise UnfitError(_EMPTY)
+    if any(map(is_number, rows[0])) and names and len(names[0]) == len(rows[0]):
+        rows, ends = [*names, *rows], [ends[0], *ends]
+    marked = [
+        end
+        for row, end in zip(rows, ends, strict=True)
+        if row[0].startswith("#") and not is_blank(row[0])
+    ]
+    # Labels may be #1, #2, …; one among others is rather a design that was commented out.
+    if 0 < len(marked) < len(rows) - 1:
+        remedy = f"leave it out by --skip-rows {_listed(marked)}, or begin its first cell otherwise"
+        what = f"line {marked[0]} begins with #: a comment or a design"
+        raise UnfitError(f"{what}; {remedy}")
+    return _cells(rows, ends, separator)
+
+
+def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: str | None) -> Cells:
+    """Return the cells of a sheet of an .xlsx, by openpyxl.
+
+    Raises:
+        ArgumentValueError: It is no table of named columns with one row or more, there is no sheet
+            of that name, or the sheet hides rows.
+        PsiError: openpyxl is not installed.
+    """
+    try:
+        openpyxl = import_module("openpyxl")
+    except ImportError:
+        what = "a workbook needs openpyxl, which is not installed"
+        raise PsiError(f"{what}; pip install openpyxl, or save the sheet as CSV") from None
+
+    def loaded(*, data_only: bool) -> dict[str, Any]:
+        try:
+            with catch_warnings():
+                simplefilter("ignore")  # of drawings and the like, which are not read
+                book = openpyxl.load_workbook(BytesIO(content), data_only=data_only)
+        except Exception as error:  # of zip, XML, openpyxl
+            what = f"it cannot be read as a workbook (.xlsx): {error}"
+            raise UnfitError(what) from None
+        return {sheet.title: sheet for sheet in book.worksheets}
+
+    sheets = loaded(data_only=True)
+    if name is None:
+        # Taking the first sheet would rank the wrong one where a cover or notes come first.
+        filled = [title for title, sheet in sheets.items() if _is_vast(sheet) or _is_filled(sheet)]
+        if len(filled) != 1:
+            what = f"it has {len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
+            raise UnfitError(f"{what}; name the one with the designs by --sheet")
+        (name,) = filled
+    sheet = sheets[known_name("sheet", name, sheets)]
+    # One stray cell at the far end is enough.
+    if _is_vast(sheet):
+        what = f"its cells reach from {sheet.dimensions.replace(':', ' to ')}, over four million"
+        raise UnfitError(f"{what}; delete those beside the table, or save it as CSV")
+    table = list(sheet.iter_rows())
+    _require_lines({*skip_rows} - {"hidden"}, len(table))
+    hidden = [i for i, row in sheet.row_dimensions.items() if row.hidden and i <= len(table)]
+    if hidden and "hidden" not in skip_rows:
+        what = f"the sheet hides {counted(len(hidden), 'row')} ({_listed(hidden)})"
+        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows hidden")
+    skipped = {*skip_rows, *hidden}
+    kept = [(i, row) for i, row in enumerate(table, start=1) if i not in skipped]
+    # Libraries write formulas without values, which would pass for blank cells.
+    if any(cell.value is None for _, row in kept for cell in row):
+        written = loaded(data_only=False)[name]
+        for cell in (cell for _, row in kept for cell in row if cell.value is None):
+            if written[cell.coordinate].data_type == "f":
+                what = f"the cell {cell.coordinate} holds a formula without its value"
+                raise UnfitError(f"{what}; save the file in a spreadsheet program")
+    typed = [(i, [_typed(cell) for cell in row]) for i, row in kept]
+    typed = [(i, cells) for i, cells in typed if any(cell != "" for cell in cells)]
+    if not typed:
+        raise UnfitError(_EMPTY)
+    return _cells([cells for _, cells in typed], [i for i, _ in typed], "")
+
+
+def _is_vast(sheet: Any) -> bool:
+    return bool(sheet.max_row * sheet.max_column > _VAST)
+
+
+def _is_filled(sheet: Any) -> bool:
+    return any(cell is not None for row in sheet.iter_rows(values_only=True) for cell in row)
+
+
+def _typed(cell: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
+    value = cell.value
+    if value is None or cell.data_type == "e" or (isinstance(value, str) and not value.strip()):
+        return ""
+    if isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (int, float)):
+        # Within quotation marks the sign is text.
+        if "%" in re.sub(r'"[^"]*"|\\.', "", cell.number_format):
+            return PerCent(value)
+        return int(value) if isinstance(value, float) and value.is_integer() else value
+    return str(value).removesuffix(" 00:00:00")  # of a date
+
+
+def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
+    if other := [line for line in skip_rows if isinstance(line, str) or line > n]:
+        remedy = "only a workbook hides rows" if other[0] == "hidden" else ""
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0], remedy)
+
+
+def _listed(lines: Sequence[int]) -> str:
+    return ",".join(map(str, lines))
+
+
+def _separator(lines: Sequence[tuple[int, str]]) -> str:
+    """Return the mark between cells: the one with which all rows are as long as the header.
+
+    Spaces divide cells only where no mark does.
+    """
+    # The first line may be a title without any mark, the last one is a design.
+    ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
+    readings: dict[str, list[list[str]]] = {}
+    for mark in _SEPARATORS:
+        with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
+            if mark in ends and (rows := _rows(lines, mark)[0]):
+                readings[mark] = rows
+    even = [mark for mark, rows in readings.items() if len({len(row) for row in rows}) == 1]
+    if even:  # of several, as names or decimals may have commas, the one with most numbers
+        return max(even, key=lambda mark: (_share(readings[mark]), len(readings[mark][0])))
+    if readings:
+        # The one with the longest usual row, so that the message names the row that differs.
+        return max(readings, key=lambda mark: Counter(map(len, readings[mark])).most_common(1)[0])
+    spaced, _ = _rows(lines, " ")
+    divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
+    # Unless all rows can be one number each, such as 1 250.
+    return " " if divided and not all(_GROUPED.fullmatch(" ".join(r)) for r in spaced[1:]) else ","
+
+
+def _share(rows: Sequence[Sequence[str]]) -> float:
+    """Return the share of numbers among the cells below the header."""
+    cells = [cell for row in rows[1:] for cell in row]
+    return sum(map(is_number, cells)) / max(1, len(cells))
+
+
+def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[str]], list[int]]:
+    """Return the rows that are not blank, and the line on which each ends."""
+    if separator == " ":
+        # Not csv, which finds empty cells between the spaces that align printed columns.
+        filled = [(line.split(), number) for number, line in lines if line.strip()]
+        return [row for row, _ in filled], [number for _, number in filled]
+    # skipinitialspace: else in 'a, "b, c"' the marks would be text and its comma a separator.
+    reader = csv.reader(
+        (line for _, line in lines),
+        delimiter=separator,
+        skipinitialspace=separator != "\t",
+        strict=True,
+    )
+    rows, ends = [], []
+    for row in reader:
+        if any(cell.strip() for cell in row):
+            rows.append(row)
+            # csv counts the lines it was given, users those of the file.
+            ends.append(lines[reader.line_num - 1][0])
+    return rows, ends
+
+
+def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
+    """Return rows as columns under the names in the first row."""
+    _require_rectangle(rows, ends)
+    header = [in_a_line(cell) if isinstance(cell, str) else cell for cell in rows[0]]
+    # A file without names would lose its first design as names, and nobody would notice.
+    if numbers := [cell for cell in header if is_number(cell)]:
+        what = f"its first line must name the columns, and holds numbers, {numbers[0]!r:.40}"
+        remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
+        raise UnfitError(f"{what}; {remedy}")
+    if len(rows) == 1:
+        raise UnfitError("it holds column names, but no row")
+    columns = [list(column) for column in zip(*rows[1:], strict=True)]
+    named = [
+        # One without a name numbers rows, as data frames write their index.
+        (str(name) or "index", column)
+        for name, column in zip(header, columns, strict=True)
+        if name != "" or not all(map(is_blank, column))  # a comma at the end of every line
+    ]
+    if header.count("") - (len(header) - len(named)) > 1:
+        filled = [sum(not is_blank(cell) for cell in row) for row in rows]
+        # A line of names fills most columns; above it are titles.
+        n = next((i for i, k in enumerate(filled) if 2 * k > len(header)), 0) or 1
+        remedy = f"leave titles above the names out by --skip-rows {_listed(ends[:n])}"
+        raise UnfitError(f"its header leaves columns without a name; {remedy}")
+    for name, count in Counter(name for name, _ in named).items():
+        if count > 1:
+            raise UnfitError(f"its header names the column {name!r} {count} times")
+    return Cells(dict(named), ends[1:], separator)
+
+
+def _require_rectangle(rows: list[list[Any]], ends: list[int]) -> None:
+    """Refuse rows that are not as long as the header."""
+    lengths = [len(row) for row in rows]
+    if len(set(lengths)) == 1:
+        return
+    n = lengths.index(lengths[-1])
+    if n and len(set(lengths[n:])) == 1 and n < len(rows) - 1:
+        what = f"line {ends[0]} has {counted(lengths[0], 'cell')}, the lines below {lengths[-1]}"
+        remedy = f"if it is a title, leave it out by --skip-rows {_listed(ends[:n])}"
+        raise UnfitError(f"{what}; {remedy}")
+    i = next(i for i, n in enumerate(lengths) if n != lengths[0])
+    what = f"row {i} (line {ends[i]}) has {counted(lengths[i], 'cell')}, the header {lengths[0]}"
+    raise UnfitError(f"{what}; complete it, or leave it out by --skip-rows {ends[i]}")

@@ -1,0 +1,501 @@
+"""Sources of every kind: read right to the last digit, or refused with what settles it."""
+
+import io
+import os
+import re
+import threading
+import zipfile
+from decimal import Decimal
+
+import numpy as np
+import openpyxl
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi.table import read_table
+
+COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
+TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
+
+
+def workbook(*sheets, edit=None):
+    """A workbook with the sheets S0, S1, …; the last of them is edited."""
+    book, stream = openpyxl.Workbook(), io.BytesIO()
+    book.remove(book.active)
+    for k, rows in enumerate(sheets):
+        sheet = book.create_sheet(f"S{k}")
+        for row in rows:
+            sheet.append(row)
+    if edit:
+        edit(sheet)
+    book.save(stream)
+    return stream.getvalue()
+
+
+def in_per_cent(*cells):
+    def edit(sheet):
+        for cell in cells:
+            sheet[cell].number_format = "0.0%"
+
+    return edit
+
+
+def hide_rows(*numbers):
+    def edit(sheet):
+        for number in numbers:
+            sheet.row_dimensions[number].hidden = True
+
+    return edit
+
+
+# What a file holds, the options given, and what must come of it: the numbers of each objective in
+# their order, or the message.
+FILES = {
+    # Separators
+    "commas": ("cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "semicolons, decimal commas": ("cost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
+    "semicolons, decimal points": ("cost;mass\n1.5;30\n2.25;2.5\n", {}, COST),
+    "tabs, decimal commas": ("cost\tmass\n1,5\t30\n2,25\t2,5\n", {}, COST),
+    "bars": ("cost|mass\n1.5|30\n2.25|2.5\n", {}, COST),
+    "columns of spaces": ("  cost   mass\n   1.5     30\n  2.25    2.5\n", {}, COST),
+    "commas, quoted decimal commas": ('cost,mass\n"1,5","30"\n"2,25","2,5"\n', {}, COST),
+    "a name with a comma": ("t, s;mass\n1,5;2,5\n2;3\n", {}, {"t, s": [1.5, 2], "mass": [2.5, 3]}),
+    "a name with a semicolon": ("t; s,mass\n1.5,2.5\n2,3\n", {}, {"t; s": [1.5, 2], "mass": [2.5, 3]}),
+    "signs and exponents": ("cost;mass\r\n+1,5;3e1\r\n2,25;,25E+1\r\n", {}, COST),
+    "sep line": ("sep=;\ncost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
+    "quoted sep line": ('"sep=\t"\ncost\tmass\n1.5\t30\n2.25\t2.5\n', {}, COST),
+    "a comma at the end of lines": ("cost,mass,\n1.5,30,\n2.25,2.5,\n", {}, COST),
+    "spaces behind commas": ("cost, mass\n1.5, 30\n2.25, 2.5\n", {}, COST),
+    "blank lines between": ("\n\ncost,mass\n\n1.5,30\n , \n2.25,2.5\n\n", {}, COST),
+    "lines that end in a return": ("cost,mass\r1.5,30\r2.25,2.5\r", {}, COST),
+    "a name over two lines": ('"cost\nin €",mass\n1.5,30\n2,2\n', {}, {"cost in €": [1.5, 2], "mass": [30, 2]}),
+    "commas that divide decimal commas": ("cost,mass\n1,5,30\n2,25,2,5\n", {}, r"row 1 \(line 2\) has 3 cells, the header 2"),
+    "a quotation mark left open": ('a,b\n1,"2\n3,4\n', {}, "unexpected end of data"),
+    "a quotation mark astray": ('a,b,c\n"A,1,2\nB,3,4\n"C,5,6\n', {}, "no text in rows and columns"),
+    "a short row": ("a,b\n1,2\n3\n", {}, r"row 2 \(line 3\) has 1 cell, the header 2"),
+    "a long row": ("a,b\n1,2,3\n3,4\n", {}, r"row 1 \(line 2\) has 3 cells, the header 2"),
+    "thousands or two numbers": ("a b\n1 250\n2 300\n", {}, "'1 250' .* --thousands"),
+    # Points and commas
+    "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
+    "both marks": ("a;b\n1.250,50;1\n980;2\n", {}, {"a": [1250.5, 980], "b": [1, 2]}),
+    "both marks, English": ('a,b\n"1,250.50",1\n980,2\n', {}, {"a": [1250.5, 980], "b": [1, 2]}),
+    "millions": ("a;b\n1.250.000;1\n2.500;2\n", {}, {"a": [1250000, 2500], "b": [1, 2]}),
+    "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
+    "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
+    "the same with that of thousands": ("cost;mass\n2,5;1.250\n3,5;980\n", {"thousands": "."}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
+    "points only, tabs": ("a\tb\n1.250\t3\n2.125\t4\n", {}, "'1.250' .* settle it by --thousands"),
+    "points only, decimal": ("a;b\n1.250;3\n2.125;4\n", {"decimal": "."}, {"a": [1.25, 2.125], "b": [3, 4]}),
+    "three decimals, commas": ("a,b\n1.250,3\n2.125,4\n", {}, {"a": [1.25, 2.125], "b": [3, 4]}),
+    "three decimals or thousands, commas": ("a,b\n1.250,3\n980,4\n", {}, "'1.250' .* settle it by"),
+    "three decimals, told by another column": ("a;b\n1.250;3.5\n980;4\n", {}, {"a": [1.25, 980], "b": [3.5, 4]}),
+    "three decimals or thousands beside labels": ("id;a;b\n1.1;1.250;3\n1.2;980;4\n", {}, "'1.250' .* settle it by"),
+    "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
+    "three decimals with an exponent": ("a;b\n1.250E+03;3\n2.500e-1;4\n", {}, {"a": [1250, 0.25], "b": [3, 4]}),
+    "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
+    "the same with thousands": ('a,b\n"1,250",3\n980,4\n', {"thousands": ","}, {"a": [1250, 980], "b": [3, 4]}),
+    "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', with the decimal mark ,, while others"),
+    "another mark than was said": ("a;b\n1.5;2\n2;2\n", {"decimal": ","}, "holds '1.5' in the column 'a', .* --decimal"),
+    "columns that contradict each other": ("a;b;c\n1.5;2,5;1.250\n2.5;3,5;1,250\n", {}, "'1.250' in the column 'c', either"),
+    "groups of other sizes": ("a;b\n1.25.000;1\n2;2\n", {}, "'1.25.000' .*, text among numbers"),
+    "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, "'1 250' .* --thousands"),
+    "spaces that are said": ("a;b\n1\u202f250;1\n2 500,500;2\n", {"thousands": " "}, {"a": [1250, 2500.5], "b": [1, 2]}),
+    "apostrophes that are said": ("a;b\n1'250;1\n2.500;2\n", {"thousands": "'"}, {"a": [1250, 2.5], "b": [1, 2]}),
+    "both marks beside gaps": ("a;b\n1.250,5;1\n2;2\n", {"thousands": "'"}, "holds '1.250,5' in the column 'a'"),
+    "marks that cannot be": ("a;b\n1;1\n2;2\n", {"decimal": ";"}, "decimal must be"),
+    "one mark for both": ("a;b\n1;1\n2;2\n", {"decimal": ",", "thousands": ","}, "thousands must be"),
+    # Signs, units, what is no plain number
+    "minus of typesetters": ("a,b\n−1.5,30\n–2,2\n", {}, {"a": [-1.5, -2], "b": [30, 2]}),
+    "per cent": ("a,b\n85%,30\n90.5 %,2\n", {}, {"a": [85, 90.5], "b": [30, 2]}),
+    "per cent beside shares": ("a,b\n85%,3\n0.9,4\n", {}, "'0.9' in the column 'a', in no unit"),
+    "dates are text": ("day;a;b\n01.05.2024;1,5;2\n2024-05-02;2,5;3\n", {}, {"a": [1.5, 2.5], "b": [2, 3]}),
+    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', text among numbers; .* --skip-rows 3"),
+    "an unneeded column": ("a,b,c\n1,2,304L\n2,1,316L\n", {"objectives": ["a", "b"]}, {"a": [1, 2], "b": [2, 1]}),
+    **{
+        text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
+        for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)")
+    },
+    # Rows that summarise others
+    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
+    "a sum left out": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {"skip_rows": [5]}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a sum beside a ratio": ("m,a,b\nA,1,4\nB,2,3\nTotal,3,2.33\n", {}, "'Total' and summarises"),
+    "a sum called so by another column": ("a,b,remark\n1,4,\n2,3,\n3,7,Σ\n", {}, "'Σ' and summarises"),
+    "a sum that is rounded": ("m,a,b\nA,1.24,4\nB,2.23,3\nTotal,3.5,7\n", {}, "'Total' and summarises"),
+    "a rounded mean": ("m,a,b\nA,1,30\nB,2,2.5\nC,6,1\nMean,3,11.2\n", {}, "'Mean' and summarises"),
+    "a deviation": ("m,a,b\nA,1,4\nB,2,2\nC,6,6\nStd,2.16,1.63\n", {}, "'Std' and summarises"),
+    "least and greatest": ("m,a,b\nA,1,4\nB,2,3\nmin,1,3\nmax,2,4\n", {}, "'min' .* --skip-rows 4,5,"),
+    "an ideal point": ("m,a,b\nA,1,4\nB,2,3\nC,3,1\nIdeal,1,1\n", {}, "'Ideal' and summarises"),
+    "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
+    "sums above groups": ("m,a,b\nTotal AB,3,7\nA,1,4\nB,2,3\nTotal CD,17,2\nC,8,1\nD,9,1\n", {}, "--skip-rows 2,5,"),
+    "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a design called Max": ("m,a,b\nEco,1,4\nMid,2,6\nMax,3,6\n", {}, {"a": [1, 2, 3], "b": [4, 6, 6]}),
+    "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
+    # Titles, units, comments, headers
+    "a title": ("Results of May\ncost;mass\n1,5;30\n2,25;2,5\n", {}, "line 1 has 1 cell, the lines below 2; if it is a title, leave it out by --skip-rows 1"),
+    "titles with empty cells": ("May;;\nby M.;;\n\nm;a;b\nA;1;4\nB;2;1\n", {}, "header leaves .* --skip-rows 1,2$"),
+    "a line of units": ("cost;mass\n€;kg\n1,5;30\n2,25;2,5\n", {}, r"row 1 \(line 2\) holds '€' .* --skip-rows 2"),
+    "title and units left out": ("Results\ncost;mass\n[€];[kg]\n1,5;30\n2,25;2,5\n", {"skip_rows": [1, 3]}, COST),
+    "comments": ("# from a tool\n# 2,5\ncost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),
+    "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with #: .* --skip-rows 3"),
+    "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
+    "no names": ("1.5,30\n2.25,2.5\n", {}, "its first line must name the columns, and holds num"),
+    "no names, and a comment": ("# made in May\nA,1.5,30\nB,2,2\n", {}, "must name the columns"),
+    "a name twice": ("a,b,a\n1,2,3\n", {}, "its header names the column 'a' 2 times"),
+    "names, no rows": ("a,b\n", {}, "it holds column names, but no row"),
+    "nothing": ("", {}, "it is empty"),
+    "lines that are not there": ("a,b\n1,2\n", {"skip_rows": [3]}, "skip_rows must be numbers of lines of the file, 1 to 2, got 3"),
+    "lines that are words": ("a,b\n1,2\n", {"skip_rows": ["visible"]}, "skip_rows must be"),
+    # Blanks
+    "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
+    "words for a gap": ("a,b\n1,n/a\n3,4\n", {}, r"row 1 \(line 2\) holds no number .*--drop-incom"),
+    "a spreadsheet's error": ("a,b\n1,#WERT!\n3,4\n", {}, "holds no number in .*--drop-incomplete"),
+    "infinity": ("a,b\n1,inf\n3,4\n", {}, "holds inf in the column 'b'; .*--drop-incomplete"),
+    "too large": ("a,b\n1,1e400\n3,4\n", {}, "holds 1e400 in the column 'b'; .*--drop-incomplete"),
+    "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
+    "nothing but gaps": ("a,b\n1,\n3,\n", {}, "its column 'b' holds no number at all"),
+    "one objective": ("a,name\n1,x\n3,y\n", {}, "'a' is the only column that can be .*--objectives 'a'"),
+    "one objective asked for": ("a,name\n1,x\n3,y\n", {"objectives": ["a"]}, {"a": [1, 3]}),
+    # Encodings
+    "a mark of UTF-8": ("\ufeffcost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "UTF-16": ("cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16"), {}, COST),
+    "UTF-16, big ends first": (b"\xfe\xff" + "cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16-be"), {}, COST),
+    "UTF-16 without a mark": ("a,b\n1,2\n".encode("utf-16-le"), {}, "null characters; .* --encoding utf-16"),
+    "UTF-16 that is told": ("cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16-le"), {"encoding": "utf-16-le"}, COST),
+    "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "no text in utf-8: .* --encoding cp1252"),
+    "Windows that is told": ("Größe;b\n1,5;3\n".encode("cp1252"), {"encoding": "cp1252"}, {"Größe": [1.5], "b": [3]}),
+    "an encoding nobody knows": ("a,b\n1,2\n", {"encoding": "cp99"}, "encoding must be one that"),
+    # Workbooks
+    "a workbook": (workbook(TYPED), {}, COST),
+    "texts in a workbook": (workbook([["cost", "mass"], ["1,5", 30], ["2,25", 2.5]]), {}, COST),
+    "thousands in a workbook": (workbook([["a", "b"], ["1.250", 30], [980, 2.5]]), {}, r"row 1 \(line 2\) holds '1.250' in the column 'a', either"),
+    "a workbook with a title": (workbook([["Results"], [None], *TYPED]), {"skip_rows": [1]}, COST),
+    "zeros in a workbook": (workbook([["a", "b"], [0, 0], [1, 2]]), {}, {"a": [0, 1], "b": [0, 2]}),
+    "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
+    "a formula without value": (workbook([["m", "a", "b"], ["A", 1, 2], ["B", 3, "=B3+1"]]), {"drop_incomplete": True}, "C3 holds a formula without its value; save"),
+    "shares in per cent": (workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [0.85, 0.9], "b": [2, 1]}),
+    "shares beside per cents": (workbook([["a", "b"], [0.85, 2], [90, 1]], edit=in_per_cent("A2")), {}, "holds 90 in the column 'a', in no unit"),
+    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "its cells reach from A1 to XFD1000, over four million; delete those beside"),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, r"hides 1 row \(4\); .* --skip-rows hidden"),
+    "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": ["hidden", 1]}, COST),
+    "hidden rows of a text": ("a,b\n1,2\n", {"skip_rows": ["hidden"]}, "only a workbook hides rows"),
+    "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
+    "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
+    "no such sheet": (workbook([["a"], [1]], TYPED), {"sheet": "s1"}, "did you mean 'S1'"),
+    "a sheet of a text": ("a,b\n1,2\n", {"sheet": "S1"}, "sheet must be left out, as .* is no workbook"),
+    "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
+    "a workbook of old": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", {}, "workbook of old, .* save it as .xlsx"),
+    # What else a file may be
+    "no Parquet": (b"PAR1 and so on", {}, "it cannot be read as Parquet"),
+    "other JSON": ('{"a": 1}', {}, "it is JSON, but none that"),
+    "a row that lacks a cell": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}, {}]}', {}, "it is JSON, but"),
+    "an objective that is gone": ('{"objectives": ["a"], "maximized": [], "designs": [{"b": 1}]}', {}, "'a', which is no column"),
+    "a name twice in JSON": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1, "a": 2}]}', {}, "it is JSON, but"),
+    "lines of JSON": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}]}', {"skip_rows": [1]}, "skip_rows must be left out"),
+    "numbers in JSON": ('{"objectives": ["a", "b"], "maximized": ["b"], "designs": [{"a": 1, "b": 0.1}, {"a": 9007199254740993, "b": 1e-320}]}', {}, {"a": [1.0, 9007199254740992.0], "b": [0.1, 1e-320]}),
+    "no feasible design": ("a,b,status\n1,2,failed\n", {}, "none of its 1 design"),
+    "a damaged table of tests": ('# {"pymoo_psi_test_table": 1}\nf1\n1\n', {}, "its head"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("source") / "designs"
+
+
+@pytest.fixture
+def read(path):
+    def read(text, formulation=None, **options):
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_table(path, formulation, **options)
+
+    return read
+
+
+def objectives(table):
+    """The numbers of the designs that count, by objective."""
+    table = table.rows(table.eligible())
+    return {name: table.column(name).tolist() for name in table.layout.objectives}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_is_read_right_or_refused(read, name):
+    content, options, expected = FILES[name]
+    options = dict(options)
+    asked = Formulation(objectives=options.pop("objectives", ()))
+    if isinstance(expected, str):
+        with pytest.raises(PsiError, match=expected):
+            read(content, asked, **options)
+    else:
+        assert objectives(read(content, asked, **options)) == expected
+
+
+# Which columns are what
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "label"),
+    [
+        (",cost,mass\n0,1.5,30\n1,2,3\n", ("cost", "mass"), "index"),
+        ("cost,mass,ID,remark\n1.5,30,7,a\n2,3,8,b\n", ("cost", "mass"), "ID"),
+        ("cost,mass,mu1,mu2,mu3,rank,pareto\n1.5,30,1,1,1,6,True\n", ("cost", "mass"), "row"),
+        ("mass,f1,cost\n30,1.5,1.5\n3,2,2\n", ("mass", "f1", "cost"), "row"),
+        ("row,Variante,a,b\n2,V2,2,1\n1,V1,1,4\n", ("a", "b"), "Variante"),
+        ("Variante,a,b\nV1,2,1\nV1,1,4\n", ("a", "b"), "row"),  # names tell designs apart
+        ("material,a,b,id\niron,1,4,7\nwood,2,1,9\n", ("a", "b"), "id"),
+        ("No.,Masse,NO\n7,1,4\n8,2,1\n", ("Masse", "NO"), "No."),
+    ],
+)
+def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
+    table = read(text)
+    assert (table.layout.objectives, table.layout.label) == (expected, label)
+    assert table.numbers.tolist() == list(range(1, len(table) + 1))
+
+
+def test_names_tell_objectives_from_variables(read):
+    columns = "test_point,x1,x2,f1,f2,g1,mu1,mu2,mu3,rank,pareto\n"
+    text = columns + "4,2,0.5,4,5,6,7,8,9,6,True\n9,3,0.5,4,5,6,7,8,9,6,True\n"
+    table = read(text)
+    layout = table.layout
+    assert (layout.objectives, layout.variables) == (("f1", "f2"), ("x1", "x2"))
+    assert table.names == ["test point 4", "test point 9"]
+    named = read(text, Formulation(["x1", "f1"]), variables=["x2"]).layout
+    assert (named.objectives, named.variables) == (("x1", "f1"), ("x2",))
+    with pytest.raises(PsiError, match="'f1' is the only column that can be an objective"):
+        read(text, variables=["f2"])
+    with pytest.raises(PsiError, match="objectives must be one of"):
+        read(text, Formulation(["f3"]))
+
+
+def test_designs_are_called_by_their_labels_or_rows(read):
+    assert read("a,b\n1,2\n2,1\n").names == ["row 1", "row 2"]
+    assert read("id,a,b\n7,1,2\nB,2,1\n").names == ["id 7", "B"]
+    assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", 8]
+    assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
+    assert read("Versuch,a\n7,3\n8,4\n8,4\n").remarks == ()
+
+
+def test_only_columns_that_are_needed_must_be_readable(read):
+    text = "a;b;c;steel\n1;2;1.250;1.4301a\n2;1;980;1.4301b\n"
+    asked = Formulation(["a", "ratio"], computed={"ratio": "a / b"}, limits={"b": 1.5})
+    table = read(text, asked)
+    assert table.status.tolist() == ["infeasible", "ok"]
+    assert table.extra["c"].tolist() == ["1.250", 980]
+    assert table.extra["steel"].tolist() == ["1.4301a", "1.4301b"]
+    with pytest.raises(PsiError, match="'1.250' in the column 'c', either 1250 or"):
+        read(text, Formulation(["a", "b"], limits={"c": 1000}))
+
+
+def test_a_file_says_what_its_columns_are(read):
+    head = (
+        '# {"pymoo_psi_designs": 1, "objectives": ["b", "a"], "maximized": ["b", "c"], '
+        '"variables": ["k"], "outputs": ["c"], "units": {"a": "kg", "b": "%"}}\n'
+    )
+    table = read(f"{head}k,a,b,c\n1,2,3%,4\n5,1,2%,3\n")
+    layout = table.layout
+    assert (layout.objectives, layout.variables, layout.outputs) == (("b", "a"), ("k",), ("c",))
+    assert (layout.maximize, layout.units) == (("b", "c"), {"a": "kg", "b": "%"})
+    np.testing.assert_array_equal(table.F, [[-3, 2], [-2, 1]])
+    for damaged in (head.replace(": 1,", ": 2,"), head.replace('["c"]', "[]"), head[:40] + "\n"):
+        with pytest.raises(PsiError, match="is damaged or of a later version"):
+            read(f"{damaged}k,a,b,c\n1,2,3,4\n")
+
+
+def test_the_page_exports_its_prototypes(read):
+    text = (
+        "number,f1,f2,mu1,mu2,mu3,rank,mark\nold,9,9,1,1,1,,prototype\n"
+        "5,1,2,0,0,0,6,Salukvadze optimum\n7,2,1,1,1,1,0,\n8,3,3,1,1,1,0,dominated\n"
+    )
+    for label in ("number", "test_point"):
+        table = read(text.replace("number", label))
+        assert table.F.tolist() == [[1, 2], [2, 1], [3, 3]]
+        assert table.names[0] == f"{label.replace('_', ' ')} 5"
+        assert (table.prototype.names, table.prototype.F.tolist()) == (["old"], [[9, 9]])
+
+
+def test_rows_that_do_not_count_are_told(read):
+    table = read("a,b,status\n1,2,ok\n0,x,infeasible\n2,,ok\n,,failed\n", drop_incomplete=True)
+    assert table.numbers.tolist() == [1, 3]
+    assert table.status.tolist() == ["ok", "failed"]
+    assert table.remarks == (
+        "2 designs left out as not feasible.",
+        "1 incomplete design left out: row 3.",
+    )
+    sums = "Row 4 (line 5) holds the sums of the rows above"
+    for rows, told in (("1,4\n2,3\n4,2\n7,9\n", True), ("1,4\n2,3\n4,2\n7,8\n", False)):
+        assert any(remark.startswith(sums) for remark in read(f"a,b\n{rows}").remarks) == told
+
+
+# Sources of other kinds
+
+
+def test_every_source_gives_the_same_table(tmp_path):
+    problem = VectorizedSphereChute(0.4, omega0=(0, -30, 0))
+    table = investigate(problem, 64, study=tmp_path / "s.db")
+    table.to_csv(tmp_path / "t.csv")
+    table.to_parquet(tmp_path / "t.parquet")
+    for source in (tmp_path / "s.db", tmp_path / "t.csv", str(tmp_path / "t.parquet"), table):
+        assert read_table(source).equals(table)
+    asked = Formulation(["f2", "f1"], limits={"f3": float(np.median(table.F[:, 2]))})
+    expected = table.under(asked)
+    assert read_table(tmp_path / "t.csv", asked).equals(expected)
+    table.to_frame().drop(columns=["violated", "pareto"]).to_csv(tmp_path / "frame.csv")
+    for source in (tmp_path / "frame.csv", table.to_frame()):
+        again = read_table(source, Formulation(["f2", "f1"]))
+        kept = table.rows(table.status == "ok")
+        np.testing.assert_array_equal(again.numbers, kept.numbers)
+        np.testing.assert_array_equal(again.F, kept.F[:, [1, 0]])
+        np.testing.assert_array_equal(again.X, kept.X)
+    with pytest.raises(PsiError, match="variables must be named for designs only"):
+        read_table(table, variables=["x1"])
+
+
+def test_missing_shares_are_a_remark(tmp_path):
+    problem = VectorizedSphereChute(0.4)
+    for share in ((1, 3), (2, 3)):
+        investigate(problem, 9, share=share, study=tmp_path)
+    table = read_table(tmp_path)
+    assert len(table) == 6
+    assert "missing" in table.remarks[0]
+
+
+def test_arrays_and_frames():
+    table = read_table(np.array([[1.0, 2.0], [2.0, 1.0]]))
+    assert (table.layout.objectives, table.names) == (("f1", "f2"), ["row 1", "row 2"])
+    assert read_table([[3], [4]]).F.tolist() == [[3], [4]]
+    frame = pd.DataFrame({"kind": ["p", "q"], "a": [1, 2], "b": [3.0, None]}, index=["A", "B"])
+    table = read_table(frame, drop_incomplete=True)
+    assert (table.names, table.layout.objectives) == (["A", "B"], ("a", "b"))
+    assert (table.status.tolist(), table.extra["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
+    with pytest.raises(PsiError, match="row 2 holds no number in the column 'b'"):
+        read_table(frame)
+    with pytest.raises(PsiError, match="source must be"):
+        read_table(np.zeros(3))
+
+
+def test_a_pipe_is_read_to_its_end(tmp_path):
+    """A pipe cannot be opened twice; 300 designs are more than a buffer of 4096 bytes holds."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    text = "cost,mass\n" + "".join(f"{i / 7},{(300 - i) / 3}\n" for i in range(300))
+    writer = threading.Thread(target=lambda: pipe.write_text(text))
+    writer.start()
+    table = read_table(pipe)
+    writer.join()
+    assert len(table) == 300
+
+
+def test_the_saved_value_of_a_formula_is_read(path):
+    sheet = workbook([["a", "b"], [1, "=A2+1"], [2, "=A3+1"]])
+    with zipfile.ZipFile(io.BytesIO(sheet)) as book, zipfile.ZipFile(path, "w") as saved:
+        for part in book.namelist():
+            text = book.read(part)
+            if part.endswith("sheet1.xml"):
+                text = re.sub(b"<v ?/>|<v></v>", b"<v>2.5</v>", text)
+            saved.writestr(part, text)
+    assert read_table(path).F.tolist() == [[1, 2.5], [2, 2.5]]
+
+
+# Numbers of a country's style, and what must come of them: themselves or a refusal
+
+
+@st.composite
+def styles(draw):
+    """The text of a file, the numbers in it by column, their decimal mark and the encoding."""
+    decimal = draw(st.sampled_from(".,"))
+    separator = draw(st.sampled_from(";\t|" + ("," if decimal == "." else "")))
+    thousands = draw(st.sampled_from(["", ",", " ", "'"] if decimal == "." else ["", ".", " "]))
+    n, m = draw(st.integers(1, 6)), draw(st.integers(2, 4))
+    minus, quoted = draw(st.sampled_from("-−")), draw(st.booleans())
+    columns, texts = {}, []
+    for j in range(m):
+        after, digits = draw(st.sampled_from(["", "", "%"])), draw(st.integers(0, 4))
+        values, cells = [], []
+        for _ in range(n):
+            whole, fraction = draw(st.integers(0, 10**7)), draw(st.integers(0, 10**digits - 1))
+            sign, tail = draw(st.sampled_from(["", minus])), f"{fraction:0{digits}d}"[:digits]
+            grouped = f"{whole:,}".replace(",", thousands)
+            values.append(float(Decimal(f"{'-' if sign else ''}{whole}.{tail or 0}")))
+            cell = f"{sign}{grouped}{decimal if tail else ''}{tail}{after}"
+            cells.append(f'"{cell}"' if quoted or separator in cell else cell)
+        columns[f"c{j}"] = values
+        texts.append(cells)
+    lines = [separator.join(columns), *(separator.join(row) for row in zip(*texts, strict=True))]
+    end = draw(st.sampled_from(["\n", "\r\n"]))
+    title = draw(st.sampled_from(["", f"# made in May{end}", f"sep={separator}{end}"]))
+    encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]))
+    return title + end.join(lines) + end, columns, decimal, thousands, encoding
+
+
+@settings(max_examples=150)
+@given(style=styles(), told=st.booleans())
+def test_what_is_read_is_what_was_written(path, style, told):
+    text, columns, decimal, thousands, encoding = style
+    options = {}
+    if told:
+        options = {"decimal": decimal, "thousands": thousands or None, "encoding": encoding}
+        text = text.replace("−", "-")
+    path.write_bytes(text.encode(encoding, "replace"))
+    try:
+        table = read_table(path, Formulation(objectives=[*columns]), **options)
+    except PsiError:
+        assert not told
+        return
+    assert {name: table.column(name).tolist() for name in columns} == columns
+
+
+@settings(max_examples=75)
+@given(
+    text=st.one_of(
+        st.binary(max_size=200),
+        st.text("ab01,.;\t|\"'# -%€\n\r{}[]:", max_size=200).map(str.encode),
+        st.text(max_size=100).map(lambda text: text.encode("utf-16", "surrogatepass")),
+    ),
+    decimal=st.sampled_from([None, ".", ","]),
+)
+def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, decimal):
+    path.write_bytes(text)
+    try:
+        table = read_table(path, decimal=decimal)
+    except PsiError:
+        return
+    assert np.isfinite(table.F).all()
+
+
+@settings(max_examples=100)
+@given(
+    cells=st.lists(
+        st.lists(st.text("0123456789.,-+eE %'", min_size=1, max_size=8), min_size=2, max_size=2),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_a_number_that_programs_read_is_read_the_same(path, cells):
+    """Whatever looks like Python's numbers is not taken for others, but may be refused."""
+    path.write_text("a\tb\n" + "".join("\t".join(row) + "\n" for row in cells))
+    try:
+        F = read_table(path, Formulation(["a", "b"]), decimal=".").F
+    except PsiError:
+        return
+    rows = [row for row in cells if "".join(row).strip()]
+    for cell, value in zip(np.ravel(rows), F.ravel(), strict=True):
+        assert float(str(cell).strip().removesuffix("%").replace(",", "")) == value
+
+
+def test_every_digit_is_read(path):
+    F = np.random.default_rng(3).random((500, 2)) * 10.0 ** np.arange(-250, 250)[:, None]
+    pd.DataFrame(F, columns=["cost", "mass"]).to_csv(path, index=False)
+    np.testing.assert_array_equal(read_table(path).F, F)
+
+
+@pytest.mark.parametrize("cell", ["1" * 10**5 + "x", "$" * 10**5, "1.1" * 30_000, "1," * 50_000])
+def test_long_cells_take_no_time(read, cell):
+    with pytest.raises(PsiError):
+        read(f'a,b\n1,"{cell}"\n')
+
+
+def test_a_table_is_a_source_too():
+    table = TestTable.of([1], [[0.5]], [[1.0, 2.0]])
+    assert read_table(table) is table
