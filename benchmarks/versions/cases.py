@@ -290,7 +290,7 @@ def rankings(rng, folder):
     attempt(found, "nondominated", lambda: pareto.nondominated(F))
 
     def frame():
-        shown = psi.rank_of_efficiency(F, **options).to_frame(F)
+        shown = psi.rank_of_efficiency(F, **options).to_frame()
         return {str(name): shown[name].to_numpy() for name in shown.columns}
 
     attempt(found, "frame", frame)
