@@ -57,7 +57,7 @@ def competes(F: Array, feasible: Mask) -> Mask:
 # Rows that are filtered together. 2n rows of four objectives take more than twice the time of n;
 # below some ten thousand rows what all parts have in common outweighs the gain.
 _SLAB = 2**15
-_SAMPLE = 2**12  # rows that tell whether slabs pay: 4 ms, of the 150 ms that two slabs take
+_SAMPLE = 2**12  # rows by which slabs are decided on: 4 ms, of the 150 ms that two slabs take
 # The shadow (see below) is filtered with every slab; with eight objectives most rows are in it.
 _MOST_SHADOW = 0.3
 
@@ -173,8 +173,8 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[n
     Args:
         a: ``(n,)`` first criterion as integer levels (:func:`pymoo_psi.pareto._rounding.levels`),
             n >= 1.
-        b: ``(n,)`` second criterion likewise.
-        other: ``(n,)`` third criterion likewise, which decides between equal points.
+        b: ``(n,)`` second criterion, in the same way.
+        other: ``(n,)`` third criterion in the same way, which decides between equal points.
 
     Returns:
         ``(n,)`` mask.

@@ -338,7 +338,7 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows get rank 0 and do not move U or N. Values of a criterion that are equal up to
+    Dominated rows get rank 0 and do not move U or N. Values of an objective that are equal up to
     rounding count as equal, so that rounding noise decides nothing.
 
     Args:
@@ -349,7 +349,7 @@ def rank_of_efficiency(
             as the paper does.
         ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
             the Pareto-optimal rows. It must be at least as good as they are.
-        nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
+        nadir: ``(m,)`` the point N in the same way; by default the worst values over the Pareto-optimal
             rows.
         maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
             ``F`` holds their own values. pymoo's ``res.F`` holds them negative, and is ranked as
@@ -459,7 +459,7 @@ class UtopianFrame:
         ideal: ``(m,)`` the positive utopian point U.
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
         normalize: Measure every objective in units of N − U; an objective with N = U, which
-            tells no design from another, then counts for nothing.
+            does not discriminate between designs, then counts for nothing.
     """
 
     ideal: Array
