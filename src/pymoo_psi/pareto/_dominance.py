@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.pareto._rounding import settled
+from pymoo_psi.pareto._rounding import snap
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -89,7 +89,7 @@ def nondominated(F: Array, *, threads: int = 1) -> Mask:
         return np.zeros(0, dtype=bool)
     if F.shape[1] > 255:
         raise invalid("F", "of at most 255 objectives", Received(f"{F.shape[1]}"))
-    F = settled(F)
+    F = snap(F)
     if not np.isfinite(F).all():
         if np.isnan(F).any():
             raise invalid("F", "without NaN", Received("NaN"))
@@ -133,7 +133,7 @@ def _by_slabs(F: Array, j: int, threads: int) -> Mask:
     and can be filtered at the same time: moocore releases Python's lock meanwhile.
 
     Args:
-        F: ``(n, m)`` settled values, m >= 3.
+        F: ``(n, m)`` values after :func:`snap`, m >= 3.
         j: The objective.
         threads: How many slabs are filtered at a time.
     """

@@ -36,7 +36,8 @@ def unit_lengths(low: Array, high: Array) -> Array:
     """Return what differences are divided by to be measured in units of a span.
 
     The one rule for a span of zero: a quantity that is constant up to rounding does not
-    discriminate between designs and counts for nothing, whatever is measured in it; its unit is infinite.
+    discriminate between designs and counts for nothing, whatever is measured in it; its unit is
+    infinite.
 
     Args:
         low: ``(m,)`` least values.
@@ -46,7 +47,7 @@ def unit_lengths(low: Array, high: Array) -> Array:
     return np.where(span > NOISE * np.maximum(np.abs(low), np.abs(high)), span, np.inf)
 
 
-def settled(F: Array) -> Array:
+def snap(F: Array) -> Array:
     """Return values in which those that are equal up to rounding are the same number.
 
     Args:
