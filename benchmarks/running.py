@@ -6,13 +6,11 @@ the machine meets all of them, and the printed ratio is the median of the ratios
 first evaluation, in which workers start, is reported apart.
 
 Then efficiency, the sum of run times divided by workers and wall time: 16 workers, 320 designs
-whose run times are exponential with mean 0.2 s, asleep, so that two cores will do. They come in two
-orders: mixed, and short and long ones in runs, where designs that are sent together may wait behind
-a long one. PSI and
+whose run times are exponential with mean 0.2 s, asleep, so that two cores will do. PSI and
 ``investigate`` with a study, by all kinds of workers, beside a plain loop that gives a free worker
 of ``concurrent.futures`` the next design and stores nothing. All workers have started and loaded
-the model before; what that takes is printed apart. The last designs end one after the other, so
-that no way of running reaches 1: ``bound`` is what these run times allow without any overhead.
+the model before; what that takes is told apart. The last designs end one after the other, so that
+no way of running reaches 1: ``bound`` is what these run times allow without any overhead.
 
     python -m benchmarks.running efficiency     this part alone
 
@@ -128,40 +126,35 @@ WORKERS, DESIGNS, MEAN = 16, 320, 0.2
 class Uneven(ElementwiseProblem):
     """Two objectives after a sleep, exponential with mean ``MEAN``, the same for a design."""
 
-    def __init__(self, order: str, **kwargs: Any) -> None:
+    def __init__(self, **kwargs: Any) -> None:
         super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
-        self.order = order
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        time.sleep(seconds_of(x, self.order))
+        time.sleep(seconds_of(x))
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
 
-def seconds_of(x: Any, order: str) -> float:
-    if order == "in runs":
-        return float(-MEAN * np.log1p(-((x[0] * 977 + x[1] * 31) % 1)))
+def seconds_of(x: Any) -> float:
     seed = [int(value * 2**52) for value in x]
     return float(np.random.default_rng(seed).exponential(MEAN))
 
 
-def values_of(x: Any, order: str) -> list[float]:
+def values_of(x: Any) -> list[float]:
     out: dict[str, Any] = {}
-    Uneven(order)._evaluate(x, out)
+    Uneven()._evaluate(x, out)
     return list(out["F"])
 
 
-def as_completed_loop(executor: Executor, X: Any, order: str) -> Any:
+def as_completed_loop(executor: Executor, X: Any) -> Any:
     """Give a worker that is free the next design; nothing is stored."""
     F, rows = np.zeros((len(X), 2)), iter(range(len(X)))
-    under_way = {
-        executor.submit(values_of, X[i], order): i for i in itertools.islice(rows, WORKERS)
-    }
+    under_way = {executor.submit(values_of, X[i]): i for i in itertools.islice(rows, WORKERS)}
     while under_way:
         done, _ = wait(under_way, return_when=FIRST_COMPLETED)
         for future in done:
             F[under_way.pop(future)] = future.result()
         for i in itertools.islice(rows, len(done)):
-            under_way[executor.submit(values_of, X[i], order)] = i
+            under_way[executor.submit(values_of, X[i])] = i
     return F
 
 
@@ -173,11 +166,11 @@ def bound(times: list[float]) -> float:
     return sum(times) / WORKERS / max(free)
 
 
-def efficiency(order: str) -> None:
+def efficiency() -> None:
     X = lp_tau(DESIGNS, 2)
     expected = np.column_stack([X[:, 0] + X[:, 1] ** 2, 1 - X[:, 0] * X[:, 1]])
-    times = [seconds_of(x, order) for x in X]
-    print(f"\n{WORKERS} workers, {DESIGNS} designs, times {order}: mean {np.mean(times):.3f} s,")
+    times = [seconds_of(x) for x in X]
+    print(f"\n{WORKERS} workers, {DESIGNS} designs of {sum(times) / DESIGNS:.3f} s in the mean,")
     print(f"the longest {max(times):.2f} s; all give the values of the plain loop")
     print(f"  bound of these run times: {bound(times):.3f}")
 
@@ -196,7 +189,7 @@ def efficiency(order: str) -> None:
         print(f"  {name:38} {shares}   (first use {started:.1f} s)", flush=True)
 
     def ours(name: str, **options: Any) -> None:
-        problem = Uneven(order, elementwise_runner=JoblibRunner(WORKERS, **options))
+        problem = Uneven(elementwise_runner=JoblibRunner(WORKERS, **options))
         with TemporaryDirectory() as folder:
             studies = (f"{folder}/{k}.db" for k in itertools.count())
             measure(
@@ -213,11 +206,13 @@ def efficiency(order: str) -> None:
     with ProcessPoolExecutor(WORKERS) as executor:
         measure(
             "plain as-completed loop, no study",
-            lambda: as_completed_loop(executor, X[:WORKERS], order),
-            lambda: as_completed_loop(executor, X, order),
+            lambda: as_completed_loop(executor, X[:WORKERS]),
+            lambda: as_completed_loop(executor, X),
         )
     ours("our workers", in_process=False)
     ours("our workers, timeout", timeout=60.0)
+    with joblib.parallel_config("loky", n_jobs=WORKERS):
+        ours("joblib's loky")
     with joblib.parallel_config("threading", n_jobs=WORKERS):
         ours("joblib's threads")
     with warnings.catch_warnings():
@@ -232,8 +227,8 @@ def efficiency(order: str) -> None:
             executor = client.get_executor(pure=False)
             measure(
                 "Dask's executor, plain loop, no study",
-                lambda: as_completed_loop(executor, X[:WORKERS], order),
-                lambda: as_completed_loop(executor, X, order),
+                lambda: as_completed_loop(executor, X[:WORKERS]),
+                lambda: as_completed_loop(executor, X),
             )
             ours("Dask cluster")
 
@@ -248,8 +243,7 @@ def main() -> int:
         compare("cheap", designs=100, generations=100)
         compare("waiting", designs=100, generations=2)
         compare("busy", designs=100, generations=2)
-    for order in ("mixed", "in runs"):
-        efficiency(order)
+    efficiency()
     return 0
 
 

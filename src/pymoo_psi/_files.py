@@ -6,17 +6,18 @@ import os
 import secrets
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
 
 @contextmanager
 def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
-    """Give the path of a temporary file to write, which then replaces ``path`` at once.
+    """Give the path of a file to write, which then takes the place of ``path`` at once.
 
-    If the body raises, ``path`` is unchanged and the temporary file is removed. A link is followed,
-    and the mode of a replaced file is kept. ``/dev/null`` or a pipe is written to, not replaced.
+    If the body raises, ``path`` is as it was and what was written is removed. A link is followed,
+    and the mode of a file that is replaced is kept. What is no file, such as ``/dev/null`` or a
+    pipe, is not replaced but written to.
 
     Raises:
         OSError: The file cannot be written there.
@@ -39,6 +40,7 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         os.replace(written, target)
     except BaseException as error:  # an interruption, too
         if isinstance(error, OSError) and error.filename == str(written):
-            error.filename = str(path)  # the name that the user knows
-        written.unlink(missing_ok=True)
+            error.filename = str(path)  # the other name tells the user nothing
+        with suppress(FileNotFoundError):  # the body may not have come to write
+            os.unlink(written)
         raise

@@ -1,4 +1,4 @@
-"""Tables for display: HTML in a notebook, LaTeX for a paper."""
+"""Tables for readers: short ones in a notebook, and LaTeX for a paper."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pymoo_psi.errors import PsiError
 if TYPE_CHECKING:
     import pandas as pd
 
-ROWS = 10  # in a notebook
+ROWS = 10  # that a notebook shows: a table of 100 000 tests is asked for by to_frame()
 _COLUMNS = 24
 
-# Characters of LaTeX commands, and those that its usual fonts have in formulas only.
+# What LaTeX takes for a command, and what its usual fonts have in formulas only.
 _CHARACTERS = {
     "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
     "<": "$<$", ">": "$>$", "|": "$|$", "−": "$-$", "≤": r"$\le$", "≥": r"$\ge$", "±": r"$\pm$",
@@ -37,18 +37,18 @@ _CHARACTERS |= {
 
 
 class Shown:
-    """A base class of what a notebook shows by its repr, its sentences and its first rows."""
+    """What a notebook shows as its name, its sentences, if it has any, and a short table."""
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        """Return the first n rows and the number of all."""
+        """Return the first n rows, for a reader, and how many there are."""
         frame = self.to_frame()  # type: ignore[attr-defined]  # of every class that is shown
         return frame.head(n), len(frame)
 
     def _repr_html_(self) -> str:
-        """Return the HTML that Jupyter shows; markup in names is escaped."""
+        """Return what Jupyter shows; names are data, and no markup of theirs is."""
         lines = [repr(self), *getattr(self, "sentences", ())]
         table = ""
-        with suppress(PsiError):  # names that do not fit into one table
+        with suppress(PsiError):  # of names that do not fit into one table
             frame, n = self._first_rows(ROWS)
             table = frame.to_html(
                 max_cols=_COLUMNS, na_rep="", notebook=True, float_format=lambda v: f"{v:.5g}"
@@ -60,11 +60,12 @@ class Shown:
 def latex_table(columns: Iterable[tuple[str, Iterable[Any]]]) -> str:
     """Return columns as a ``tabular`` of LaTeX with the rules of its package booktabs.
 
-    Numbers of a column have the same number of decimals, enough to distinguish them.
+    Numbers of a column have the same number of decimals, enough to tell them apart.
 
     Args:
-        columns: Of each column the heading, such as ``"f1 [mm]"``, and its values, numbers or
-            texts. A letter with a number, such as f1 or mu2, is set as a symbol with its index.
+        columns: Of each the heading, such as ``"f1 [mm]"``, and its values, numbers or texts as
+            they are to be read. A letter with a number, such as f1 or mu2, is set as a symbol
+            with its index.
     """
     headings, values = zip(*columns, strict=True)
     cells = [_cells(column) for column in values]
@@ -87,12 +88,12 @@ def _row(cells: Iterable[str]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return LaTeX that prints the text; other scripts than Greek need LuaLaTeX."""
+    """Return text as LaTeX that prints just it; of other scripts than Greek by LuaLaTeX only."""
     return "".join(_CHARACTERS.get(c, c) for c in " ".join(text.split()))
 
 
 def _heading(name: str) -> str:
-    """Return a heading, its first word as a symbol if it is one: f1 as f with index 1."""
+    """Return a heading, its first word as a symbol if it is one: f1 as f with the index 1."""
     symbol = re.match(r"(mu|[A-Za-z])(\d+)(?= |$)", name)
     if symbol is None:
         return escaped(name)
@@ -102,22 +103,23 @@ def _heading(name: str) -> str:
 
 
 def _cells(column: Iterable[Any]) -> tuple[bool, list[str]]:
-    """Return whether a column holds numbers, and the text of each cell."""
+    """Return whether a column is of numbers, and the text of each of its cells."""
     values: Sequence[Any] = list(column)
     if not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
         texts = [str(v) for v in values]
         if all(re.fullmatch(r"-?[\d.]*", text) for text in texts):  # numbers, with their decimals
             return True, [f"${text}$" if text else "" for text in texts]
         return False, [escaped(text) for text in texts]
-    finite = [v for v in values if math.isfinite(v)]
-    most = max(map(abs, finite), default=0.0)
-    if all(float(v).is_integer() for v in finite) and most < 1e7:
+    known = [abs(v) for v in values if math.isfinite(v)]
+    most = max(known, default=0.0)
+    if all(float(v).is_integer() for v in known) and most < 1e7:
         return True, [_number(v, ".0f") for v in values]
-    extent = max(finite) - min(finite)
-    # Four digits of the largest value, and three of the column's range.
+    signed = [v for v in values if math.isfinite(v)]
+    span = max(signed) - min(signed)
+    # Four digits of the largest value, and three of the difference of the ends.
     decimals = 3 - math.floor(math.log10(most or 1.0))
-    if extent > 0:
-        decimals = max(decimals, 2 - math.floor(math.log10(extent)))
+    if span > 0:
+        decimals = max(decimals, 2 - math.floor(math.log10(span)))
     plain = most < 1e7 and decimals <= 8
     return True, [_number(v, f".{max(decimals, 0)}f" if plain else ".4g") for v in values]
 
@@ -125,7 +127,7 @@ def _cells(column: Iterable[Any]) -> tuple[bool, list[str]]:
 def _number(value: float, form: str) -> str:
     if math.isnan(value):
         return "--"
-    # + 0 turns -0.0 into 0.0
+    # Plus 0, as -0.0, a zero whose sign was turned, is 0 to a reader.
     digits, _, power = f"{value + 0:{form}}".replace("inf", r"\infty").partition("e")
     if power:
         digits += rf"\cdot 10^{{{int(power)}}}"

@@ -23,7 +23,7 @@ Kind = TypeVar("Kind")
 
 
 def counted(n: int, one: str, many: str = "") -> str:
-    """Return a number with its noun: "1 design", "2 designs"."""
+    """Return a number of things as a message says it: "1 design", "2 criteria"."""
     return f"{n} {one if n == 1 else many or f'{one}s'}"
 
 
@@ -43,19 +43,21 @@ def _message(name: str, rule: str, received: object, remedy: str) -> str:
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, np.ndarray) and value.ndim == 0:  # repr() would say array(3)
+        value = value.item()
     text = value.strip() if isinstance(value, Received) else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 class Received(str):
-    """A description of what was received, shown without quotation marks."""
+    """A ready description of what was received, to be shown without quotation marks."""
 
 
 class Remark(str):
-    """A remark on data, followed by a hint to options that change it.
+    """What to tell, and behind it a hint to options that may change it.
 
     Attributes:
-        fact: The remark without the hint, for a document, whose readers have no options.
+        fact: What a document says, whose readers have no options.
     """
 
     fact: str
@@ -97,7 +99,7 @@ def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Ki
 
 
 def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[Any, Any]:
-    """Return ``value``; it must be a mapping of ``what``, such as "names to units"."""
+    """Return ``value``; it must map what is said, such as "names to units"."""
     if not isinstance(value, Mapping):
         hint = f"; {remedy}" if remedy else ""
         raise ArgumentTypeError(f"{name} must map {what}, got {_shown(value)}{hint}")
@@ -105,17 +107,17 @@ def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[An
 
 
 def collection(name: str, value: object, rule: str, remedy: str = "") -> Collection[Any]:
-    """Return ``value``; it must be a list or the like, not a text."""
+    """Return ``value``; it must be a list or the like, which a text, of letters, is not."""
     if isinstance(value, str) or not isinstance(value, Collection):
         raise wrong_type(name, rule, value, remedy)
     return value
 
 
 def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
-    """Return the identity of a problem as JSON; ``layout`` goes to ``json.dumps``.
+    """Return what is known of a problem as JSON, laid out as ``json.dumps`` is told.
 
     Raises:
-        ArgumentTypeError: The problem's fingerprint holds what JSON cannot hold.
+        ArgumentTypeError: Its fingerprint holds what JSON cannot hold.
     """
     try:
         return json.dumps(identity, **layout)
@@ -152,17 +154,19 @@ def positive_number(name: str, value: object) -> float:
 
 
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
-    """Return ``value``; it must be one of ``names``. The error suggests a similar name."""
+    """Return ``value``; it must be one of ``names``, and a near miss is pointed out."""
     options = ", ".join(repr(option) for option in sorted(names))
-    rule = f"one of {options}"
+    rule = f"one of {options}" if names else "left out, as there is nothing to choose from"
     if not isinstance(value, str):
         raise wrong_type(name, rule, value, remedy)
     if value not in names:
         # F1 for f1 differs in all its letters
         folded = {option.casefold(): option for option in names}
         near = difflib.get_close_matches(value.casefold(), folded, n=1)
-        hints = [f"did you mean {folded[near[0]]!r}?"] if near else []
-        raise invalid(name, rule, value, "; ".join([*hints, remedy] if remedy else hints))
+        hint = "; ".join(
+            part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
+        )
+        raise invalid(name, rule, value, hint)
     return value
 
 

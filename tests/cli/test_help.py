@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pymoo_psi.cli import _analyze, _compare, _reproduce, main
 from pymoo_psi.cli._app import app
-from pymoo_psi.report import _document
+from pymoo_psi.report._parts import Picture
 
 DRAWING = {
     _reproduce: ["save_figures", "save_pages", "points_page"],
@@ -33,7 +33,7 @@ def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, c
     for module, draws in DRAWING.items():
         for name in draws:
             monkeypatch.setattr(module, name, lambda *args, **options: Figure())
-    monkeypatch.setattr(_document, "_image", lambda picture: "")
+    monkeypatch.setattr(Picture, "image", lambda picture: "")
     reproduce, compare = _reproduce.reproduce, _compare.compare
     monkeypatch.setattr(_reproduce, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
     monkeypatch.setattr(_compare, "compare", partial(compare, polish=False))

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from pymoo_psi import plots
 from pymoo_psi.cli import main
-from pymoo_psi.report import _document
+from pymoo_psi.report._parts import Picture
 
 FRONT = "a,b\n1,2\n2,1\n3,0\n"
 
@@ -40,7 +40,7 @@ def written(writer, out):
 
 
 def test_a_command_overwrites_its_own_results_only(folder, capsys, monkeypatch):
-    monkeypatch.setattr(_document, "_image", lambda picture: "")  # pictures take most of the time
+    monkeypatch.setattr(Picture, "image", lambda picture: "")  # pictures take most of the time
     kept = {}
     for writer, (_, name) in WRITERS.items():
         assert written(writer, name) == 0

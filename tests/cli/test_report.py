@@ -11,7 +11,7 @@ import pytest
 
 from pymoo_psi.cli import _page, main
 from pymoo_psi.page._data import payload
-from pymoo_psi.report import _document
+from pymoo_psi.report._parts import Picture
 from pymoo_psi.table import Layout, TestTable
 from tests.page.test_page_logic import in_node
 
@@ -37,7 +37,7 @@ def texts(path):
 @pytest.fixture(autouse=True)
 def undrawn(monkeypatch):
     """Leave pictures out, which take most of the time."""
-    monkeypatch.setattr(_document, "_image", lambda picture: "data:image/svg+xml;base64,")
+    monkeypatch.setattr(Picture, "image", lambda picture: "data:image/svg+xml;base64,")
 
 
 @pytest.fixture

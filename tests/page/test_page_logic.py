@@ -15,7 +15,7 @@ import pytest
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.page._data import payload
-from pymoo_psi.pareto import cautions, compare_designs, explain, snap
+from pymoo_psi.pareto import cautions, compare_designs, explain, settled
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import read_designs
 
@@ -288,7 +288,7 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
         for limits, found in zip(drag.limits, answers, strict=True):
             rows = drag.left(limits)
             left = drag.frame.iloc[rows][drag.names]
-            F = snap(left.to_numpy())
+            F = settled(left.to_numpy())
             worse = np.logical_and.reduce([column[:, None] >= column for column in F.T])
             better = worse.T & ~worse  # by row what a design is better than
             assert found["front"] == rows[~better.any(axis=0)].tolist()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import CompromiseProgramming, PsiError, SalukvadzeOptimum, rank_of_efficiency
-from pymoo_psi.pareto import levels, nondominated, snap
+from pymoo_psi.pareto import levels, nondominated, settled
 from tests.pareto.exact import exact_ranking
 
 EPS = 2.0**-52
@@ -192,11 +192,11 @@ chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), element
 
 @given(F=chains)
 def test_settled_values_keep_their_order_and_move_by_noise_only(F):
-    calm = snap(F)
+    calm = settled(F)
     finite = np.isfinite(F)
     assert (calm[~finite] == F[~finite]).all()
     assert (np.abs(calm[finite] - F[finite]) <= 65 * EPS * np.abs(calm[finite])).all()
-    np.testing.assert_array_equal(snap(calm), calm)
+    np.testing.assert_array_equal(settled(calm), calm)
     for raw, column in zip(F.T, calm.T, strict=True):
         order = np.argsort(raw, kind="stable")
         assert (column[order][1:] >= column[order][:-1]).all()

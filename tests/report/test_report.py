@@ -1,12 +1,12 @@
 """The report says what the library says, of any table, as text and nothing else."""
 
+import dataclasses
 import re
 from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 from pymoo_psi import (
     CompromiseProgramming,
@@ -21,8 +21,7 @@ from pymoo_psi import (
     lp_tau,
     representatives,
 )
-from pymoo_psi.report import _document, decision_report
-from pymoo_psi.report._document import Cells, Items, Picture
+from pymoo_psi.report import decision_report
 from pymoo_psi.table import Layout, constraint_costs
 
 
@@ -74,9 +73,9 @@ def lines(report, title):
     for part in section(report, title).parts:
         if isinstance(part, str):
             found.append(part)
-        elif isinstance(part, Items):
+        elif hasattr(part, "lines"):
             found += part.lines
-        elif isinstance(part, Cells):
+        elif hasattr(part, "rows"):
             found += [" | ".join(row) for row in part.rows]
     return found
 
@@ -128,23 +127,18 @@ def test_cautions_say_that_they_are_about_the_optimum():
     F = [[0.0, 4.0], [1.0, 1.0], [0.5, 1.33], [4.0, 0.0]]
     table = TestTable.of([1, 2, 3, 4], [[1], [2], [3], [4]], F)
     labels = ["V1", "V2", "V3", "V4"]
-    own = decision_report(table, labels=labels)
+    layout = dataclasses.replace(table.layout, label="version")
+    table = dataclasses.replace(table, layout=layout, extra={"version": labels})
+    own = decision_report(table)
     best = labels[own.ranking.salukvadze[0]]
     cautions = [line for line in lines(own, "The choice") if line.startswith("Caution: ")]
-    other = lines(decision_report(table, labels=labels, design=1), "The choice")
+    other = lines(decision_report(table, design=1), "The choice")
     mark = f"Caution on {best}, the optimum: "
     assert [line.replace(mark, "Caution: ") for line in other if mark in line] == cautions != []
     few = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
     for design, said in ((2, True), (1, False)):
         told = lines(decision_report(few, design=design), "The choice")
         assert any(line.startswith("No caution") for line in told) is said
-
-
-def test_names_of_designs_stay_as_they_are():
-    table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
-    report = decision_report(table, labels=["A", "B", "C"], design=1)
-    told = lines(report, "What else could be chosen")[1]
-    assert told.startswith("Salukvadze optimum: B against A: better")
 
 
 def test_counts_add_up(beam):
@@ -154,7 +148,7 @@ def test_counts_add_up(beam):
     assert n["designs"] == len(table) == n["failed"] + n["beyond a limit only"] + n["feasible"]
     assert n["failed"] == len(table.reasons) > 0
     assert n["Pareto optimal"] == table.pareto(LIMITS).sum()
-    assert lines(beam, "What failed, and why")[1:] == [
+    assert lines(beam, "Failures")[1:] == [
         f"{len(table.reasons)} | no mesh: too slender | test point {min(table.reasons)}"
     ]
 
@@ -187,7 +181,7 @@ def test_alternatives_are_those_of_the_selectors(beam):
         two = compare_designs(own, [optimum, chosen], maximize=["stiffness"], units={"mass": "kg"})
         assert two.difference(1) in told
     few = representatives(own, 5, maximize=["stiffness"])
-    (table,) = [p for p in section(beam, "What else could be chosen").parts if isinstance(p, Cells)]
+    (table,) = [p for p in section(beam, "What else could be chosen").parts if hasattr(p, "rows")]
     assert table.head[1:] == tuple(f"test point {own.index[row]}" for row in few.rows)
 
 
@@ -209,7 +203,7 @@ def test_names_reasons_and_titles_are_text():
     X, F = lp_tau(16, 1), np.column_stack([lp_tau(16, 1)[:, 0], (1 - lp_tau(16, 1)[:, 0]) ** 2])
     reasons = {3: f"{EVIL} \x01"}
     table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
-    html = decision_report(table, {0: 0.8}, title=EVIL, about=[EVIL], labels=[EVIL] * 16).html()
+    html = decision_report(table, {0: 0.8}, title=EVIL, about=[EVIL]).html()
     found = Reader(html)
     assert not {"script", "b"} & {*found.tags}
     assert found.text.count("<script>alert(1)</script> & \"'$x_{$ <b>") > 9
@@ -238,19 +232,7 @@ def test_pictures_have_words_for_those_who_do_not_see_them(html):
     assert all(len(alt) > 20 for alt in alts)
 
 
-def test_many_marks_are_one_image():
-    """A drawing of each of 20,000 marks would be 2 MB; of more, a printer takes minutes for them."""
-    sizes = {}
-    for n in (900, 20_000):
-        figure = Figure()
-        figure.add_subplot().plot(*lp_tau(n, 2).T, linestyle="none", marker="o")
-        sizes[n] = len(_document._image(Picture(lambda figure=figure: figure, "")))
-    assert 100_000 < sizes[900] < 200_000  # a hundred bytes a mark, and the axes
-    assert sizes[20_000] < 2 * sizes[900]
-
-
-def test_no_feasible_design_tells_what_stands_in_the_way(monkeypatch):
-    monkeypatch.setattr(_document, "_image", lambda picture: "")  # other tests draw
+def test_no_feasible_design_reports_what_stands_in_the_way():
     report = decision_report(beams(), {"mass": 5.0, "stress": 70})
     assert report.ranking is None
     said = lines(report, "The choice")
@@ -269,11 +251,11 @@ def test_all_failed():
     table = TestTable.of([1, 2], [[0.1], [0.2]], [[np.nan], [np.nan]], reasons={1: "no", 2: "no"})
     report = decision_report(table)
     assert report.ranking is None
-    assert lines(report, "What failed, and why")[1:] == ["2 | no | test point 1"]
+    assert lines(report, "Failures")[1:] == ["2 | no | test point 1"]
     assert report.html()
 
 
-def assert_told(X, F):
+def assert_reported(X, F):
     report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
     text = Reader(report.html()).text
     assert "Test point" in text
@@ -289,10 +271,8 @@ def assert_told(X, F):
         ([[0.1], [0.2], [0.3]], [[1.0, 3.0, 0.0], [2.0, 2.0, 0.0], [3.0, 1.0, 0.0]]),  # constant
     ],
 )
-def test_small_tables(X, F, monkeypatch):
-    # Figures are made, and as SVG they are those of the odd tables.
-    monkeypatch.setattr(_document, "_image", lambda picture: str(picture.draw()))
-    assert_told(X, F)
+def test_small_tables(X, F):
+    assert_reported(X, F)
 
 
 @pytest.mark.parametrize(
@@ -304,7 +284,7 @@ def test_small_tables(X, F, monkeypatch):
     ],
 )
 def test_odd_tables(X, F):
-    assert_told(X, F)
+    assert_reported(X, F)
 
 
 def test_many_criteria_and_variables_are_all_told():
@@ -314,37 +294,22 @@ def test_many_criteria_and_variables_are_all_told():
     assert {f"f{j + 1}" for j in range(15)} | {f"x{j + 1}" for j in range(40)} <= {
         line.partition(" | ")[0] for line in lines(report, "The choice")
     }
-    pictures = [p for p in section(report, "The Pareto set").parts if isinstance(p, Picture)]
-    assert "Of 15 criteria the 5 in which the choice is farthest behind" in pictures[0].caption
-
-
-def test_steps_of_many_criteria_are_a_table():
-    """It tells of each step what it is for, and its greatest loss."""
-    F = np.random.default_rng(1).random((40, 9))
-    report = decision_report(TestTable.of(range(1, 41), F[:, :1], F))
-    why = explain(pd.DataFrame(F), int(report.ranking.salukvadze[0]))
-    cells = [p for p in section(report, "The choice").parts if isinstance(p, Cells)]
-    (steps,) = [p for p in cells if p.head[0] == "towards"]
-    assert len(steps.rows) == len(why.steps.rows) - 1 > 1
-    for k, (_, better, worse) in enumerate(steps.rows, start=1):
-        towards = np.flatnonzero(why.neighbours == why.steps.rows[k])
-        assert all(f"f{j + 1} " in better for j in towards)
-        j = int(why.steps.shares[k].argmin())
-        assert worse.startswith(f"f{j + 1} {-100 * why.steps.shares[k, j]:.0f} %")
+    pictures = [p for p in section(report, "The Pareto set").parts if hasattr(p, "draw")]
+    assert "Of 15 objectives the 5 in which the choice is farthest behind" in pictures[0].caption
 
 
 def test_what_tests_cannot_tell_is_said():
     """Of designs from anywhere, or chosen by an algorithm, shares of variance would be wrong."""
-    title = "What drives the criteria, and where designs are feasible"
+    title = "First-order sensitivities, and where designs are feasible"
     assert lines(decision_report(beams()), title) == [
-        "Not told: of these designs nobody knows how they were spread over the box."
+        "Not available: it is unknown how these designs were sampled."
     ]
 
 
 def test_sequences_tell_sensitivities_rules_and_convergence():
     table = investigate(VectorizedSphereChute(0.4, model="rolling"), 128)
     report = decision_report(table)
-    assert any(isinstance(p, Picture) for p in section(report, report.sections[-2].title).parts)
+    assert any(hasattr(p, "draw") for p in section(report, report.sections[-2].title).parts)
     said = lines(report, "Whether more tests would change the choice")
     assert said[0].startswith("More tests are")
 
@@ -352,9 +317,11 @@ def test_sequences_tell_sensitivities_rules_and_convergence():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"design": 999}, "design must be the number, or row, of a feasible test, got 999"),
+        (
+            {"design": 999},
+            "design must be the number of a feasible test, got test point 999, which is not in",
+        ),
         ({"design": 0}, "design must be an integer >= 1"),
-        ({"labels": ["a"]}, "labels must be 96, one for each test, got 1"),
         ({"limits": {"mas": 3}}, "did you mean 'mass'"),
         ({"selectors": {"x": 3}}, r"selectors\['x'\] must be an object with .do"),
         ({"normalize": "no"}, "normalize must be"),
@@ -365,29 +332,15 @@ def test_mistakes(arguments, message):
         decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
 
 
-def test_a_design_that_cannot_be_chosen_is_told_with_the_reason():
-    table = TestTable.of(
-        [1, 2, 3, 4],
-        [[1], [2], [3], [2]],
-        [[1.0, 3.0], [2.0, 2.0], [np.nan, np.nan], [2.0, 2.0]],
-        reasons={3: "no mesh"},
-    )
-    for design, why in ((2, "it violates f1"), (3, "it failed: no mesh")):
-        with pytest.raises(PsiError, match=f"got test point {design}; {why}"):
-            decision_report(table, {"f1": 1.5}, design=design)
-    with pytest.raises(PsiError, match="it tested design 2 once more"):
-        decision_report(table, design=4)
+def test_a_design_that_cannot_be_chosen_is_refused_with_its_status():
+    F = [[1.0, 3.0], [2.0, 2.0], [np.nan, np.nan]]
+    table = TestTable.of([1, 2, 3], [[1], [2], [3]], F, reasons={3: "no mesh"})
+    with pytest.raises(PsiError, match="got test point 3, which is failed"):
+        decision_report(table, design=3)
 
 
 def test_only_a_table_with_tests_and_criteria():
     with pytest.raises(PsiError, match="table must be"):
         decision_report(np.zeros((3, 2)))
-    with pytest.raises(PsiError, match="with tests and criteria"):
+    with pytest.raises(PsiError, match="with tests and objectives"):
         decision_report(TestTable.empty())
-
-
-def test_penalties_at_the_end_of_floats_cost_the_picture_only():
-    F = [[1.79e308, 1.0], [2.0, 1.7e308], [3e307, 4e307]]
-    html = decision_report(TestTable.of([1, 2, 3], [[1], [2], [3]], F)).html()
-    told = "No picture: values of f1 and values of f2 lie beyond 1e+300, too far to be drawn."
-    assert html.count(told) == 2

@@ -10,6 +10,8 @@ from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from pymoo_psi._validation import invalid
 from pymoo_psi.cli._choice import preferences_in
 from pymoo_psi.cli._decision import decided_tests, decision_in
@@ -67,13 +69,16 @@ def run_report(
     if path.is_file():  # what a pipe has given it does not give again
         with suppress(StudyError):  # another file tells no date
             about.insert(1, f"Study begun {Study(path).facts()['begun']}")
+    if labels is not None:
+        layout = replace(table.layout, label="design")
+        extra = {**table.extra, "design": np.array(labels, object)}
+        table = replace(table, layout=layout, extra=extra)
     report = decision_report(
         table,
         limits,
         normalize=normalize,
         design=design,
         selectors=selectors or None,
-        labels=labels,
         title=document.title or path.stem,
         about=about,
     )

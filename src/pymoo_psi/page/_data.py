@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted
 from pymoo_psi.page._document import html_of
-from pymoo_psi.pareto import EfficiencyRanking, snap
+from pymoo_psi.pareto import EfficiencyRanking, settled
 from pymoo_psi.table import Bounds
 from pymoo_psi.table._roles import Roles, roles_head
 
@@ -249,7 +249,7 @@ def witnesses(F: NDArray[np.float64], optimal: NDArray[np.bool_]) -> NDArray[np.
         return found
     # Ranks in each column, which are compared as the values are and have sums of one size. The
     # rows near the ideal point dominate most, so that a few of them leave little to search.
-    ranks = np.column_stack([np.unique(column, return_inverse=True)[1] for column in snap(F).T])
+    ranks = np.column_stack([np.unique(column, return_inverse=True)[1] for column in settled(F).T])
     front = front[np.argsort(ranks[front].sum(axis=1), kind="stable")]
     for row in front[:_STRONGEST]:
         below = (ranks[rest] >= ranks[row]).all(axis=1)

@@ -68,7 +68,7 @@ from pymoo_psi.pareto._ranking import (
     ranking_of,
 )
 from pymoo_psi.pareto._representatives import Representatives, representatives
-from pymoo_psi.pareto._rounding import LAST_PLACES, levels, snap, unit_lengths
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 from pymoo_psi.pareto._scenarios import Robustness, rank_scenario, tally
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
@@ -119,7 +119,7 @@ __all__ = [
     "ranking_of",
     "representatives",
     "sentence",
-    "snap",
+    "settled",
     "spread_subset",
     "tally",
     "unit_lengths",

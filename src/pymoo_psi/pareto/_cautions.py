@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import instance
 from pymoo_psi.pareto._dominance import nondominated
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of
-from pymoo_psi.pareto._rounding import snap, unit_lengths
+from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
 Array = NDArray[np.float64]
@@ -258,7 +258,7 @@ class _Front:
         freed = (self.values[i] <= F).all(axis=1)
         if freed.any():  # what it dominates may be Pareto optimal without it
             rows = np.concatenate([rows, dominated[freed]])
-            values = snap(np.vstack([values, F[freed]]))
+            values = settled(np.vstack([values, F[freed]]))
             optimal = nondominated(values)
             rows, values = rows[optimal], values[optimal]
         # A point that the user has set stays.

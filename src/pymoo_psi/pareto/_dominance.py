@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.pareto._rounding import snap
+from pymoo_psi.pareto._rounding import settled
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -57,7 +57,7 @@ def competes(F: Array, feasible: Mask) -> Mask:
 # Rows that are filtered together. 2n rows of four objectives take more than twice the time of n;
 # below some ten thousand rows what all parts have in common outweighs the gain.
 _SLAB = 2**15
-_SAMPLE = 2**12  # rows by which slabs are decided on: 4 ms, of the 150 ms that two slabs take
+_SAMPLE = 2**12  # rows that tell whether slabs pay: 4 ms, of the 150 ms that two slabs take
 # The shadow (see below) is filtered with every slab; with eight objectives most rows are in it.
 _MOST_SHADOW = 0.3
 
@@ -89,7 +89,7 @@ def nondominated(F: Array, *, threads: int = 1) -> Mask:
         return np.zeros(0, dtype=bool)
     if F.shape[1] > 255:
         raise invalid("F", "of at most 255 objectives", Received(f"{F.shape[1]}"))
-    F = snap(F)
+    F = settled(F)
     if not np.isfinite(F).all():
         if np.isnan(F).any():
             raise invalid("F", "without NaN", Received("NaN"))
@@ -133,7 +133,7 @@ def _by_slabs(F: Array, j: int, threads: int) -> Mask:
     and can be filtered at the same time: moocore releases Python's lock meanwhile.
 
     Args:
-        F: ``(n, m)`` values after :func:`snap`, m >= 3.
+        F: ``(n, m)`` settled values, m >= 3.
         j: The objective.
         threads: How many slabs are filtered at a time.
     """
@@ -173,8 +173,8 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[n
     Args:
         a: ``(n,)`` first criterion as integer levels (:func:`pymoo_psi.pareto._rounding.levels`),
             n >= 1.
-        b: ``(n,)`` second criterion, in the same way.
-        other: ``(n,)`` third criterion in the same way, which decides between equal points.
+        b: ``(n,)`` second criterion likewise.
+        other: ``(n,)`` third criterion likewise, which decides between equal points.
 
     Returns:
         ``(n,)`` mask.

@@ -20,7 +20,7 @@ from pymoo_psi._tables import Shown
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
-from pymoo_psi.pareto._rounding import snap, unit_lengths
+from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
 if TYPE_CHECKING:
@@ -365,7 +365,7 @@ def explain(
             neighbours[j] = front[nearest[values[nearest, j].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
-        # The least excess, not none: a value in a chain of close ones may be snapped otherwise
+        # The least excess, not none: a value in a chain of close ones may be settled otherwise
         # here than among all designs, where the dominance was found.
         excess = np.fmax((values - own) / lengths, 0).max(axis=1)
         dominated_by = int(front[_nearest(excess == excess.min(), distance)[0]])
@@ -461,7 +461,7 @@ def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Ar
     """
     front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
     wanted = np.concatenate([front, np.array(rows, dtype=np.intp)])
-    together = snap(objectives.values[wanted] * objectives.sign)
+    together = settled(objectives.values[wanted] * objectives.sign)
     lengths = unit_lengths(ranking.frame.ideal, ranking.frame.nadir)
     return front, together[: len(front)], together[len(front) :], lengths
 

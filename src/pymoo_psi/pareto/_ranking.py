@@ -44,7 +44,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
-from pymoo_psi.pareto._rounding import LAST_PLACES, levels, snap, unit_lengths
+from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -338,7 +338,7 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows get rank 0 and do not move U or N. Values of an objective that are equal up to
+    Dominated rows get rank 0 and do not move U or N. Values of a criterion that are equal up to
     rounding count as equal, so that rounding noise decides nothing.
 
     Args:
@@ -349,8 +349,8 @@ def rank_of_efficiency(
             as the paper does.
         ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
             the Pareto-optimal rows. It must be at least as good as they are.
-        nadir: ``(m,)`` the point N in the same way; by default the worst values over the
-            Pareto-optimal rows.
+        nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
+            rows.
         maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
             ``F`` holds their own values. pymoo's ``res.F`` holds them negative, and is ranked as
             it is; for names and signs of your own rank
@@ -393,7 +393,7 @@ def ranking_of(
     """Return :func:`rank_of_efficiency` of objectives whose Pareto-optimal rows are known."""
     normalize = boolean("normalize", normalize)
     F = objectives.minimized
-    F[pareto] = front = snap(F[pareto])
+    F[pareto] = front = settled(F[pareto])
     best = front.min(axis=0)
     U = best if ideal is None else objectives.turned("ideal", ideal)
     N = front.max(axis=0) if nadir is None else objectives.turned("nadir", nadir)
@@ -436,9 +436,9 @@ def measured_in(ranking: EfficiencyRanking) -> str:
 
 
 def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
-    """Return the Pareto-optimal rows and their minimised objectives, without rounding noise."""
+    """Return the Pareto-optimal rows, and their objectives, minimised and settled."""
     front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
-    return front, snap(objectives.values[front] * objectives.sign)
+    return front, settled(objectives.values[front] * objectives.sign)
 
 
 def _require(name: str, rule: str, low: Array, high: Array, objectives: Objectives) -> None:
@@ -459,7 +459,7 @@ class UtopianFrame:
         ideal: ``(m,)`` the positive utopian point U.
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
         normalize: Measure every objective in units of N − U; an objective with N = U, which
-            does not discriminate between designs, then counts for nothing.
+            tells no design from another, then counts for nothing.
     """
 
     ideal: Array

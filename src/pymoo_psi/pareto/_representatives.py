@@ -27,7 +27,7 @@ class Representatives(Shown):
 
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
-        rows: ``(k,)`` the representatives, the Salukvadze optimum first; fewer than k if
+        rows: ``(k,)`` the representatives, the Salukvadze optimum first; fewer than asked for if
             the Pareto set has fewer different designs.
         shares: ``(k,)`` the share of the Pareto-optimal designs that each stands for: those
             nearer to it than to the others, or equally near to it and to later ones. They sum

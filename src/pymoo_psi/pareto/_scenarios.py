@@ -59,7 +59,7 @@ def rank_scenario(F: Array, feasible: Mask, *, normalize: bool) -> tuple[Mask, A
 class Robustness(Shown):
     """What becomes of n designs in S scenarios.
 
-    Shares are of all S scenarios. The statistics of objectives and regret are over the scenarios in
+    Shares are of all S scenarios. The statistics of criteria and regret are over the scenarios in
     which the design is feasible, NaN if it is in none. Regret is measured in the frame of each
     scenario: how much farther from that scenario's U the design is than the nearest design.
 
@@ -72,9 +72,9 @@ class Robustness(Shown):
         efficient_share: ``(n,)`` share in which its rank of efficiency is 5 or 6.
         pareto_share: ``(n,)`` share in which it is Pareto optimal among the designs.
         infeasible_share: ``(n,)`` share in which it is infeasible.
-        mean: ``(n, m)`` mean of every objective, in its own direction.
-        spread: ``(n, m)`` standard deviation of every objective, of the scenarios as they are.
-        worst: ``(n, m)`` worst value of every objective: the largest, or of one that the problem
+        mean: ``(n, m)`` mean of every criterion, in its own sense.
+        spread: ``(n, m)`` standard deviation of every criterion, of the scenarios as they are.
+        worst: ``(n, m)`` worst value of every criterion: the largest, or of one that the problem
             says is maximised the least.
         mean_regret: ``(n,)`` mean regret.
         worst_regret: ``(n,)`` largest regret.
@@ -165,7 +165,7 @@ def tally(
     """Sum up what :func:`rank_scenario` gives for one scenario or more, in the order given.
 
     Means and squares are updated by Welford's method (Technometrics 4, 1962), which does not
-    cancel where an objective varies little around a large mean.
+    cancel where a criterion varies little around a large mean.
     """
     n, k = len(X), len(objectives) + 1  # the regret goes with the objectives
     counts, regret = np.zeros((4, n), dtype=np.int64), np.zeros(n)

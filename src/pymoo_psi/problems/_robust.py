@@ -254,7 +254,7 @@ def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
 
     Args:
         text: ``"mean"``, ``"quantile:q"`` or ``"cvar:q"``.
-        ordered: ``(s, n)`` the values of n designs, increasing along the scenarios.
+        ordered: ``(s, n)`` the values of n designs, rising along the scenarios.
         counts: ``(n,)`` how many of them count; infinite for a design without any.
     """
     kind, _, number = text.partition(":")
@@ -308,7 +308,7 @@ def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int
     column = places[known_name("a variable of tolerances", name, places)]
     variable = space.variables[column]
     if variable.kind is not Kind.REAL or variable.fixed:
-        remedy = "to fix one, give Restricted(Robust(problem, ...), {name: value})"
+        remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
         raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
     return column
 

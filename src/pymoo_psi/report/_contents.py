@@ -1,4 +1,4 @@
-"""What a report says: each section from the tests, their ranking and what was chosen."""
+"""The sections of a report, from the tests, their ranking and the chosen design."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import Received, boolean, counted, integer, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
-    Explanation,
     alternative,
     cautions,
     explain,
@@ -29,14 +28,13 @@ from pymoo_psi.pareto import (
     representatives,
 )
 from pymoo_psi.plots import (
-    HUGE,
     plot_feasibility,
     plot_objectives,
     plot_ranking,
     plot_sensitivities,
     plot_table,
 )
-from pymoo_psi.report._document import Cells, Items, Part, Picture, Section
+from pymoo_psi.report._parts import Items, Part, Picture, Section, Table
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import (
     Limits,
@@ -52,44 +50,43 @@ from pymoo_psi.table import (
 
 Rows = NDArray[np.intp]
 
-_REASONS = 12  # of failures that are told one by one
+_REASONS = 12  # of failures that are listed one by one
 _HISTOGRAMS = 18  # in a picture, as high as half a page
-_PAIRS = 5  # criteria in pairs of which axes on paper are still readable
-_LEAD = 7  # criteria that a sentence can hold
+_PAIRS = 5  # objectives in pairs of which axes on paper are still readable
+_LEAD = 7  # objectives that a sentence can hold
 _FEW = 5  # representatives, side by side on paper
-_GAINS = 4  # criteria that a limit costs most in, or a step changes most
+_GAINS = 4  # objectives that a limit costs most in
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
-_VOLUME = 5  # criteria up to which a hypervolume takes seconds
+_VOLUME = 5  # objectives up to which a hypervolume takes seconds
 
-_WORDS = (
-    "Design: one set of values of all variables. Criterion: a quantity by which designs are "
-    "judged, less or more of which is better.",
+_GLOSSARY = (
+    "Design: one set of values of all variables. Objective: a quantity by which designs are "
+    "compared, less or more of which is better.",
     "Feasible: computed without failure, with every constraint met and every limit kept.",
-    "Pareto optimal: feasible, and no other feasible design is at least as good in every criterion "
+    "Pareto optimal: feasible, and no other feasible design is at least as good in every objective "
     "and better in one. Only such designs are worth choosing.",
-    "Range of a criterion: from its best to its worst value among the Pareto-optimal designs.",
-    "Ideal point U: the best value of each criterion, as a rule of different designs. No design "
+    "Range of an objective: from its best to its worst value among the Pareto-optimal designs.",
+    "Ideal point U: the best value of each objective, as a rule of different designs. No design "
     "reaches it.",
     "Salukvadze optimum: the Pareto-optimal design nearest to the ideal point.",
     "Rank of efficiency: from 6, the optimum, down to 0; a higher one is nearer to the ideal "
     "point, or to the line from there to the worst values.",
-    "Knee: where the Pareto set bulges most towards the ideal point: from there each gain costs "
-    "more than elsewhere. Chebyshev: the design whose worst criterion, in units of the ranges, is "
-    "the least bad.",
+    "Knee: where the Pareto set bulges most towards the ideal point. Chebyshev: the design whose "
+    "worst objective, in units of the ranges, is the least bad.",
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What is reported on.
+    """A table with its ranking and the chosen design.
 
     Attributes:
         table: The tests.
         limits: Limits on their columns.
-        labels: ``(n,)`` what the tests are called.
-        rows: ``(k,)`` which of them are feasible with finite criteria, each design once.
+        names: ``(n,)`` what the tests are called.
+        rows: ``(k,)`` which of them are feasible with finite objectives, each design once.
         ranking: The ranking of these; ``None`` if there are none.
         chosen: Which of them is chosen.
         choices: What selectors choose of them, by name.
@@ -97,7 +94,7 @@ class Case:
 
     table: TestTable
     limits: Limits
-    labels: Sequence[str]
+    names: Sequence[str]
     rows: Rows
     ranking: EfficiencyRanking | None
     chosen: int
@@ -108,22 +105,31 @@ class Case:
         cls,
         table: TestTable,
         limits: Limits,
-        labels: Sequence[str],
         normalize: bool,
+        design: int | None,
         selectors: Mapping[str, Any] | None,
     ) -> Case:
-        """Rank the feasible designs, and ask the selectors."""
+        """Rank the feasible designs, ask the selectors, and find the chosen design."""
+        names, normalize = table.names, boolean("normalize", normalize)
         rows = np.flatnonzero(table.eligible(limits))
         rows = rows[table.rows(rows).repeats == 0]
+        if design is not None:
+            at = np.flatnonzero(table.numbers[rows] == integer("design", design, minimum=1))
+            if len(at) == 0:
+                there = table.rows(table.numbers == design)
+                found = f"test point {design}, which is " + (
+                    ", ".join(there.status.tolist()) or "not in the table"
+                )
+                raise invalid("design", "the number of a feasible test", Received(found))
         if len(rows) == 0:
-            return cls(table, limits, labels, rows, None, 0, {})
+            return cls(table, limits, names, rows, None, 0, {})
         layout = table.layout
         # All feasible designs, as `rank` has them: without a design of the Pareto set those that
-        # it dominates may come into it, which cautions tell of.
+        # it dominates may come into it, which cautions report.
         own = pd.DataFrame(table.F[rows] * layout.sign, columns=list(layout.objectives))
         more = [name for name in layout.objectives if name in layout.maximize]
         ranking = rank_of_efficiency(own, normalize=normalize, maximize=more)
-        ranking = ranking.with_labels([labels[row] for row in rows])
+        ranking = ranking.with_labels([names[row] for row in rows])
         if selectors is None:
             other = "plain distances" if normalize else "distances in units of the ranges"
             selectors = {
@@ -132,11 +138,12 @@ class Case:
                 other: SalukvadzeOptimum(normalize=not normalize),
             }
         choices = compare_selectors(ranking, selectors).chosen if selectors else {}
-        return cls(table, limits, labels, rows, ranking, int(ranking.salukvadze[0]), choices)
+        chosen = int(ranking.salukvadze[0] if design is None else at[0])
+        return cls(table, limits, names, rows, ranking, chosen, choices)
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Units of the criteria."""
+        """Units of the objectives."""
         layout = self.table.layout
         return {name: layout.units[name] for name in layout.objectives if name in layout.units}
 
@@ -156,14 +163,14 @@ def sections_of(case: Case) -> tuple[Section, ...]:
     makers: tuple[tuple[str, Callable[[Case], Iterator[Part]]], ...] = (
         ("The choice", _choice),
         ("What was tested", _tests),
-        ("What failed, and why", _failures),
+        ("Failures", _failures),
         ("Limits and what each costs", _limits),
         ("Where the designs lie", _places),
         ("The Pareto set", _pareto),
         ("What else could be chosen", _alternatives),
         ("Whether more tests would change the choice", _enough),
-        ("What drives the criteria, and where designs are feasible", _drives),
-        ("Words", lambda _: iter([Items(_WORDS)])),
+        ("First-order sensitivities, and where designs are feasible", _drives),
+        ("Glossary", lambda _: iter([Items(_GLOSSARY)])),
     )
     found = [Section(title, tuple(make(case))) for title, make in makers]
     return tuple(section for section in found if section.parts)
@@ -174,8 +181,8 @@ def _choice(case: Case) -> Iterator[Part]:
     layout = table.layout
     if ranking is None:
         n, failed = len(table), int((table.status == "failed").sum())
-        told = f"None of {counted(n, 'design')} is feasible, so that there is nothing to choose"
-        yield f"{told}: {failed} failed." if failed else f"{told}."
+        lead = f"None of {counted(n, 'design')} is feasible, so that there is nothing to choose"
+        yield f"{lead}: {failed} failed." if failed else f"{lead}."
         violated, names = table.violations(case.limits)
         if violated.any():
             rejects = violated.sum(axis=0)
@@ -199,15 +206,15 @@ def _choice(case: Case) -> Iterator[Part]:
     if found:
         # They are about the optimum, which need not be what was chosen.
         what = "" if optimum else f" on {ranking.name_of(int(ranking.salukvadze[0]))}, the optimum"
-        yield Items(tuple(f"Caution{what}: {caution}" for caution in found), marked=True)
+        yield Items(tuple(f"Caution{what}: {caution}" for caution in found), cautions=True)
     elif optimum and ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
         yield (
-            "No caution: the choice hangs on no single design, no other one is nearly as near to "
-            "the ideal point, and it lies at no edge of the set."
+            "No caution: the choice is insensitive to any single design, no other is nearly as "
+            "near to the ideal point, and it lies at no edge of the set."
         )
     yield f"{measured_in(ranking)}."
-    yield Cells(
-        ("criterion", "better", "chosen", "best", "worst", "behind", "of range"),
+    yield Table(
+        ("objective", "better", "chosen", "best", "worst", "behind", "of range"),
         tuple(
             (
                 case.named(name), "more" if name in layout.maximize else "less",
@@ -220,44 +227,23 @@ def _choice(case: Case) -> Iterator[Part]:
         ),
         "Best and worst of the Pareto-optimal designs.",
     )  # fmt: skip
-    if len(layout.objectives) > _LEAD and len(why.steps.rows) > 1:
-        yield _steps(why)
     row = case.rows[case.chosen]
     others = (*layout.variables, *layout.outputs)
     cells = tuple((case.named(name), _value(table.column(name)[row])) for name in others)
     if cells:
         what = "Variables and further outputs" if layout.outputs else "Variables"
         shown = ranking.name_of(case.chosen)
-        yield Cells(("name", "value"), cells, f"{what} of {shown}.")
-
-
-def _steps(why: Explanation) -> Cells:
-    """Return what each step gives and costs: sentences of many criteria would fill pages."""
-    names, rows = why.ranking.objectives.names, []
-    for k, row in enumerate(why.steps.rows.tolist()[1:], start=1):
-        towards = why.neighbours == row
-        gains, sizes = why.steps.gains[k], np.abs(why.steps.shares[k])
-        # What the step is for comes first, then what it changes most.
-        order = np.lexsort((-sizes, ~towards))
-        sides = []
-        for there, most in ((gains > 0, max(_GAINS, int(towards.sum()))), (gains < 0, _GAINS)):
-            which = order[there[order]]
-            told = [f"{names[j]} {_share(sizes[j])}" for j in which[:most]]
-            told += [f"and {len(which) - most} more"] if len(which) > most else []
-            sides.append(", ".join(told))
-        rows.append((why.ranking.name_of(row), *sides))
-    caption = "The nearest designs that are better in a criterion, and shares of the ranges."
-    return Cells(("towards", "better in", "worse in"), tuple(rows), caption)
+        yield Table(("name", "value"), cells, f"{what} of {shown}.")
 
 
 def _tests(case: Case) -> Iterator[Part]:
     table, layout, problem = case.table, case.table.layout, case.table.problem
     if problem is not None:
         parameters = problem.get("parameters") or {}
-        told = [("Problem", problem.get("problem")), ("points", problem.get("sampling")),
+        lines = [("Problem", problem.get("problem")), ("points", problem.get("sampling")),
                 ("key", problem.get("key"))]  # fmt: skip
-        told += [(str(name), value) for name, value in parameters.items()]
-        yield "; ".join(f"{name}: {value}" for name, value in told if value is not None) + "."
+        lines += [(str(name), value) for name, value in parameters.items()]
+        yield "; ".join(f"{name}: {value}" for name, value in lines if value is not None) + "."
     if layout.experiments:
         yield f"Experiments: {', '.join(name for name, _ in layout.experiments)}."
     feasible = table.feasible(case.limits)
@@ -270,11 +256,11 @@ def _tests(case: Case) -> Iterator[Part]:
         ("violating a constraint", infeasible.sum()),
         ("beyond a limit only", (violated[:, k:].any(axis=1) & ~infeasible).sum()),
         ("feasible", feasible.sum()),
-        ("without finite criteria, or tested once more", feasible.sum() - len(case.rows)),
+        ("without finite objectives, or tested once more", feasible.sum() - len(case.rows)),
         ("Pareto optimal", 0 if case.ranking is None else case.ranking.pareto.sum()),
     ]
     always = ("designs", "feasible", "Pareto optimal")
-    yield Cells(
+    yield Table(
         ("", "number", "share"),
         tuple(
             (name, f"{n}", percent(n / len(table))) for name, n in steps if n or name in always
@@ -282,8 +268,8 @@ def _tests(case: Case) -> Iterator[Part]:
     )  # fmt: skip
     if layout.variables:
         rows = [_variable(case, j, feasible) for j in range(len(layout.variables))]
-        head = ("variable", "kind", "box", "tested", "feasible")
-        yield Cells(head, tuple(rows), "Where variables lie: from the least to the greatest value.")
+        head = ("variable", "kind", "bounds", "tested", "feasible")
+        yield Table(head, tuple(rows), "Where variables lie: from the least to the greatest value.")
 
 
 def _variable(case: Case, j: int, feasible: NDArray[np.bool_]) -> tuple[str, ...]:
@@ -311,13 +297,13 @@ def _failures(case: Case) -> Iterator[Part]:
     n = len(case.table)
     failed = counted(len(reasons), "design")
     yield f"{failed} of {n} could not be computed, and count as infeasible."
-    at = dict(zip(case.table.numbers.tolist(), case.labels, strict=True))
+    at = dict(zip(case.table.numbers.tolist(), case.names, strict=True))
     top = counts.most_common(_REASONS)
     rows = [(f"{k}", reason[:400], at[example[reason]]) for reason, k in top]
     if rest := len(counts) - len(top):
         left = len(reasons) - sum(k for _, k in top)
         rows.append((f"{left}", counted(rest, "other reason"), ""))
-    yield Cells(("designs", "reason", "first"), tuple(rows))
+    yield Table(("designs", "reason", "first"), tuple(rows))
 
 
 def _limits(case: Case) -> Iterator[Part]:
@@ -336,7 +322,7 @@ def _limits(case: Case) -> Iterator[Part]:
     head = ("constraint or limit", "rejects", "it alone", "without it the best values would be")
     if none:
         head = (*head[:3], "nearest value")
-    yield Cells(head, tuple(rows))
+    yield Table(head, tuple(rows))
     notes = ["Designs may violate several; only those that one alone rejects are what it costs."]
     if layout.inequalities:
         notes.append("A constraint is met where its value is 0 or less.")
@@ -364,11 +350,11 @@ def _reached(case: Case, name: str, lower: float, upper: float) -> str:
 
 
 def _gain(case: Case, best: Sequence[float]) -> str:
-    """Return in which criteria designs that a limit alone rejects are better than the feasible.
+    """Return in which objectives designs that a limit alone rejects are better than the feasible.
 
     Args:
         case: The case.
-        best: For each criterion the best value of the feasible designs, and of those rejected.
+        best: For each objective the best value of the feasible designs, and of those rejected.
     """
     assert case.ranking is not None
     layout, gains = case.table.layout, []
@@ -380,41 +366,29 @@ def _gain(case: Case, best: Sequence[float]) -> str:
             text = f"{name} {case.amount(name, then)} instead of {_number(now)}"
             gains.append((gain / spans[j] if spans[j] else np.inf, text))
     gains.sort(key=lambda pair: -pair[0])
-    told = [text for _, text in gains[:_GAINS]]
-    told += [f"and {len(gains) - _GAINS} more"] if len(gains) > _GAINS else []
-    return "; ".join(told) or "no better in any criterion"
+    lines = [text for _, text in gains[:_GAINS]]
+    lines += [f"and {len(gains) - _GAINS} more"] if len(gains) > _GAINS else []
+    return "; ".join(lines) or "no better in any objective"
 
 
 def _places(case: Case) -> Iterator[Part]:
     layout = case.table.layout
     if case.ranking is None:
         return
-    groups = [("variables", layout.variables), ("criteria", layout.objectives)]
+    groups = [("variables", layout.variables), ("objectives", layout.objectives)]
     for what, names in groups:
         for start in range(0, len(names), _HISTOGRAMS):
             part = names[start : start + _HISTOGRAMS]
             draw = partial(plot_table, case.table, case.limits, variables=part, objectives=())
             span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
             groups_of, beyond = "tested, feasible", ""
-            if what == "criteria":  # whose outliers are drawn in no bin
+            if what == "objectives":  # whose outliers are drawn in no bin
                 groups_of, beyond = "feasible", " Axes span the feasible designs."
             caption = (
                 f"Histograms of the {what}{span}: what share of the {groups_of} and "
                 f"Pareto-optimal designs each interval holds.{beyond}"
             )
-            yield _picture(case, part, draw, caption)
-
-
-def _picture(case: Case, names: Sequence[str], draw: Callable[[], Any], caption: str) -> Part:
-    """Return a picture of columns, or why there is none."""
-    far = []
-    for name in names:
-        values = case.table.column(name)[case.rows]
-        if values.dtype.kind == "f" and (np.abs(values) >= HUGE).any():
-            far.append(f"values of {name}")
-    if far:
-        return f"No picture: {listed(far)} lie beyond {HUGE:g}, too far to be drawn."
-    return Picture(draw, caption)
+            yield Picture(draw, caption)
 
 
 def _pareto(case: Case) -> Iterator[Part]:
@@ -423,7 +397,7 @@ def _pareto(case: Case) -> Iterator[Part]:
         return
     names, n = case.table.layout.objectives, int(ranking.pareto.sum())
     if len(names) == 1:
-        yield "By one criterion there is one best value: designs have nothing to weigh."
+        yield "By one objective there is one best value: designs have nothing to weigh."
         return
     are = "is" if n == 1 else "are"
     yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {are} Pareto optimal."
@@ -431,16 +405,16 @@ def _pareto(case: Case) -> Iterator[Part]:
     if len(names) > _PAIRS:
         shares = np.nan_to_num(explain(ranking, case.chosen).shares)
         drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
-        which = f" Of {len(names)} criteria the {_PAIRS} in which the choice is farthest behind."
+        which = f" Of {len(names)} objectives the {_PAIRS} in which the choice is farthest behind."
     point = int(case.table.numbers[case.rows[case.chosen]])
     draw = partial(plot_objectives, case.table, case.limits, objectives=drawn, design=point)
-    caption = f"Criteria in pairs, with {ranking.name_of(case.chosen)} marked.{which}"
-    yield _picture(case, drawn, draw, caption)
+    caption = f"Objectives in pairs, with {ranking.name_of(case.chosen)} marked.{which}"
+    yield Picture(draw, caption)
     if len(names) > _PAIRS:
         yield Picture(
             partial(plot_ranking, ranking, units=case.units),
             "A line for each Pareto-optimal design, through its share of the range of each "
-            "criterion from best to worst, by rank of efficiency.",
+            "objective from best to worst, by rank of efficiency.",
         )
 
 
@@ -448,16 +422,16 @@ def _alternatives(case: Case) -> Iterator[Part]:
     ranking = case.ranking
     if ranking is None or ranking.pareto.sum() < 2 or len(case.table.layout.objectives) < 2:
         return
-    told = [
+    lines = [
         f"{name}: {alternative(ranking, chosen, case.chosen, case.units)}"
         for name, chosen in case.choices.items()
     ]
     if case.chosen not in ranking.salukvadze:
         optimum = alternative(ranking, ranking.salukvadze, case.chosen, case.units)
-        told.insert(0, f"Salukvadze optimum: {optimum}")
-    if told:
+        lines.insert(0, f"Salukvadze optimum: {optimum}")
+    if lines:
         yield "By other preferences:"
-        yield Items(tuple(told))
+        yield Items(tuple(lines))
     few = representatives(ranking, _FEW)
     if len(few.rows) < 2:
         return
@@ -472,25 +446,25 @@ def _alternatives(case: Case) -> Iterator[Part]:
     n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
     what = f"{len(few.rows)} for {n}, the optimum first: each stands for those nearest to it"
     what += f", none of which is farther than {few.radius:.3g}." if few.radius else "."
-    yield Cells(("", *names), (shares, *rows), what)
+    yield Table(("", *names), (shares, *rows), what)
 
 
 def _enough(case: Case) -> Iterator[Part]:
     if case.ranking is None or (why := _uneven(case)):
         if case.ranking is not None:
-            yield f"Not told: {why}."
+            yield f"Not available: {why}."
         return
     if len(case.table.layout.objectives) > _VOLUME:
-        yield f"Not told: with more than {_VOLUME} criteria the volume takes too long to compute."
+        yield f"Not available: the volume of more than {_VOLUME} objectives takes too long."
         return
     try:
         steps = convergence(case.table, case.limits, normalize=case.ranking.frame.normalize)
     except PsiError as error:
-        yield f"Not told: {error}."
+        yield f"Not available: {error}."
         return
     yield steps.verdict()
-    at = dict(zip(case.table.numbers.tolist(), case.labels, strict=True))
-    yield Cells(
+    at = dict(zip(case.table.numbers.tolist(), case.names, strict=True))
+    yield Table(
         ("tests", "feasible", "Pareto optimal", "best design", "distance to U", "volume"),
         tuple(
             (f"{n}", f"{feasible}", f"{pareto}", at.get(best, "—"), _number(mu), percent(volume))
@@ -504,15 +478,17 @@ def _enough(case: Case) -> Iterator[Part]:
 
 
 def _uneven(case: Case) -> str:
-    """Say why tests are not those of a sequence, spread evenly over one box; empty if they are."""
+    """Return why tests are not an even sample of one set of bounds; empty if they are."""
     experiments = [name for name, _ in case.table.layout.experiments]
     sampling = str((case.table.problem or {}).get("sampling") or "")
     if len(experiments) > 1:
         return f"the tests are of {len(experiments)} experiments, {listed(experiments)}"
     if not sampling:
-        return "of these designs nobody knows how they were spread over the box"
+        return "it is unknown how these designs were sampled"
     if "then proposals" in sampling or "an algorithm" in sampling:
-        return "an algorithm has chosen the tests, so that they are not spread evenly over the box"
+        return (
+            "an algorithm has chosen the tests, so that they are not spread evenly over the bounds"
+        )
     return ""
 
 
@@ -521,7 +497,7 @@ def _drives(case: Case) -> Iterator[Part]:
     if not layout.variables:
         return
     if why := _uneven(case):
-        yield f"Not told: {why}."
+        yield f"Not available: {why}."
         return
     if len(table) > _ENOUGH:
         table = table.rows(np.arange(_ENOUGH))

@@ -1,20 +1,20 @@
-"""From a test table to the report: judged, ranked, explained."""
+"""From a test table to the report: ranked, explained, one HTML document."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from jinja2 import Environment, PackageLoader
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import Received, boolean, counted, instance, integer, invalid
-from pymoo_psi.pareto import EfficiencyRanking, listed
+from pymoo_psi._validation import Received, counted, instance, invalid
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.report._contents import Case, sections_of
-from pymoo_psi.report._document import Section, html_of
+from pymoo_psi.report._parts import Section
 from pymoo_psi.table import Limits, TestTable
 
 
@@ -25,7 +25,7 @@ class DecisionReport:
     Attributes:
         title: Its heading.
         about: Lines below the heading.
-        sections: What it says, under headings: texts, tables and pictures.
+        sections: Its contents under headings: texts, tables and pictures.
         ranking: The ranking of the feasible designs; ``None`` if none is feasible.
 
     Example:
@@ -42,14 +42,13 @@ class DecisionReport:
 
     def __str__(self) -> str:
         """Return the title and what is chosen."""
-        found = "no feasible design"
-        if self.ranking is not None:
-            front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
-            found = f"{self._chosen} chosen of {front}"
-        return f"{self.title}: {found}"
+        if self.ranking is None:
+            return f"{self.title}: no feasible design"
+        front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
+        return f"{self.title}: {self._chosen} chosen of {front}"
 
     def __repr__(self) -> str:
-        """Return the same, as an object."""
+        """Return the title and what is chosen, as an object."""
         return f"DecisionReport({str(self)!r})"
 
     def html(self) -> str:
@@ -60,7 +59,11 @@ class DecisionReport:
             >>> "<script" in decision_report(table, title="A < B").html()
             False
         """
-        return html_of(self.title, self.about, self.sections)
+        environment = Environment(
+            loader=PackageLoader("pymoo_psi.report", ""), autoescape=True, finalize=_printable
+        )
+        template = environment.get_template("report.html")
+        return template.render(title=self.title, about=self.about, sections=self.sections)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -83,6 +86,14 @@ class DecisionReport:
             written.write_text(html, encoding="utf-8", errors="replace")
 
 
+def _printable(value: Any) -> Any:
+    """Return a text without control characters, its numbers not apart from their per cent."""
+    if not isinstance(value, str):
+        return value
+    shown = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
+    return shown.replace(" %", "\N{NO-BREAK SPACE}%")
+
+
 def decision_report(
     table: TestTable,
     limits: Limits | None = None,
@@ -90,27 +101,26 @@ def decision_report(
     normalize: bool = True,
     design: int | None = None,
     selectors: Mapping[str, Any] | None = None,
-    labels: Sequence[str] | None = None,
     title: str = "Report on a choice",
     about: Sequence[str] = (),
 ) -> DecisionReport:
     """Report on tests and on the design that is chosen among them.
 
     Args:
-        table: The tests; names, senses and units are those of its layout.
-        limits: Limits on columns, as for ``table.pareto``; what each of them costs is told.
-        normalize: Measure distances with each criterion in units of its range.
+        table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
+            gives one of any file.
+        limits: Limits on columns, as for ``table.pareto``; what each of them costs is reported.
+        normalize: Measure distances with each objective in units of its range.
         design: Number of the test point that is chosen, a feasible one; the Salukvadze optimum
             unless given.
         selectors: What else could choose, by name, as for
-            :func:`pymoo_psi.selection.compare_selectors`; the knee, the least bad worst criterion,
-            and the optimum in the other scale unless given.
-        labels: ``(n,)`` what the designs are called; "test point 7" and so on unless given.
+            :func:`pymoo_psi.selection.compare_selectors`; the knee, the least bad worst objective,
+            and the optimum by the other distances unless given.
         title: Heading of the report.
         about: Lines below it, such as where the tests are from.
 
     Raises:
-        ArgumentValueError: The table has no test or no criterion, a limit or a selector does not
+        ArgumentValueError: The table has no test or no objective, a limit or a selector does not
             fit, or the design chosen is not feasible.
         ArgumentTypeError: ``table`` is no test table.
 
@@ -124,40 +134,9 @@ def decision_report(
         Limits and what each costs
         Where the designs lie
     """
-    instance("table", table, TestTable, "PSI and investigate give one")
-    normalize = boolean("normalize", normalize)
+    instance("table", table, TestTable, "PSI and investigate give one, read_table opens any file")
     if len(table) == 0 or not table.layout.objectives:
-        raise invalid("the table", "one with tests and criteria", Received(repr(table)))
-    if labels is None:
-        labels = [f"test point {number}" for number in table.numbers]
-    if len(labels) != len(table):
-        raise invalid("labels", f"{len(table)}, one for each test", Received(len(labels)))
-    case = Case.of(table, limits or {}, labels, normalize, selectors)
-    if design is not None:
-        number = integer("design", design, minimum=1)
-        at = np.flatnonzero(table.numbers[case.rows] == number)
-        if len(at) == 0:
-            there = np.flatnonzero(table.numbers == number)
-            # By its name: whoever has typed it need not know that it goes by its row here.
-            received = Received(labels[there[0]]) if len(there) else number
-            remedy = _why_not(case, there)
-            raise invalid("design", "the number, or row, of a feasible test", received, remedy)
-        case = replace(case, chosen=int(at[0]))
-    chosen = labels[case.rows[case.chosen]] if len(case.rows) else ""
+        raise invalid("the table", "one with tests and objectives", Received(repr(table)))
+    case = Case.of(table, limits or {}, normalize, design, selectors)
+    chosen = table.names[case.rows[case.chosen]] if case.ranking is not None else ""
     return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)
-
-
-def _why_not(case: Case, at: NDArray[np.intp]) -> str:
-    """Return why the test in a row cannot be chosen; empty if there is no row."""
-    if len(at) == 0:
-        return ""
-    one = case.table.rows(at)
-    violated, names = one.violations(case.limits)
-    if violated.any():
-        kept = [name for name, over in zip(names, violated[0], strict=True) if over]
-        return f"it violates {listed(kept)}"
-    if one.status[0] == "failed":
-        return f"it failed: {one.reasons.get(int(one.numbers[0])) or 'no reason is known'}"
-    if first := case.table.repeats[at[0]]:
-        return f"it tested design {first} once more"
-    return "its criteria are not finite"

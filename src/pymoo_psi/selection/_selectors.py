@@ -1,8 +1,8 @@
 """Selectors by pymoo's convention: ``.do(F)`` returns the indices of the chosen rows.
 
 Every selector here returns an index array, as several designs may be equally good, or none be of
-the given rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives
-to be maximised, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one
+the wanted rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives to
+be maximised, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one
 index, its ``HighTradeoffPoints`` an array or None.
 :func:`pymoo_psi.selection.compare_selectors` takes them all.
 """

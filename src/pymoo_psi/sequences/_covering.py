@@ -15,7 +15,7 @@ _PROBES = 2**12
 def covering_radius(points: ArrayLike) -> float:
     """Return the radius of the largest ball about a place of the unit cube that holds no point.
 
-    No design is farther from a tested one, with bounds scaled to the unit cube; what is smaller may
+    No design is farther from a tested one, in a box scaled to the unit cube; what is smaller may
     have been missed between them. The measure is also called dispersion (Niederreiter, Random
     Number Generation and Quasi-Monte Carlo Methods, 1992, Chapter 6).
 
