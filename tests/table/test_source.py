@@ -77,7 +77,7 @@ FILES = {
     "a quotation mark astray": ('a,b,c\n"A,1,2\nB,3,4\n"C,5,6\n', {}, "no text in rows and columns"),
     "a short row": ("a,b\n1,2\n3\n", {}, r"row 2 \(line 3\) has 1 cell, the header 2"),
     "a long row": ("a,b\n1,2,3\n3,4\n", {}, r"row 1 \(line 2\) has 3 cells, the header 2"),
-    "thousands or two numbers": ("a b\n1 250\n2 300\n", {}, "'1 250' .* --thousands"),
+    "thousands or two numbers": ("a b\n1 250\n2 300\n", {}, "'a b' is the only column"),
     # Points and commas
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
     "both marks": ("a;b\n1.250,50;1\n980;2\n", {}, {"a": [1250.5, 980], "b": [1, 2]}),
@@ -100,7 +100,9 @@ FILES = {
     "another mark than was said": ("a;b\n1.5;2\n2;2\n", {"decimal": ","}, "holds '1.5' in the column 'a', .* --decimal"),
     "columns that contradict each other": ("a;b;c\n1.5;2,5;1.250\n2.5;3,5;1,250\n", {}, "'1.250' in the column 'c', either"),
     "groups of other sizes": ("a;b\n1.25.000;1\n2;2\n", {}, "'1.25.000' .*, text among numbers"),
-    "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, "'1 250' .* --thousands"),
+    "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
+    "apostrophes": ("a;b\n1'250.5;1\n2’500;2\n", {}, {"a": [1250.5, 2500], "b": [1, 2]}),
+    "gaps of two kinds": ("a;b\n1 250'500;1\n2;2\n", {}, "text among numbers; settle it"),
     "spaces that are said": ("a;b\n1\u202f250;1\n2 500,500;2\n", {"thousands": " "}, {"a": [1250, 2500.5], "b": [1, 2]}),
     "apostrophes that are said": ("a;b\n1'250;1\n2.500;2\n", {"thousands": "'"}, {"a": [1250, 2.5], "b": [1, 2]}),
     "both marks beside gaps": ("a;b\n1.250,5;1\n2;2\n", {"thousands": "'"}, "holds '1.250,5' in the column 'a'"),
@@ -479,9 +481,10 @@ def test_a_number_that_programs_read_is_read_the_same(path, cells):
         F = read_table(path, Formulation(["a", "b"]), decimal=".").F
     except PsiError:
         return
+    gaps = str.maketrans("", "", ",' ")
     rows = [row for row in cells if "".join(row).strip()]
     for cell, value in zip(np.ravel(rows), F.ravel(), strict=True):
-        assert float(str(cell).strip().removesuffix("%").replace(",", "")) == value
+        assert float(str(cell).strip().removesuffix("%").translate(gaps)) == value
 
 
 def test_every_digit_is_read(path):

@@ -139,7 +139,8 @@ def _notations(decimal: str | None, thousands: str | None) -> dict[str, _Notatio
     known = decimal or _OTHER.get(thousands or "")
     notations = {}
     for mark in (known,) if known else (".", ","):
-        gaps = _GAPS.get(thousands or "", thousands or _OTHER[mark])
+        # Without a word on thousands, a gap divides nothing else in a number.
+        gaps = _GAPS.get(thousands or "", thousands or _OTHER[mark] + "".join(_GAPS.values()))
         d, t = re.escape(mark), f"[{gaps}]"
         # Nobody groups digits in front of an exponent.
         grouped = rf"[1-9][0-9]{{0,2}}(?P<gap>{t})[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*(?:{d}[0-9]*)?"

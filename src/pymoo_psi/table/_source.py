@@ -422,14 +422,14 @@ def _table(
         extra.setdefault("row", designs.rows.astype(object))
     new, old = np.flatnonzero(~designs.existing), np.flatnonzero(designs.existing)
     names = [str(name) for name in extra[naming][old]]
-    numbers, tests = designs.rows.copy(), extra.pop("test_point", None)
+    numbers = designs.rows.copy()
     label: str | None = naming
-    if tests is not None and naming == "test_point":
+    if (tests := extra.pop("test_point", None)) is not None and naming == "test_point":
         given = [cell for cell in tests[new] if type(cell) is int and cell > 0]
-        if len({*given}) < len(new):
-            raise UnfitError("its column 'test_point' must hold different numbers from 1")
-        numbers[new], numbers[old] = given, max(given) + designs.rows[old]
-        label = None
+        if len({*given}) == len(new):
+            label, numbers[new], numbers[old] = None, given, max(given) + designs.rows[old]
+        else:  # a table's own name, which no further column can have
+            label, extra["test point"] = "test point", tests
     layout = replace(layout, label=label)
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
     prototype = None
