@@ -411,15 +411,10 @@ def _table(
     )
     F = np.column_stack([np.empty((n, 0)), *(designs.numbers(name) for name in objectives)])
     remarks += _incomplete(designs, objectives, F, drop_incomplete=drop_incomplete)
-    X = (
-        np.empty((n, 0))
-        if not design
-        else [list(row) for row in zip(*design.values(), strict=True)]
-    )
+    X = np.array([[]] * n) if not design else [*map(list, zip(*design.values(), strict=True))]
     extra = {name: _carried(column) for name, column in columns.items() if name not in taken}
-    naming = designs.label if designs.label in extra else "row"
-    if naming == "row":
-        extra.setdefault("row", designs.rows.astype(object))
+    naming = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
+    extra.setdefault(naming, designs.rows.astype(object))
     new, old = np.flatnonzero(~designs.existing), np.flatnonzero(designs.existing)
     names = [str(name) for name in extra[naming][old]]
     numbers = designs.rows.copy()

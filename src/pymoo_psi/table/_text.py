@@ -21,11 +21,8 @@ _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?: \d{3})+(?:[.,]\d*)?")
 _EMPTY = "it is empty; it must hold a line of column names, then the designs"
 _VAST = 4_000_000  # cells of a sheet, which take 1 GB
-# The longer marks first: that of UTF-16 begins that of UTF-32.
 _BYTE_ORDER_MARKS = {
     b"\xef\xbb\xbf": "utf-8-sig",
-    b"\xff\xfe\x00\x00": "utf-32",
-    b"\x00\x00\xfe\xff": "utf-32",
     b"\xff\xfe": "utf-16",
     b"\xfe\xff": "utf-16",
 }
@@ -154,14 +151,14 @@ def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
     sheets = loaded(data_only=True)
     if name is None:
         # Taking the first sheet would rank the wrong one where a cover or notes come first.
-        filled = [title for title, sheet in sheets.items() if _is_vast(sheet) or _is_filled(sheet)]
+        filled = [title for title, sheet in sheets.items() if _is_filled(sheet)]
         if len(filled) != 1:
             what = f"it has {len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
             raise UnfitError(f"{what}; name the one with the designs by --sheet")
         (name,) = filled
     sheet = sheets[known_name("sheet", name, sheets)]
     # One stray cell at the far end is enough.
-    if _is_vast(sheet):
+    if sheet.max_row * sheet.max_column > _VAST:
         what = f"its cells reach from {sheet.dimensions.replace(':', ' to ')}, over four million"
         raise UnfitError(f"{what}; delete those beside the table, or save it as CSV")
     table = list(sheet.iter_rows())
@@ -186,12 +183,9 @@ def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
     return _cells([cells for _, cells in typed], [i for i, _ in typed], "")
 
 
-def _is_vast(sheet: Any) -> bool:
-    return bool(sheet.max_row * sheet.max_column > _VAST)
-
-
 def _is_filled(sheet: Any) -> bool:
-    return any(cell is not None for row in sheet.iter_rows(values_only=True) for cell in row)
+    rows = sheet.iter_rows(values_only=True)
+    return any(cell is not None for row in rows for cell in row)
 
 
 def _typed(cell: Any) -> Any:
@@ -290,10 +284,7 @@ def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
         if name != "" or not all(map(is_blank, column))  # a comma at the end of every line
     ]
     if header.count("") - (len(header) - len(named)) > 1:
-        filled = [sum(not is_blank(cell) for cell in row) for row in rows]
-        # A line of names fills most columns; above it are titles.
-        n = next((i for i, k in enumerate(filled) if 2 * k > len(header)), 0) or 1
-        remedy = f"leave titles above the names out by --skip-rows {_listed(ends[:n])}"
+        remedy = "leave titles above the names out by --skip-rows"
         raise UnfitError(f"its header leaves columns without a name; {remedy}")
     for name, count in Counter(name for name, _ in named).items():
         if count > 1:
@@ -302,15 +293,11 @@ def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
 
 
 def _require_rectangle(rows: list[list[Any]], ends: list[int]) -> None:
-    """Refuse rows that are not as long as the header."""
+    """Refuse rows that are not as long as most."""
     lengths = [len(row) for row in rows]
-    if len(set(lengths)) == 1:
-        return
-    n = lengths.index(lengths[-1])
-    if n and len(set(lengths[n:])) == 1 and n < len(rows) - 1:
-        what = f"line {ends[0]} has {counted(lengths[0], 'cell')}, the lines below {lengths[-1]}"
-        remedy = f"if it is a title, leave it out by --skip-rows {_listed(ends[:n])}"
-        raise UnfitError(f"{what}; {remedy}")
-    i = next(i for i, n in enumerate(lengths) if n != lengths[0])
-    what = f"row {i} (line {ends[i]}) has {counted(lengths[i], 'cell')}, the header {lengths[0]}"
-    raise UnfitError(f"{what}; complete it, or leave it out by --skip-rows {ends[i]}")
+    usual = Counter(lengths).most_common(1)[0][0]
+    for end, n in zip(ends, lengths, strict=True):
+        if n != usual:
+            what = f"line {end} has {counted(n, 'cell')}, most lines {usual}"
+            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
+            raise UnfitError(f"{what}; {remedy}")
