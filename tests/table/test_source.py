@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.table import read_table
+from pymoo_psi import Formulation, PsiError, VectorizedSphereChute, investigate
+from pymoo_psi.table import Layout, designs_head, read_table
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
@@ -305,6 +305,26 @@ def test_a_file_says_what_its_columns_are(read):
             read(f"{damaged}k,a,b,c\n1,2,3,4\n")
 
 
+@pytest.mark.parametrize(
+    "layout",
+    [
+        Layout.of(1, 2),
+        Layout.of(["k"], ["a", "b"], maximize=["b"], units={"a": "kg", "k": "mm"}),
+        Layout.of(["k"], ["b"], outputs=["a", "c"], maximize=["c"]),
+    ],
+)
+def test_designs_are_read_back_as_what_they_were_written(read, layout):
+    names, numbers = [*layout.columns], [*layout.columns]
+    cells = np.arange(3.0 * len(names)).reshape(3, -1)[::-1]
+    text = pd.DataFrame(cells, columns=names).to_csv(index=False)
+    head = designs_head(layout, names, numbers)
+    assert (head == "") == (layout.objectives == ("f1", "f2"))
+    table = read(f"{head}\n{text}" if head else text)
+    assert table.layout.difference(layout) == ""
+    for name, column in zip(names, cells.T, strict=True):
+        np.testing.assert_array_equal(table.column(name), column)
+
+
 def test_the_page_exports_its_prototypes(read):
     text = (
         "number,f1,f2,mu1,mu2,mu3,rank,mark\nold,9,9,1,1,1,,prototype\n"
@@ -373,8 +393,9 @@ def test_arrays_and_frames():
     assert (table.status.tolist(), table.extra["kind"].tolist()) == (["ok", "failed"], ["p", "q"])
     with pytest.raises(PsiError, match="row 2 holds no number in the column 'b'"):
         read_table(frame)
-    with pytest.raises(PsiError, match="source must be"):
-        read_table(np.zeros(3))
+    for wrong in (np.zeros(3), frame[:0], pd.DataFrame([[1, 2]], columns=["a", "a"])):
+        with pytest.raises(PsiError, match="source must be"):
+            read_table(wrong)
 
 
 def test_a_pipe_is_read_to_its_end(tmp_path):
@@ -497,8 +518,3 @@ def test_every_digit_is_read(path):
 def test_long_cells_take_no_time(read, cell):
     with pytest.raises(PsiError):
         read(f'a,b\n1,"{cell}"\n')
-
-
-def test_a_table_is_a_source_too():
-    table = TestTable.of([1], [[0.5]], [[1.0, 2.0]])
-    assert read_table(table) is table

@@ -77,12 +77,11 @@ design; :mod:`pymoo_psi.plots` draws them.
 
 Files: ``to_csv`` and ``read_csv`` change nothing. pandas reads the file by
 ``pd.read_csv(path, comment="#")``; before 3.1 it wants ``float_precision="round_trip"`` for the
-last digit. :func:`read_designs` reads any CSV whose first line names the columns, a workbook (extra
-``xlsx``), a study, and what the command and the page write. Numbers may have decimal commas,
-thousands, a unit, a currency or %; one that can be read in two ways is refused, with its row, its
-column and the option that settles it. Rows that summarise others (Total, Mean, Max) are refused,
-hidden rows of a workbook are told. An apostrophe leads an exported text that a spreadsheet would
-run as a formula.
+last digit. :func:`read_table` opens any source: a study, a folder of shares, a CSV or other text
+whose first line names the columns, a workbook (extra ``xlsx``), a frame, and what the command and
+the page write. A number that can be read in two ways is refused, with its row, its column and the
+option that settles it; so are rows that summarise others (Total, Mean, Max), and workbooks that
+hide rows. An apostrophe leads an exported text that a spreadsheet would run as a formula.
 """
 
 from pymoo_psi._kinds import Kind
@@ -103,7 +102,7 @@ from pymoo_psi.table._layout import RESERVED, Key, Layout, Limit, Limits, is_wri
 from pymoo_psi.table._limits import Bounds, bounds_of, ends, excess, lacking, within
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
-from pymoo_psi.table._source import read_table
+from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import STATUSES, TestTable, other_problem, read_tests
 from pymoo_psi.table.analysis import (
@@ -148,6 +147,7 @@ __all__ = [
     "design_keys",
     "design_matrix",
     "design_of",
+    "designs_head",
     "ends",
     "excess",
     "feasibility_rules",

@@ -243,8 +243,8 @@ def _cells_of(source: Any) -> TestTable | Cells:
         names = [f"f{j + 1}" for j in range(F.shape[1])]
         columns = dict(zip(names, F.T.tolist(), strict=True))
         return Cells(columns, head={"objectives": names})
-    if len(source) == 0:
-        raise UnfitError("it has no row")
+    if len(source) == 0 or not source.columns.is_unique:
+        raise invalid("source", "a frame with rows, whose columns have different names", source)
     label = None
     if not isinstance(source.index, pd.RangeIndex):
         label = str(source.index.name or "index")
