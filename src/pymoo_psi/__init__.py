@@ -34,7 +34,7 @@ Each room is a module with a chapter on its subject. A layer imports only those 
 | faces | `plots`, `page`, `report`, `cli` | results of all above |
 
 A room's ``__init__`` is its chapter and its index: what is listed there is public, and every module
-begins with an underscore but ``table.analysis``, which holds what is asked of a table.
+begins with an underscore.
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the
 stub beside this file says where each comes from.

@@ -160,8 +160,6 @@ def test_what_is_not_one_problem_is_refused():
         ({"a": table, "b": sub}, "objectives f1 against r"),
         ({"a": table, "b": turned}, "maximize none against f1"),
         ({"a": bnh, "b": another}, "parameters"),
-        ({"a": table, "": table}, "experiments must be names of at least one"),
-        ({"a": table, 3: table}, "experiments must be names, got 3"),
         ({"a": 3}, "the experiment 'a' must be a TestTable, got int"),
         ({}, "experiments must be tables by name"),
         ([table], "experiments must be tables by name"),
@@ -179,8 +177,8 @@ def test_tests_of_no_experiment_or_of_others_are_not_taken_for_one_of_the_experi
     later = TestTable.of([5], [[0.75]], [[2.0]])
     assert not both.equals(others)
     for one, other in [(both, later), (later, both), (both, others)]:
-        with pytest.raises(PsiError, match="got experiments .*a after 0, b after 2"):
+        with pytest.raises(PsiError, match="got experiments .*a.*, 0.*b.*, 2"):
             one.merge(other)
-    with pytest.raises(PsiError, match="got experiments a after 0, b after 2 against none"):
+    with pytest.raises(PsiError, match="got experiments .*'a', 0.*'b', 2.* against none"):
         both.extended(later)
     assert both.rows([3]).merge(both.rows([0, 1, 2])).equals(both)

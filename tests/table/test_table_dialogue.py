@@ -10,11 +10,10 @@ from pymoo_psi import PsiError, TestTable, explain, lp_tau, rank_of_efficiency
 from pymoo_psi.table import (
     Layout,
     compare_with_prototype,
-    constraint_as_criterion,
-    dependence,
     histogram,
     section_points,
 )
+from tests.table.asked import freed
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(
@@ -99,24 +98,7 @@ def test_a_choice_has_one_bin_for_each_value():
     assert code.tested.tolist() == [1] * 4
 
 
-# Dependences and sections
-
-
-@pytest.mark.parametrize("limits", [None, {"f2": 0.6}])
-def test_a_dependence_is_the_projection_of_the_table(limits):
-    seen = dependence(RING, "f2", "x1", limits=limits)
-    np.testing.assert_array_equal(seen.x, RING.X[:, 0])
-    np.testing.assert_array_equal(seen.f, RING.F[:, 1])
-    np.testing.assert_array_equal(seen.feasible, RING.feasible(limits))
-    np.testing.assert_array_equal(seen.pareto, RING.pareto(limits))
-    assert (seen.criterion, seen.variable) == ("f2", "x1")
-    assert seen.limits == (-np.inf, 0.6 if limits else np.inf)
-
-
-def test_dependence_on_a_choice():
-    seen = dependence(MIXED, 0, "steel")
-    assert seen.x.tolist() == ["C45", "C60", "C45", "16MnCr5"]
-    assert dependence(MIXED, "f1", "size").x.dtype == np.float64
+# Sections
 
 
 @given(
@@ -203,7 +185,7 @@ def test_a_prototype_is_carried_along():
         table.extended(TestTable.empty()),
     ):
         assert other.prototype.names == ["today's chute"]
-    softer = constraint_as_criterion(table, "g1")
+    softer = freed(table, "g1")
     assert softer.prototype.F.tolist() == [[1.0, 1.0, 1.0, -0.3]]
     assert softer.prototype.G.tolist() == [[]]
     assert RING.prototype is None
@@ -220,23 +202,17 @@ def slice_of(table):
     [
         (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
         (lambda: histogram(RING, "x1", bins=0), ValueError, "bins must be an integer >= 1, got 0"),
-        (lambda: dependence(RING, "x1", "f1"), ValueError, "criterion must be one of 'f1', 'f2', 'f3', got 'x1'"),
-        (lambda: RING.refined_bounds({"f1": -1.0}), ValueError, "the feasible set must be of at least one design to span a box, got none of 512 tests; loosen the limits"),
+        (lambda: RING.refined_bounds({"f1": -1.0}), ValueError, "the feasible set must be of at least one design to bound it, got none of 512 tests; loosen the limits"),
         (lambda: RING.refined_bounds(margin=-0.1), ValueError, "margin must be 0 or more, got -0.1"),
         (lambda: section_points(RING, 513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
         (lambda: section_points(RING, [0.5], "x1", 3), ValueError, "design must be 2 values, one for each variable, got 1"),
         (lambda: section_points(RING, 1, "x1", 1), ValueError, "n must be an integer >= 2, got 1"),
         (lambda: section_points(RING, 1, "x1", 5, 2.0), ValueError, "lower must be at most upper, got 2.0 > 1.0"),
         (lambda: section_points(MIXED, 1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is a choice"),
-        (lambda: section_points(MIXED, 1, "steel", 5), ValueError, "variable must be a real number or an integer, got one that is a choice"),
-        (lambda: section_points(TestTable.of([1], [[0.0]], [[1.0]]), 1, 0, 5), ValueError, "lower must be a finite number, got nan"),
-        (lambda: section_points(RING, 1, 2, 3, 0, 1), ValueError, "variable must be a name or an index from 0 to 1, got 2"),
         (lambda: compare_with_prototype(RING), ValueError, r"the table must be one with a prototype, got none; give it by with_prototype\(x, f\)"),
         (lambda: RING.with_prototype([0.5], [1, 1, 1]), ValueError, "x of the prototype must be 2 values, one for each variable, got 1"),
-        (lambda: RING.with_prototype([0.5, 0.5], [1, 1]), ValueError, r"f of the prototype must be of shape \(3,\), got shape \(2,\)"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
-        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, 1], name=3), TypeError, "the prototype's name must be a str, got int"),
-        (lambda: constraint_as_criterion(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
+        (lambda: freed(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],
 )  # fmt: skip
 def test_bad_arguments(make, kind, message):

@@ -10,7 +10,8 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, PsiError, TestTable, VectorizedSphereChute, lp_tau
-from pymoo_psi.table import Layout, constraint_as_criterion
+from pymoo_psi.table import Layout
+from tests.table.asked import freed
 
 LAYOUT = Layout.of(2, 2, 1, lower=[0.0, 0.0], upper=[1.0, 1.0])
 
@@ -85,16 +86,16 @@ PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: run(8).merge(other_result("X")), ValueError, "other must be a table with the same results for the same test points, got another X for test point 4; do not merge"),
-        (lambda: run(8).merge(other_result("F")), ValueError, "another F for test point 4"),
-        (lambda: run(8).merge(other_result("G")), ValueError, "another G for test point 4"),
-        (lambda: run(8).merge(failed("crash")), ValueError, "another status for test point 2"),
-        (lambda: failed("crash").merge(failed("time")), ValueError, "another reason for test point 2"),
+        (lambda: run(8).merge(other_result("X")), ValueError, "other must be a table with the same results for the same test points, got others for test point 4; do not merge"),
+        (lambda: run(8).merge(other_result("F")), ValueError, "others for test point 4"),
+        (lambda: run(8).merge(other_result("G")), ValueError, "others for test point 4"),
+        (lambda: run(8).merge(failed("crash")), ValueError, "others for test point 2"),
+        (lambda: failed("crash").merge(failed("time")), ValueError, "others for test point 2"),
         (lambda: run(8).merge(run(8, 9, Layout.of(2, 2, 1))), ValueError, "other must be a table of the same problem, got lower bound of x1: 0.0 against nan"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got upper bound of x2: 1.0 against 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, objectives=("a", "b")))), ValueError, "got objectives f1, f2 against a, b"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
-        (lambda: run(8).merge(constraint_as_criterion(run(8), "g1")), ValueError, "objectives f1, f2 against f1, f2, g1"),
+        (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "objectives f1, f2 against f1, f2, g1"),
         (lambda: PROTOTYPE.merge(run(8).with_prototype([0.0, 0.0], [1.0, 2.0])), ValueError, "prototype 'prototype' against 'prototype' or its values"),
         (lambda: run(8).merge(3), TypeError, "other must be a TestTable, got int"),
     ],
@@ -114,5 +115,5 @@ def test_the_prototype_of_either_table_is_kept():
 def test_values_of_other_types_are_not_the_same():
     one, yes = (TestTable.of([1], [[value, "a"]], [[1.0]]) for value in (1, True))
     assert one.merge(one).equals(one)
-    with pytest.raises(ValueError, match="another X for test point 1"):
+    with pytest.raises(ValueError, match="others for test point 1"):
         one.merge(yes)

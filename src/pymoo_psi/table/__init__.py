@@ -85,10 +85,18 @@ hide rows. An apostrophe leads an exported text that a spreadsheet would run as 
 """
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi.table._analysis import (
+    Histogram,
+    alike,
+    compare_with_prototype,
+    constraint_costs,
+    design_of,
+    histogram,
+    section_points,
+)
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile
 from pymoo_psi.table._designs import (
-    alike,
     column_kinds,
     design_keys,
     design_matrix,
@@ -96,7 +104,7 @@ from pymoo_psi.table._designs import (
     value_ranks,
     values_in_order,
 )
-from pymoo_psi.table._exchange import columns_of, head_of, kinds_of_columns, table_of
+from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import RESERVED, Key, Layout, Limit, Limits, is_writable
 from pymoo_psi.table._limits import Bounds, bounds_of, ends, excess, lacking, within
@@ -105,25 +113,12 @@ from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import STATUSES, TestTable, other_problem, read_tests
-from pymoo_psi.table.analysis import (
-    Dependence,
-    Histogram,
-    compare_with_prototype,
-    constraint_as_criterion,
-    constraint_costs,
-    dependence,
-    design_of,
-    histogram,
-    section_points,
-    violations,
-)
 
 __all__ = [
     "RESERVED",
     "STATUSES",
     "Bounds",
     "Convergence",
-    "Dependence",
     "DesignFile",
     "FeasibilityRules",
     "Formulation",
@@ -140,10 +135,8 @@ __all__ = [
     "column_kinds",
     "columns_of",
     "compare_with_prototype",
-    "constraint_as_criterion",
     "constraint_costs",
     "convergence",
-    "dependence",
     "design_keys",
     "design_matrix",
     "design_of",
@@ -166,6 +159,5 @@ __all__ = [
     "table_of",
     "value_ranks",
     "values_in_order",
-    "violations",
     "within",
 ]

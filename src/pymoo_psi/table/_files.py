@@ -1,54 +1,170 @@
-"""Test tables as CSV and as Parquet: heads and columns, see :mod:`._exchange`, in and out.
+"""What a test table is outside Python, and its files: a head that JSON can hold, and columns.
 
-A CSV begins with a comment line, the head as JSON; then come a header and one row per test point.
-Numbers are written with as many digits as it takes to read the same number back, texts in
-quotation marks, so that ``#``, commas and line breaks in them are text to every reader. In Parquet
-the head is an attribute of the frame, which pandas keeps.
+    table_of(head_of(table), columns_of(table)) is the table.
+
+The head says what the columns mean. A file or a database stores both and need not know more: the
+columns are arrays of float64, int64, bool, or texts. A CSV begins with a comment line, the head as
+JSON; then come a header and one row per test point. Numbers are written with as many digits as it
+takes to read the same number back, texts in quotation marks, so that ``#``, commas and line breaks
+in them are text to every reader. In Parquet the head is an attribute of the frame.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-import os
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from importlib import import_module
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib.util import find_spec
 from io import BytesIO, StringIO
-from itertools import islice
 from os import PathLike
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymoo_psi._files import whole_file
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import boolean, integer, real
-from pymoo_psi.table._exchange import (
-    Columns,
-    Head,
-    choice_texts,
-    damaged,
-    kinds_of_columns,
-    layout_of,
-)
+from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.table._designs import common_dtype
+from pymoo_psi.table._layout import Layout
 
 Path: TypeAlias = str | PathLike[str]
-MARK = "pymoo_psi_test_table"
-_FORMAT = 4  # of the head; a reader refuses a later one
-_WORDS = {"boolean": "binary", "text": "choice", "mixed": "choice"}  # for kinds in format 1
-_ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
-_ROWS = 8192  # parsed at a time, so that the memory for texts stays small
-_PARSERS: dict[Kind, Callable[[str], Any]] = {
-    Kind.REAL: real,
-    Kind.INTEGER: integer,
-    Kind.BINARY: boolean,
-    Kind.CHOICE: str,
-}
+Head: TypeAlias = dict[str, Any]
+Columns: TypeAlias = dict[str, NDArray[Any]]
+Table = TypeVar("Table")
 
-_TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in Parquet
+MARK = "pymoo_psi_test_table"
+_FORMAT = 4  # of the head; formats 2 and 3 have "maximized" and one prototype, see layout_of
+_ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
+_TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in a frame
+_ROWS = 8192  # written at a time, so that the memory for texts stays small
+# Entries of a head that are left out where they are as here; in the order of Layout's arguments.
+_OPTIONAL: dict[str, Any] = {
+    "outputs": (), "maximize": (), "units": {}, "experiments": (), "label": None,
+}  # fmt: skip
+_LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
+
+
+def head_of(table: Any) -> Head:
+    """Return what is not in the columns of a :class:`TestTable`, as values that JSON can hold.
+
+    Returns:
+        ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
+        ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
+        tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
+        ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
+        ``units``, texts by name, ``experiments``, pairs of a name and a number, and ``label``;
+        ``prototype`` with its ``names``, ``x``, ``f``, ``g``, ``h``; and ``problem``.
+    """
+    layout: Layout = table.layout
+    # Of a table without tests the kinds are unknown: a later block may be of any kind.
+    kinds = table.kinds if len(table) else layout.kinds
+    head: Head = {name: getattr(layout, name) for name in _LAYOUT}
+    head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
+    head["kinds"] = [kind.value for kind in kinds]
+    optional = {name: getattr(layout, name) for name in _OPTIONAL}
+    optional |= {"extra": list(table.extra), "problem": table.problem}
+    if (former := table.prototype) is not None:
+        blocks = {"x": former.X, "f": former.F * layout.sign, "g": former.G, "h": former.H}
+        values = {letter: block.tolist() for letter, block in blocks.items()}
+        names = former.extra.get(former.layout.label or "", np.array(former.names))
+        optional["prototype"] = {"names": list(map(str, names))} | values
+    head |= {name: value for name, value in optional.items() if value}
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
+
+
+def columns_of(table: Any) -> Columns:
+    """Return the columns that make a :class:`TestTable`, n cells each, in the order of its tests.
+
+    Returns:
+        ``test_point`` (int64); the variables, objectives, constraints and outputs under their
+        names, objectives in the original direction; ``status`` and ``reason`` (texts, empty where
+        there is none). A choice and an extra column are texts, see :func:`choice_texts`; other
+        variables have the dtype of their kind.
+    """
+    layout: Layout = table.layout
+    columns: Columns = {"test_point": table.numbers}
+    for name, column, kind in zip(layout.variables, table.X.T, table.kinds, strict=True):
+        texts = kind is Kind.CHOICE
+        columns[name] = choice_texts(column.tolist()) if texts else column.astype(DTYPES[kind])
+    # Turning a sign twice gives every float64 back, zeros and NaN too.
+    columns |= zip(layout.objectives, (table.F * layout.sign).T, strict=True)
+    columns |= zip(layout.constraints, np.hstack([table.G, table.H]).T, strict=True)
+    columns |= zip(layout.outputs, table.outputs.T, strict=True)
+    columns |= {name: choice_texts(cells.tolist()) for name, cells in table.extra.items()}
+    # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
+    reasons = np.full(len(table), "", dtype=object)
+    if table.reasons:
+        reasons[:] = [table.reasons.get(number, "") for number in table.numbers.tolist()]
+    return columns | {"status": table.status.astype(object), "reason": reasons}
+
+
+def layout_of(head: Mapping[str, Any], where: object) -> Layout:
+    """Return the layout in a head; see :func:`table_of` for the arguments."""
+    try:
+        known = {name: head[name] for name in (*_LAYOUT, "lower", "upper", "kinds")}
+        known |= {name: head.get(name, value) for name, value in _OPTIONAL.items()}
+        return Layout(**known | {"maximize": head.get("maximized", known["maximize"])})
+    except (PsiError, ValueError, KeyError, TypeError) as error:
+        raise damaged(where, f"its head is damaged: {error}") from None
+
+
+def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
+    """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
+    real = layout.objectives + layout.constraints + layout.outputs
+    return {
+        "test_point": Kind.INTEGER,
+        **dict(zip(layout.variables, _kinds(layout), strict=True)),
+        **dict.fromkeys(real, Kind.REAL),
+        **dict.fromkeys((*extra, "status", "reason"), Kind.CHOICE),
+    }
+
+
+def table_of(
+    head: Mapping[str, Any],
+    columns: Mapping[str, Any],
+    where: object,
+    make: Callable[..., Table],
+) -> Table:
+    """Return the table of a head and the columns of :func:`columns_of`.
+
+    Args:
+        head: As :func:`head_of` returns it.
+        columns: In any order; further ones are not read.
+        where: What they come from, such as the path of a file, for messages.
+        make: The class :class:`TestTable`, which stands above this module.
+
+    Raises:
+        ArgumentValueError: They are those of no table; the message says where.
+    """
+    layout, extra = layout_of(head, where), head.get("extra", ())
+    if missing := [name for name in kinds_of_columns(layout, extra) if name not in columns]:
+        raise damaged(where, f"the columns {', '.join(map(repr, missing))} are missing")
+    numbers = np.asarray(columns["test_point"], dtype=np.int64)
+    # A reason is kept for what has failed only; "" stands for none in a column of texts.
+    texts = zip(numbers.tolist(), columns["status"], columns["reason"], strict=True)
+    reasons = {number: reason for number, status, reason in texts if status == "failed" and reason}
+    kinds = _kinds(layout)
+    X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
+    for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
+        X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
+    groups = (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
+    F, G, H, outputs = (_reals(columns, names, len(numbers)) for names in groups)
+    # The status is taken from the file, not derived: the table checks it against the constraints,
+    # and so finds a file in which one of both was edited.
+    status = np.array(list(columns["status"]), dtype=str)
+    carried = {name: choice_values(columns[name]) for name in extra}
+    problem = head.get("problem")
+    try:
+        table: Any = make(
+            layout, numbers, X, F * layout.sign, G, H, status, reasons, None, outputs, problem,
+            carried,
+        )  # fmt: skip
+        for name, *values in _prototypes(head.get("prototype")):
+            table = table.with_prototype(*values, name=name)
+    except PsiError as error:
+        raise damaged(where, str(error)) from None
+    return table  # type: ignore[no-any-return]
 
 
 def write_csv(path: Path, head: Head, columns: Columns) -> None:
@@ -77,21 +193,32 @@ def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
         ArgumentValueError: It is no file of a table, or a damaged one.
         OSError: It cannot be read.
     """
+    import pandas as pd
+
     try:
         with (
             # With or without the byte-order mark that spreadsheet programs put in front; newline=''
-            # leaves line breaks within quoted texts to csv.
+            # leaves line breaks within quoted texts to the parser.
             open(path, encoding="utf-8-sig", newline="")
             if text is None
-            else StringIO(text, newline="") as file,
-            _fields_of_any_length(),
+            else StringIO(text, newline="") as file
         ):
-            head, n, kinds, old_texts = _parsed_head(path, comment_text(file.readline()))
-            reader = csv.reader(file)
-            columns = _parsed(path, reader, kinds, _places(path, next(reader, []), kinds))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise damaged(path, f"it is no text in rows and columns: {error}") from None
-    return head, _complete(path, columns, n, old_texts)
+            head, n, kinds = _parsed_head(path, comment_text(file.readline()))
+            types = {name: DTYPES[kind] for name, kind in kinds.items()}
+            real = {name: ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
+            # From 3.1 on pandas reads every digit by itself, and warns of being asked.
+            old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+            exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
+            # By name, not by place: people rearrange columns and add their own, which are not read.
+            frame = pd.read_csv(
+                file, usecols=kinds.__contains__, dtype=types, keep_default_na=False,
+                na_values=real, **exact,
+            )  # fmt: skip
+    except (OSError, PsiError):
+        raise
+    except (ValueError, OverflowError, TypeError) as error:  # those of pandas and of UTF-8
+        raise damaged(path, str(error)) from None
+    return head, _complete(path, frame, n, kinds)
 
 
 def write_parquet(path: Path, head: Head, columns: Columns) -> None:
@@ -123,65 +250,40 @@ def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Column
     import pandas as pd
 
     if content is None:
-        os.stat(path)  # a file that is not there is no damaged file
+        with open(path, "rb") as file:
+            content = file.read()
     try:
-        source = path if content is None else BytesIO(content)
-        frame = pd.read_parquet(source, engine="pyarrow")
+        frame = pd.read_parquet(BytesIO(content), engine="pyarrow")
     except Exception as error:  # pyarrow has errors of many kinds
         raise damaged(path, f"it cannot be read as Parquet: {error}") from None
-    head, n, kinds, old_texts = _parsed_head(path, str(frame.attrs.get(_ATTRIBUTE, "")))
-    columns: Columns = {}
-    for name, kind in kinds.items():
-        if name not in frame:
-            raise damaged(path, f"the column {name!r} is missing")
-        try:
-            # Told by the type: NumPy would make 1 of 1.5, True of 2 and numbers of texts.
-            if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
-                raise TypeError
-            columns[name] = frame[name].to_numpy(dtype=DTYPES[kind])
-        except (ValueError, TypeError):
-            what = f"the column {name!r} holds other than {kind.value} values"
-            raise damaged(path, what) from None
-        if kind is Kind.CHOICE and not all(isinstance(cell, str) for cell in columns[name]):
-            raise damaged(path, f"the column {name!r} holds other than texts")
-    return head, _complete(path, columns, n, old_texts)
+    head, n, kinds = _parsed_head(path, str(frame.attrs.get(_ATTRIBUTE, "")))
+    return head, _complete(path, frame, n, kinds)
 
 
-def _head_text(head: Head, columns: Columns) -> str:
-    """Return the head of a file, JSON in one line."""
-    marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
-    return json.dumps(marks | head, ensure_ascii=False)
+def damaged(where: object, what: str) -> ArgumentValueError:
+    """Compose the error for what is no test table; the caller raises it."""
+    return ArgumentValueError(
+        f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {what}"
+    )
 
 
-def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind], list[str]]:
-    """Return head, number of tests, kinds of the columns, and which hold texts of format 1."""
-    try:
-        head = json.loads(text)
-        version = head.pop(MARK)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
-    if version not in range(1, _FORMAT + 1):
-        what = f"its format is {version!r:.20}, this version of pymoo-psi reads 1 to {_FORMAT}"
-        raise damaged(path, what)
-    n, old_texts = head.pop("tests", None), []
-    # Not isinstance: true of JSON is no number of tests.
-    if type(n) is not int:
-        raise damaged(path, "its head is damaged: there is no number of tests")
-    if version == 1 and isinstance(kinds := head.get("kinds"), list):
-        named = zip(head.get("variables", ()), kinds, strict=False)
-        old_texts = [name for name, kind in named if kind == "text"]
-        head["kinds"] = [_WORDS.get(str(kind), kind) for kind in kinds] if n else []
-    return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ())), old_texts
+def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
+    """Return the options that designs have chosen as texts that tell them apart.
+
+    An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
+    ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
+    """
+    # The types matter: a choice of 12 is another option than one of "12", and must come back so.
+    texts = (
+        c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
+        for c in cells
+    )
+    return np.fromiter(texts, object)
 
 
-def _complete(path: Path, columns: Columns, n: int, old_texts: Iterable[str]) -> Columns:
-    """Return the columns, with choices as texts of the present format, if no test is missing."""
-    # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
-    found = len(columns["test_point"])
-    if found != n:
-        what = f"it holds {found} of {n} tests, so it was cut or edited"
-        raise damaged(path, f'{what}; if that is meant, set "tests" in its head to {found}')
-    return columns | {name: choice_texts(columns[name]) for name in old_texts}
+def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
+    """Return the options of the texts of :func:`choice_texts`."""
+    return np.fromiter((json.loads(text) if _is_json(text) else text for text in texts), object)
 
 
 def comment_text(line: str) -> str:
@@ -191,68 +293,81 @@ def comment_text(line: str) -> str:
     return line.rstrip("\r\n").rstrip(",").removeprefix("#")
 
 
-def _places(path: Path, header: list[str], kinds: Mapping[str, Kind]) -> dict[str, int]:
-    # By name, not by place: people rearrange columns and add their own, which are not read.
-    if missing := [name for name in kinds if name not in header]:
-        names = ", ".join(map(repr, missing))
-        raise damaged(path, f"the columns {names} are missing from its header")
-    if twice := [name for name in kinds if header.count(name) > 1]:
-        raise damaged(path, f"its header names the column {twice[0]!r} twice")
-    return {name: header.index(name) for name in kinds}
+def _head_text(head: Head, columns: Columns) -> str:
+    """Return the head of a file, JSON in one line."""
+    marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
+    return json.dumps(marks | head, ensure_ascii=False)
 
 
-def _parsed(
-    path: Path,
-    reader: Iterable[list[str]],
-    kinds: Mapping[str, Kind],
-    places: Mapping[str, int],
-) -> Columns:
-    """Return the columns of the rows that are left, blank rows left out."""
-    pieces: dict[str, list[Any]] = {
-        name: [np.zeros(0, dtype=DTYPES[kind])] for name, kind in kinds.items()
-    }
-    rows, done = (row for row in reader if row), 0
-    last = max(places.values())
-    while chunk := list(islice(rows, _ROWS)):
-        for i, row in enumerate(chunk):
-            if len(row) <= last:
-                what = f"row {done + i + 1} below its header has {len(row)} cells only"
-                raise damaged(path, what)
-        for name, kind in kinds.items():
-            cells = [row[places[name]] for row in chunk]
-            try:
-                parsed = [_PARSERS[kind](cell) for cell in cells]
-                pieces[name].append(np.array(parsed, dtype=DTYPES[kind]))
-            except (ValueError, OverflowError):
-                raise _bad_cell(path, name, kind, cells, done) from None
-        done += len(chunk)
-    return {name: np.concatenate(parts) for name, parts in pieces.items()}
-
-
-def _bad_cell(path: Path, name: str, kind: Kind, cells: list[str], done: int) -> Exception:
-    # Cell by cell only once a column has failed: sound files are read by columns.
-    for i, cell in enumerate(cells):
-        try:
-            np.array(_PARSERS[kind](cell), dtype=DTYPES[kind])
-        except (ValueError, OverflowError):
-            where = f"column {name!r} of row {done + i + 1} below its header"
-            return damaged(path, f"{where} is no {kind.value} value: {cell!r:.40}")
-    raise AssertionError("a column that cannot be read has a cell that cannot")
-
-
-@contextmanager
-def _fields_of_any_length() -> Iterator[None]:
-    before = csv.field_size_limit(min(sys.maxsize, 2**31 - 1))  # a C long everywhere
+def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:
+    """Return head, number of tests, and the kinds of the columns."""
     try:
-        yield
-    finally:
-        csv.field_size_limit(before)
+        head = json.loads(text)
+        version, n = head.pop(MARK), int(head.pop("tests"))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
+    if version not in (2, 3, _FORMAT):
+        what = f"its format is {version!r:.20}, this version of pymoo-psi reads 2 to {_FORMAT}"
+        raise damaged(path, what)
+    return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ()))
+
+
+def _complete(path: Path, frame: Any, n: int, kinds: Mapping[str, Kind]) -> Columns:
+    """Return the columns of a frame if no column or test is missing."""
+    if missing := [name for name in kinds if name not in frame]:
+        raise damaged(path, f"the columns {', '.join(map(repr, missing))} are missing")
+    # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
+    if len(frame) != n:
+        what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
+        raise damaged(path, f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
+    columns = {}
+    for name, kind in kinds.items():
+        # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
+        if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
+            raise damaged(path, f"the column {name!r} holds other than {kind.value} values")
+        columns[name] = frame[name].to_numpy(dtype=DTYPES[kind])
+        if kind is Kind.CHOICE and not all(isinstance(cell, str) for cell in columns[name]):
+            raise damaged(path, f"the column {name!r} holds other than texts, or rows are cut")
+    return columns
 
 
 def _require_pyarrow() -> None:
-    try:
-        import_module("pyarrow")
-    except ImportError:
+    if find_spec("pyarrow") is None:
         raise PsiError(
             "Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV"
-        ) from None
+        )
+
+
+def _kinds(layout: Layout) -> tuple[Kind, ...]:
+    return layout.kinds or (Kind.REAL,) * len(layout.variables)
+
+
+def _prototypes(values: Any) -> list[Any]:
+    """Return name and values of the prototypes in a head, which the table checks."""
+    if values is None:
+        return []
+    try:
+        if "name" in values:  # of formats 2 and 3, with one prototype
+            values = {"names": [values["name"]], **{k: [values[k]] for k in "xfgh"}}
+        return list(zip(*(values[key] for key in ("names", *"xfgh")), strict=True))
+    except (KeyError, TypeError, ValueError) as error:
+        raise ArgumentValueError(f"its head is damaged: {error} of its prototype") from None
+
+
+def _is_json(text: str) -> bool:
+    """Say whether a text is a number, true, false, null or a text of JSON."""
+    if text.lstrip()[:1] in ("[", "{"):  # no option; of these a long one is a RecursionError
+        return False
+    try:
+        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _reals(columns: Mapping[str, Any], names: Sequence[str], n: int) -> NDArray[np.float64]:
+    block = np.empty((n, len(names)), dtype=np.float64)
+    for j, name in enumerate(names):
+        block[:, j] = columns[name]
+    return block

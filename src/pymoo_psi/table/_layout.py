@@ -1,7 +1,8 @@
-"""What the columns of a test table mean: names, senses, units, kinds, the box of the variables."""
+"""What the columns of a test table mean: names, directions, units, kinds, bounds."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
@@ -25,11 +26,11 @@ from pymoo_psi.pareto import EQ_TOLERANCE
 
 Array = NDArray[np.float64]
 Key: TypeAlias = str | int
-"""A variable, criterion or constraint: its name, or its index from 0."""
+"""A variable or objective: its name, or its index from 0."""
 Limit: TypeAlias = float | Sequence[float | None]
 """The greatest value allowed, or a pair (lower, upper) with None for an end that is open."""
 Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | int, Limit]
-"""Limits on criteria, variables and outputs by name; on criteria also by index from 0."""
+"""Limits on objectives, variables and outputs by name; on objectives also by index from 0."""
 
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # further ones of joined experiments
@@ -42,14 +43,14 @@ class Layout:
 
     Attributes:
         variables: ``n_var`` names of the design variables.
-        objectives: ``m`` names of the criteria.
+        objectives: ``m`` names of the objectives.
         inequalities: ``n_ieq`` names of the inequality constraints, met where g <= 0.
         equalities: ``n_eq`` names of the equality constraints, met where |h| <= eq_tolerance.
-        lower: ``(n_var,)`` lower bounds of the box; NaN where there is none or it is not known.
-        upper: ``(n_var,)`` upper bounds likewise.
+        lower: ``(n_var,)`` lower bounds; NaN where there is none or it is not known.
+        upper: ``(n_var,)`` upper bounds, as for ``lower``.
         eq_tolerance: How far an equality constraint may be from 0.
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
-        outputs: ``k`` names of what else the model gives, numbers that are neither criteria nor
+        outputs: ``k`` names of what else the model gives, numbers that are neither objectives nor
             constraints.
         maximize: The objectives to be maximised, and outputs that would be such objectives.
             ``F`` holds these objectives with the sign turned, as pymoo minimises; whatever is
@@ -80,44 +81,39 @@ class Layout:
     label: str | None = None
 
     def __post_init__(self) -> None:
-        """Check that the names are distinct, and senses, units, kinds and bounds fit."""
-        for group in (*_GROUPS, "maximize"):
-            object.__setattr__(self, group, column_names(group, getattr(self, group)))
-        object.__setattr__(self, "experiments", _known_experiments(self.experiments))
-        reserved = RESERVED + (ORIGIN if self.experiments else ())
-        seen: set[str] = set(reserved)
-        for name in self.columns:
-            if name in seen:
-                raise invalid(
-                    "the names of a test table",
-                    f"distinct, and none of {', '.join(reserved)}",
-                    name,
-                )
-            seen.add(name)
+        """Check that the names are distinct, and directions, units, kinds and bounds fit."""
+        values: dict[str, Any] = {
+            group: column_names(group, getattr(self, group)) for group in (*_GROUPS, "maximize")
+        }
+        # JSON has lists for tuples.
+        values["experiments"] = tuple((name, int(number)) for name, number in self.experiments)
+        values["kinds"] = _known_kinds(self.kinds, len(self.variables))
+        values["units"] = _unit_texts(self.units)
+        values["eq_tolerance"] = finite_number("eq_tolerance", self.eq_tolerance)
+        if values["eq_tolerance"] < 0:
+            raise invalid("eq_tolerance", "0 or more", self.eq_tolerance)
         for side in ("lower", "upper"):
             # A copy, as it is made read-only and the caller's array is the caller's.
-            bound = real_array(side, getattr(self, side)).copy()
-            if bound.shape != (len(self.variables),):
+            values[side] = bounds = real_array(side, getattr(self, side)).copy()
+            if bounds.shape != (len(self.variables),):
                 rule = f"{len(self.variables)} bounds, one for each variable"
-                raise invalid(side, rule, Received(f"shape {bound.shape}"))
-            bound.setflags(write=False)
-            object.__setattr__(self, side, bound)
-        for name, low, high in zip(self.variables, self.lower, self.upper, strict=True):
-            # With NaN, a bound that is not known, the comparison is false, as it should be.
-            if low > high:
+                raise invalid(side, rule, Received(f"shape {bounds.shape}"))
+            bounds.setflags(write=False)
+        for name, low, high in zip(self.variables, values["lower"], values["upper"], strict=True):
+            if low > high:  # false with NaN, a bound that is not known
                 raise invalid("lower", "at most upper", Received(f"{low} > {high} for {name!r}"))
-        tolerance = finite_number("eq_tolerance", self.eq_tolerance)
-        if tolerance < 0:
-            raise invalid("eq_tolerance", "0 or more", tolerance)
-        object.__setattr__(self, "eq_tolerance", tolerance)
-        object.__setattr__(self, "kinds", _known_kinds(self.kinds, len(self.variables)))
-        sensible = self.objectives + self.outputs
-        for name in self.maximize:
-            known_name("maximize", name, sensible)
+        columns = values["objectives"] + values["outputs"]
+        for name in values["maximize"]:
+            known_name("maximize", name, columns)
         # In the order of the columns, so that layouts of one meaning are equal.
-        more = tuple(name for name in sensible if name in self.maximize)
-        object.__setattr__(self, "maximize", more)
-        object.__setattr__(self, "units", _unit_texts(self.units))
+        values["maximize"] = tuple(name for name in columns if name in values["maximize"])
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        reserved = RESERVED + (ORIGIN if self.experiments else ())
+        counts = Counter((*reserved, *self.columns))
+        if twice := [name for name, count in counts.items() if count > 1]:
+            rule = f"distinct, and none of {', '.join(reserved)}"
+            raise invalid("the names of a test table", rule, twice[0])
 
     @classmethod
     def of(
@@ -139,16 +135,16 @@ class Layout:
 
         Args:
             variables: Names of the variables, or how many: x1, x2, …
-            objectives: Names of the criteria, or how many: f1, f2, …
+            objectives: Names of the objectives, or how many: f1, f2, …
             inequalities: Names of the inequality constraints, or how many: g1, g2, …
             equalities: Names of the equality constraints, or how many: h1, h2, …
             lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
-            upper: ``(n_var,)`` upper bounds likewise.
+            upper: ``(n_var,)`` upper bounds, as for ``lower``.
             eq_tolerance: How far an equality constraint may be from 0.
-            kinds: What each variable is, "real", "integer", "binary" or "choice"; as the designs
-                tell unless given.
+            kinds: What each variable is, "real", "integer", "binary" or "choice"; as the values of
+                the designs unless given.
             outputs: Names of what else the model gives.
-            maximize: The criteria of which more is better.
+            maximize: The objectives to be maximised.
             units: Units of columns by name.
 
         Raises:
@@ -163,6 +159,7 @@ class Layout:
         """
         names = _numbered("x", variables)
         unknown = np.full(len(names), np.nan)
+        more: Any = {"kinds": kinds, "outputs": outputs, "maximize": maximize, "units": units or {}}
         return cls(
             names,
             _numbered("f", objectives),
@@ -171,10 +168,7 @@ class Layout:
             unknown if lower is None else real_array("lower", lower),
             unknown if upper is None else real_array("upper", upper),
             eq_tolerance,
-            kinds,  # type: ignore[arg-type]  # words become kinds when they are checked
-            outputs,  # type: ignore[arg-type]  # lists become tuples likewise
-            maximize,  # type: ignore[arg-type]
-            {} if units is None else units,
+            **more,
         )
 
     @property
@@ -189,7 +183,7 @@ class Layout:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of all columns: variables, criteria, constraints, outputs.
+        """Names of all columns: variables, objectives, constraints, outputs.
 
         Example:
             >>> Layout.of(1, ["mass"], ["stress"], outputs=["heat"]).columns
@@ -199,9 +193,9 @@ class Layout:
 
     @property
     def sign(self) -> Array:
-        """``(m,)`` 1 for a criterion to be minimised, -1 for one to be maximised.
+        """``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
 
-        ``F * sign`` are the criteria in their own sense, and these times ``sign`` are F.
+        ``F * sign`` are the objectives in the original direction, and these times ``sign`` are F.
 
         Example:
             >>> Layout.of(1, ["mass", "gain"], maximize=["gain"]).sign
@@ -210,7 +204,7 @@ class Layout:
         return np.array([-1.0 if name in self.maximize else 1.0 for name in self.objectives])
 
     def label_of(self, name: str) -> str:
-        """Return the name of a column with its unit, and "(max)" if more of it is better.
+        """Return the name of a column with its unit, and "(max)" if it is to be maximised.
 
         For axes and headings, as the decision page has them.
 
@@ -222,16 +216,6 @@ class Layout:
         text = f"{name} [{unit}]" if unit else name
         return f"{text} (max)" if name in self.maximize else text
 
-    @property
-    def is_blank(self) -> bool:
-        """Whether nothing is said yet: no variable and no criterion.
-
-        Example:
-            >>> Layout.of().is_blank, Layout.of(1, 1).is_blank
-            (True, False)
-        """
-        return not self.variables and not self.objectives
-
     def variable(self, key: Key) -> int:
         """Return the index of a variable given by name or index.
 
@@ -242,22 +226,13 @@ class Layout:
         return _index("variable", key, self.variables)
 
     def objective(self, key: Key) -> int:
-        """Return the index of a criterion given by name or index.
+        """Return the index of an objective given by name or index.
 
         Example:
             >>> Layout.of(1, ["mass", "cost"]).objective("cost")
             1
         """
-        return _index("criterion", key, self.objectives)
-
-    def constraint(self, key: Key) -> int:
-        """Return the index of a constraint, the inequalities first, given by name or index.
-
-        Example:
-            >>> Layout.of(1, 1, ["stress"], ["volume"]).constraint("volume")
-            1
-        """
-        return _index("constraint", key, self.constraints)
+        return _index("objective", key, self.objectives)
 
     def difference(self, other: Layout) -> str:
         """Say in what another layout differs first; empty if in nothing.
@@ -270,15 +245,12 @@ class Layout:
         """
         if other is self:
             return ""
-        for group in (*_GROUPS[:-1], "maximize", "eq_tolerance"):
+        for group in (*_GROUPS[:-1], "maximize", "eq_tolerance", "experiments"):
             a, b = getattr(self, group), getattr(other, group)
             if group == "maximize":  # of the columns that both have
                 a, b = ([n for n in a if n in other.columns], [n for n in b if n in self.columns])
             if a != b:
                 return f"{group} {_listed(a)} against {_listed(b)}"
-        if self.experiments != other.experiments:
-            a, b = ([f"{name} after {n}" for name, n in x.experiments] for x in (self, other))
-            return f"experiments {_listed(a)} against {_listed(b)}"
         for name in self.columns:
             # Of an output that the other does not have, the unit may not be known either.
             a, b = self.units.get(name, "none"), other.units.get(name, "none")
@@ -296,9 +268,9 @@ class Layout:
 
 
 def joined_layout(layout: Layout, other: Layout) -> Layout:
-    """Return a layout with the outputs of another one it agrees with, their senses and units."""
+    """Return a layout with the outputs of another that agrees, their directions and units."""
     outputs = tuple(dict.fromkeys((*layout.outputs, *other.outputs)))
-    # The unit of a column is told by the layout that has the column.
+    # The unit of a column is that of the layout that has the column.
     own = {name: unit for name, unit in layout.units.items() if name in layout.columns}
     units = {**layout.units, **other.units, **own}
     if (outputs, units) == (layout.outputs, layout.units):
@@ -312,6 +284,18 @@ def is_writable(text: str) -> bool:
     # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
     # What one file could not hold is refused at once, lest a table be written to some files only.
     return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
+
+
+def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
+    """Return names as texts that every file can hold."""
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise wrong_type(group, "a list of names", names)
+    for name in names:
+        if not isinstance(name, str):
+            raise wrong_type(group, "names", name)
+        if not name or not is_writable(name):
+            raise invalid(group, "names of at least one Unicode character", name)
+    return tuple(str(name) for name in names)
 
 
 def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
@@ -338,35 +322,12 @@ def _unit_texts(units: Any) -> dict[str, str]:
         if not isinstance(name, str) or not isinstance(unit, str):
             found = f"{unit!r:.40} for {name!r:.40}"
             raise ArgumentTypeError(f"units must map names to texts, got {found}")
-        if not is_writable(name) or not is_writable(unit) or not unit.isprintable():
+        if not is_writable(name) or not unit.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
     return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
 
 
-def _known_experiments(experiments: Any) -> tuple[tuple[str, int], ...]:
-    pairs = tuple((name, number) for name, number in experiments)
-    names = column_names("experiments", tuple(name for name, _ in pairs))
-    numbers = [integer("the number before an experiment", n, minimum=0) for _, n in pairs]
-    if len({*names}) < len(names) or numbers != sorted(numbers):
-        raise invalid("experiments", "of different names, in the order of their numbers", pairs)
-    return tuple(zip(names, numbers, strict=True))
-
-
-def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
-    """Return names as texts that every file can hold."""
-    if isinstance(names, str) or not isinstance(names, Sequence):
-        raise wrong_type(group, "a list of names", names)
-    for name in names:
-        if not isinstance(name, str):
-            raise wrong_type(group, "names", name)
-        if not name or not is_writable(name):
-            raise invalid(group, "names of at least one Unicode character", name)
-    return tuple(str(name) for name in names)
-
-
 def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
-    if not names:
-        raise invalid(kind, "one of the table's", key, "the table has none")
     # Stricter than Python, where -1 is the last one and True is 1.
     if isinstance(key, (int, np.integer)) and not isinstance(key, bool):
         if not 0 <= key < len(names):
@@ -376,4 +337,4 @@ def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
 
 
 def _listed(value: object) -> str:
-    return ", ".join(value) or "none" if isinstance(value, (tuple, list)) else str(value)
+    return ", ".join(map(str, value)) or "none" if isinstance(value, (tuple, list)) else str(value)

@@ -1,22 +1,23 @@
-"""Limits on columns of a test table, which are set after the tests and change none of them."""
+"""Limits on columns: what they say, which rows keep them, by how much rows exceed them."""
 
 from __future__ import annotations
 
 import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid, known_name, mapping, wrong_type
+from pymoo_psi._validation import invalid, known_name, mapping, wrong_type
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, Limits
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Bounds = dict[str, tuple[float, float]]
-"""The least and the greatest value of columns, by name and in their own sense; infinite if open."""
+"""The least and the greatest value of columns by name, in the original direction; infinite if
+open."""
 
 
 def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
@@ -27,18 +28,20 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
             NaN, its lower end above the upper one, or which end it is remains open.
         ArgumentTypeError: The limits are no mapping, a limit is neither number nor pair.
     """
-    if limits is None:
-        return {}
-    mapping("limits", limits, "columns to numbers, such as {'f1': 2.5}")
     found: Bounds = {}
-    for key, limit in limits.items():
-        name = _limited(key, layout)
+    limits = {} if limits is None else limits
+    for key, limit in mapping("limits", limits, "columns to numbers, such as {'f1': 2.5}").items():
+        name = key if isinstance(key, str) else layout.objectives[layout.objective(key)]
+        if name in layout.constraints:
+            remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
+            raise invalid("a limit", "on an objective, a variable or an output", name, remedy)
+        known_name("a limit", name, [n for n in layout.columns if n not in layout.constraints])
         if name in found:
             raise invalid("limits", "given once for a column", limits)
         found[name] = ends(name, limit)
         if name in layout.maximize and isinstance(limit, numbers.Real):
             raise invalid(
-                f"the limit on {name!r}, of which more is better,",
+                f"the limit on {name!r}, which is maximised,",
                 "a pair (lower, upper)",
                 limit,
                 f"say ({limit}, None) for at least or (None, {limit}) for at most",
@@ -64,12 +67,17 @@ def ends(name: str, limit: Any) -> tuple[float, float]:
         ArgumentValueError: A number is NaN, or the lower one is above the upper one.
         ArgumentTypeError: It is neither a number nor a pair of numbers or None.
     """
-    pair = limit if isinstance(limit, (tuple, list)) else (None, limit)
-    if len(pair) != 2 or limit is None:
+    pair = tuple(limit) if isinstance(limit, (tuple, list)) else (None, limit)
+    values = [np.inf * (2 * k - 1) if end is None else end for k, end in enumerate(pair)]
+    plain = all(isinstance(v, numbers.Real) and not isinstance(v, (bool, np.bool_)) for v in values)
+    if len(pair) != 2 or limit is None or not plain:
         raise wrong_type(f"the limit on {name!r}", "a number or a pair (lower, upper)", limit)
-    low, high = _number(name, pair[0], -np.inf), _number(name, pair[1], np.inf)
-    if low > high:
-        raise invalid(f"the limit on {name!r}", "(lower, upper) in rising order", limit)
+    try:
+        low, high = map(float, values)
+    except OverflowError:
+        low = high = np.nan
+    if not low <= high:  # of NaN, too
+        raise invalid(f"the limit on {name!r}", "(lower, upper) in increasing order", limit)
     return low, high
 
 
@@ -78,14 +86,11 @@ def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mas
 
     Args:
         bounds: The limits.
-        column: Gives the ``(n,)`` values of a column by its name, in its own sense.
+        column: Gives the ``(n,)`` values of a column by its name, in the original direction.
         n: How many rows there are.
     """
     mask = np.ones(n, dtype=bool)
-    for name, (low, high) in bounds.items():
-        if low == -np.inf and high == np.inf:
-            continue
-        values = real_column(name, column(name))
+    for low, high, values in _limited(bounds, column):
         # Infinity is what a division by zero leaves: nothing that is known to be large enough.
         mask &= (low <= values) & (values <= high) & np.isfinite(values)
     return mask
@@ -94,10 +99,7 @@ def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mas
 def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
     """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
     total = np.zeros(n)
-    for name, (low, high) in bounds.items():
-        if low == -np.inf and high == np.inf:
-            continue
-        values = real_column(name, column(name))
+    for low, high, values in _limited(bounds, column):
         known = np.isfinite(values)
         over = np.maximum(low - values[known], 0) + np.maximum(values[known] - high, 0)
         total[known] += over
@@ -105,25 +107,10 @@ def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Arr
     return total
 
 
-def _limited(key: Any, layout: Layout) -> str:
-    if not isinstance(key, str):
-        return layout.objectives[layout.objective(key)]  # by index, as everywhere
-    free = [name for name in layout.columns if name not in layout.constraints]
-    if key in layout.constraints:
-        remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
-        raise invalid("a limit", "on a criterion, a variable or an output", key, remedy)
-    return known_name("a limit", key, free, "limits are on criteria, variables and outputs")
-
-
-def _number(name: str, limit: Any, open_end: float) -> float:
-    if limit is None:
-        return open_end
-    if isinstance(limit, (bool, np.bool_)) or not isinstance(limit, numbers.Real):
-        raise wrong_type(f"the limit on {name!r}", "a number", limit)
-    if isinstance(limit, int) and abs(limit) >= 2**1023:
-        raise invalid(f"the limit on {name!r}", "within what float64 reaches", limit)
-    # Infinity is an end that is open; NaN would reject all designs unsaid.
-    if np.isnan(float(limit)):
-        hint = "leave the column out where it has no limit"
-        raise invalid(f"the limit on {name!r}", "a number", Received("nan"), hint)
-    return float(limit)
+def _limited(
+    bounds: Bounds, column: Callable[[str], NDArray[Any]]
+) -> Iterator[tuple[float, float, Array]]:
+    """Yield the ends and the values of each limit that is not open at both ends."""
+    for name, (low, high) in bounds.items():
+        if low > -np.inf or high < np.inf:
+            yield low, high, real_column(name, column(name))

@@ -24,8 +24,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.table._exchange import table_of
-from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet
+from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
 from pymoo_psi.table._formulation import Formulation, distinct
 from pymoo_psi.table._layout import Layout
 from pymoo_psi.table._numbers import Column, is_blank, read_columns

@@ -2,8 +2,8 @@
 
 The order of work is that of Parameter Space Investigation (Sobol' and Statnikov, Choosing Optimal
 Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995): test the points,
-look at the ordered test tables, set limits on the criteria, take the Pareto set of the designs
-that are feasible then, and refine the box for the next investigation.
+look at the ordered test tables, set limits on the objectives, take the Pareto set of the designs
+that are feasible then, and refine the bounds for the next investigation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -55,8 +55,16 @@ from pymoo_psi.table._designs import (
     first_rows,
     joined_designs,
 )
-from pymoo_psi.table._exchange import Columns, columns_of, head_of, table_of
-from pymoo_psi.table._files import read_csv, read_parquet, write_csv, write_parquet
+from pymoo_psi.table._files import (
+    Columns,
+    columns_of,
+    head_of,
+    read_csv,
+    read_parquet,
+    table_of,
+    write_csv,
+    write_parquet,
+)
 from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._layout import (
     ORIGIN,
@@ -85,25 +93,26 @@ class TestTable(Shown):
     """Every tested point of an investigation, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
-    :meth:`read_csv`. A table never changes; its arrays are read-only.
+    :func:`read_table`. A table never changes; its arrays are read-only.
 
-    Wherever ``limits`` are asked for, they are limits on criteria, variables and outputs by name,
-    in the column's own sense: ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``, that is
-    at most 30, from 0.2 to 0.4, and at least 0.9; criteria also go by their index from 0. A number
-    is the greatest value allowed; where more is better it is refused, as it could mean either. They
-    are set on the tests there are and need no evaluation; to ask for more, see :meth:`under`.
+    Wherever ``limits`` are asked for, they are limits on objectives, variables and outputs by name,
+    in the original direction: ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``, that is
+    at most 30, from 0.2 to 0.4, and at least 0.9; objectives also go by their index from 0. A
+    number is the greatest value allowed; for a maximised objective it is refused, as it could mean
+    either. They are set on the tests there are and need no evaluation; to ask for more, see
+    :meth:`under`.
 
-    ``F`` is pymoo's: all criteria minimised, those that are maximised (``layout.maximize``) with
-    the sign turned. Whatever is reached by a criterion's name is in its own sense: :meth:`column`,
-    limits, frames, files, plots.
+    ``F`` is pymoo's: all objectives minimised, those that are maximised (``layout.maximize``) with
+    the sign turned. Whatever is reached by an objective's name is in the original direction:
+    :meth:`column`, limits, frames, files, plots.
 
     Attributes:
-        layout: Names and units of all columns, senses of the criteria, kinds and bounds of the
-            variables, the tolerance of equality constraints.
+        layout: Names and units of all columns, directions of the objectives, kinds and bounds of
+            the variables, the tolerance of equality constraints.
         numbers: ``(n,)`` numbers of the test points, from 1, each once.
         X: ``(n, n_var)`` designs: float64; int64 or bool if all variables are integers or all
             binary; object if they differ, or are choices.
-        F: ``(n, m)`` criteria, all minimised; NaN or infinite where a design failed.
+        F: ``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
         status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
@@ -145,27 +154,31 @@ class TestTable(Shown):
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
         layout, numbers = self.layout, _point_numbers(self.numbers)
-        if self.outputs is None:
-            self._set({"outputs": np.zeros((len(numbers), 0))})
-        checked: dict[str, Any] = {
+        values: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, layout.variables, layout.kinds),
             "status": np.array(self.status, dtype=str),
             "reasons": _reason_texts(self.reasons),
+            "extra": _extra_columns(self.extra, layout, len(numbers)),
         }
         for name in ("F", "G", "H", "outputs"):
-            checked[name] = np.array(real_array(name, getattr(self, name)), order="C")
-        for name, width in _widths(layout).items():
-            shape = (len(numbers), width)
-            if checked[name].shape != shape:
-                found = Received(f"shape {checked[name].shape}")
-                raise invalid(name, f"of shape {shape} (tests, columns)", found)
-        self._set(checked)
-        self._check_status()
+            given = getattr(self, name)
+            given = np.zeros((len(numbers), 0)) if given is None else real_array(name, given)
+            values[name] = np.array(given, order="C")
+        shapes = {name: (len(numbers), width) for name, width in _widths(layout).items()}
+        for name, shape in {**shapes, "status": numbers.shape}.items():
+            if values[name].shape != shape:
+                raise invalid(name, f"of shape {shape}", Received(f"shape {values[name].shape}"))
+        self._set(values)
+        # Whatever failed is believed; the rest must follow from the constraints, so that no two
+        # places of the table can disagree on what is feasible.
+        right = self._status(self.status == "failed")
+        for i in np.flatnonzero(self.status != right):
+            rule = "ok where the constraints are met, infeasible where not, or failed"
+            found = Received(f"{str(self.status[i])!r} for test point {numbers[i]}")
+            raise invalid("status", rule, found)
+        self._set({"status": right})
         self._check_reasons()
-        if self.problem is not None:
-            instance("problem", self.problem, dict)
-        self._set({"extra": _extra_columns(self.extra, layout, len(numbers))})
 
     @classmethod
     def of(
@@ -183,21 +196,21 @@ class TestTable(Shown):
     ) -> TestTable:
         """Return a table of evaluated designs; their status follows from the constraints.
 
-        A design with a reason has failed. A design that meets its constraints but whose criteria
+        A design with a reason has failed. A design that meets its constraints but whose objectives
         are not all finite has failed as well, for that reason.
 
         Args:
             numbers: ``(n,)`` numbers of the test points, from 1, each once.
             X: ``(n, n_var)`` designs, or n mappings from variable to value.
-            F: ``(n, m)`` criteria, all minimised, those that the layout says are maximised with
+            F: ``(n, m)`` objectives, all minimised, those that the layout says are maximised with
                 the sign turned; NaN and infinity are allowed.
             G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
             H: ``(n, n_eq)`` equality constraints, met within the tolerance.
             outputs: ``(n,)`` values of what else the model gives, by name; they follow those
                 that the layout names, which are NaN where they are not given.
             reasons: Why designs failed, for their numbers.
-            layout: Names, senses, units, kinds, bounds and tolerance; default names, all criteria
-                minimised and no bounds unless given.
+            layout: Names, directions, units, kinds, bounds and tolerance; default names, all
+                objectives minimised and no bounds unless given.
             extra: ``(n,)`` columns carried along that are neither, by name.
 
         Raises:
@@ -211,8 +224,8 @@ class TestTable(Shown):
         """
         numbers = _point_numbers(numbers)
         F = real_array("F", F)
-        G, H = (np.zeros((len(numbers), 0)) if v is None else v for v in (G, H))
-        G, H = real_array("G", G), real_array("H", H)
+        none = np.zeros((len(numbers), 0))
+        G, H = (none if v is None else real_array(name, v) for name, v in (("G", G), ("H", H)))
         if layout is None:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], *(v.shape[1] if v.ndim == 2 else 0 for v in (F, G, H)))
@@ -270,7 +283,7 @@ class TestTable(Shown):
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
-        """What each variable is: as the layout says, or as the designs tell.
+        """What each variable is: as the layout says, or as the values of the designs.
 
         Example:
             >>> table = TestTable.of([1], [{"width": 0.5, "teeth": 12, "metal": "iron"}], [[1.0]])
@@ -308,8 +321,8 @@ class TestTable(Shown):
     def repeats(self) -> NDArray[np.int64]:
         """``(n,)`` which tests repeat a design: the number of its first test, else 0.
 
-        A repetition has the same criteria, too; only designs without a real variable, and those of
-        joined experiments, are looked at. PSI calls the model once for each design, and in a
+        A repetition has the same objectives, too; only designs without a real variable, and those
+        of joined experiments, are looked at. PSI calls the model once for each design, and in a
         Pareto set the first test of a design stands for all.
 
         Example:
@@ -335,7 +348,9 @@ class TestTable(Shown):
         return bool(finite) and (all(finite) or len(self.layout.experiments) > 1)
 
     def column(self, name: str) -> NDArray[Any]:
-        """``(n,)`` values of a variable, criterion, constraint or output; criteria in their sense.
+        """``(n,)`` values of a variable, objective, constraint or output.
+
+        Objectives are in the original direction.
 
         Of joined experiments also ``"experiment"``, where each test is from, and its ``"number"``.
 
@@ -378,13 +393,13 @@ class TestTable(Shown):
             array([False,  True, False])
         """
         ok: Mask = self.status == "ok"
-        # Of tests that all failed, as the first ones may, nobody knows which outputs they have.
+        # Of tests that all failed, as the first ones may, it is unknown which outputs they have.
         if (self.status == "failed").all():
             return ok
         return ok & within(bounds_of(limits, self.layout), self.column, len(self))
 
     def eligible(self, limits: Limits | None = None) -> Mask:
-        """``(n,)`` which designs are feasible and have finite criteria, so that they compete.
+        """``(n,)`` which designs are feasible and have finite objectives, so that they compete.
 
         Example:
             >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("inf")]]).eligible()
@@ -396,7 +411,7 @@ class TestTable(Shown):
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
         Of tests with the same design, see :attr:`repeats`, the first stands for all. Hundreds of
-        thousands of tests can be sifted by several threads.
+        thousands of tests can be filtered by several threads.
 
         Example:
             Without a limit on f1 no design beats another; with one there are fewer to compare.
@@ -408,7 +423,7 @@ class TestTable(Shown):
             array([ True, False, False])
         """
         mask = self.eligible(limits)
-        if self.F.shape[1] > 0:  # without criteria no design is better than another
+        if self.F.shape[1] > 0:  # without objectives no design is better than another
             mask[mask] = nondominated(self.F[mask], threads=threads)
         if self._recurs():
             first = first_rows(self.X[mask], self.F[mask])
@@ -420,7 +435,7 @@ class TestTable(Shown):
 
         Returns:
             The ranking of the rows ``self.pareto(limits)``, in that order, without another search
-            for the Pareto set; its objectives have the criteria's names and senses, and its rows
+            for the Pareto set; its objectives have the table's names and directions, and its rows
             the numbers of their test points as labels: ``.to_frame()`` has the index
             ``test_point``.
 
@@ -473,7 +488,7 @@ class TestTable(Shown):
     ) -> Explanation:
         """Say why a design: :func:`pymoo_psi.explain` among the feasible designs of the table.
 
-        Names, senses and units are the table's.
+        Names, directions and units are the table's.
 
         Args:
             test_point: Its number; the Salukvadze optimum unless given.
@@ -510,19 +525,19 @@ class TestTable(Shown):
         units = {name: layout.units[name] for name in layout.objectives if name in layout.units}
         return explain(ranking, numbers.index(chosen), units=units)
 
-    def sorted_by(self, criterion: Key, limits: Limits | None = None) -> TestTable:
-        """Return the ordered test table of a criterion: the feasible designs, the best first.
+    def sorted_by(self, objective: Key, limits: Limits | None = None) -> TestTable:
+        """Return the ordered test table of an objective: the feasible designs, the best first.
 
-        The largest value is the best one if the criterion is maximised. It is a table again, for
+        The largest value is the best one if the objective is maximised. It is a table again, for
         the next question, a frame or a file. Equal designs stay in the order of testing; those
-        whose criterion is NaN come last.
+        whose value is NaN come last.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
             >>> table.sorted_by("f1").numbers, table.sorted_by("f1", {"f2": 5}).numbers
             (array([2, 1, 3]), array([1, 3]))
         """
-        values = self.F[:, self.layout.objective(criterion)]
+        values = self.F[:, self.layout.objective(objective)]
         rows = np.flatnonzero(self.feasible(limits))
         # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
         return self.rows(rows[np.argsort(values[rows], kind="stable")])
@@ -551,14 +566,14 @@ class TestTable(Shown):
     def under(self, formulation: Formulation) -> TestTable:
         """Return the table of the same tests under another formulation, without an evaluation.
 
-        It is the table that the problem so formulated would give: other criteria and senses, with
-        the limits among the constraints, and the rest among the outputs. Numbers and designs stay.
-        A design with a criterion that cannot be computed has failed; one that failed in its
+        It is the table that the problem so formulated would give: other objectives and directions,
+        with the limits among the constraints, and the rest among the outputs. Numbers and designs
+        stay. A design with an objective that cannot be computed has failed; one that failed in its
         evaluation stays failed, as its values are not known.
 
         Raises:
-            ArgumentValueError: A column is not there, or cannot be what is asked of it; or a
-                criterion of the prototype is not known.
+            ArgumentValueError: A column is not there, or cannot be what is asked of it; or an
+                objective of the prototype is not known.
 
         Example:
             >>> from pymoo_psi import Formulation
@@ -581,7 +596,7 @@ class TestTable(Shown):
             for names in groups
         )
         F *= layout.sign
-        # Failed for a criterion, such a design may be judged by others; failed in its evaluation,
+        # Failed for an objective, such a design may count under others; failed in its evaluation,
         # it has no values, and gets those that an evaluation gives to what fails.
         reasons, rows = {}, []
         for i in np.flatnonzero(self.status == "failed"):
@@ -592,8 +607,7 @@ class TestTable(Shown):
         for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
             block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
         named = dict(zip(layout.outputs, outputs.T, strict=True))
-        variables = self.layout.variables
-        X = self.X[:, [variables.index(name) for name in layout.variables]]
+        X = self.X[:, [self.layout.variables.index(name) for name in layout.variables]]
         table = TestTable.of(
             self.numbers, X, F, G, H, outputs=named, reasons=reasons, layout=layout,
             extra=self.extra,
@@ -602,26 +616,26 @@ class TestTable(Shown):
         return table._with(prototype=former, remarks=self.remarks)
 
     def _prototype_under(self, formulation: Formulation) -> TestTable:
-        known = self.prototype
+        """Return the existing designs under a formulation; outputs of theirs are not known."""
+        known, names = self.prototype, self.layout.outputs
         assert known is not None
-        names = self.layout.outputs
         layout = replace(known.layout, outputs=names, maximize=self.layout.maximize)
         outputs = _joined_outputs(names, [known])
         table = known._with(layout=layout, outputs=outputs).under(formulation)
-        for j in np.flatnonzero(~np.isfinite(table.F).all(axis=0)):
-            rule = f"{table.layout.objectives[j]} of the prototype"
+        for i, j in np.argwhere(~np.isfinite(table.F)):
+            what = f"{table.layout.objectives[j]} of the prototype"
             remedy = "give the prototype with its constraints, or after under()"
-            raise invalid(rule, "known and finite", Received(str(table.F[0, j])), remedy)
+            raise invalid(what, "known and finite", Received(str(table.F[i, j])), remedy)
         return table
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
     ) -> tuple[Array, Array]:
-        """Return the box of the feasible set, for the next investigation.
+        """Return the bounds of the feasible set, for the next investigation.
 
         Args:
             limits: Limits on columns.
-            margin: Widen the box on each side by this share of its width, but not beyond the
+            margin: Widen them on each side by this share of their width, but not beyond the
                 bounds of this table. Integers are rounded outwards.
 
         Returns:
@@ -640,12 +654,9 @@ class TestTable(Shown):
             raise invalid("margin", "0 or more", margin)
         feasible = self.feasible(limits)
         if not feasible.any():
-            raise invalid(
-                "the feasible set",
-                "of at least one design to span a box",
-                Received(f"none of {counted(len(self), 'test', 'tests')}"),
-                "loosen the limits, or test more points",
-            )
+            found = Received(f"none of {counted(len(self), 'test')}")
+            remedy = "loosen the limits, or test more points"
+            raise invalid("the feasible set", "of at least one design to bound it", found, remedy)
         lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
         for j, kind in enumerate(self.kinds):
             if kind not in (Kind.REAL, Kind.INTEGER):
@@ -714,39 +725,34 @@ class TestTable(Shown):
         """
         for block in blocks:
             instance("block", block, TestTable)
-        # A table without tests and layout takes on those of the others.
-        tables = [t for t in (self, *blocks) if len(t) or not t.layout.is_blank]
+        # A table without tests and columns takes on those of the others.
+        tables = [t for t in (self, *blocks) if len(t) or t.layout.columns]
         if len(tables) < 2:
             return tables[0] if tables else self
         # Of layouts that agree, one with kinds says more than one without, wherever it stands.
         layout = tables[0].layout
-        if kinds := next((t.layout.kinds for t in tables if t.layout.kinds), layout.kinds):
-            layout = layout if layout.kinds else replace(layout, kinds=kinds)
+        kinds = next((t.layout.kinds for t in tables if t.layout.kinds), ())
+        layout = layout if layout.kinds == kinds else replace(layout, kinds=kinds)
         for block in tables:
             if difference := layout.difference(block.layout) or other_problem(tables[0], block):
                 raise invalid("block", "of the table's layout", Received(difference))
             layout = joined_layout(layout, block.layout)  # a later block may contradict its outputs
-        numbers = np.concatenate([t.numbers for t in tables])
-        _require_distinct(numbers)
-        outputs = _joined_outputs(layout.outputs, tables)
         joined: dict[str, Any] = {
-            name: np.concatenate([getattr(t, name) for t in tables]) for name in "FGH"
+            name: np.concatenate([getattr(t, name) for t in tables])
+            for name in ("numbers", "F", "G", "H", "status")
         }
-        joined |= {"outputs": outputs, "status": np.concatenate([t.status for t in tables])}
+        _require_distinct(joined["numbers"])
         X = joined_designs([t.X for t in tables])
         # Designs of a block that declares no kinds take those of the others.
-        if any(t.layout.kinds != layout.kinds for t in tables):
-            X = design_matrix("X of a block", X, layout.variables, layout.kinds)
-        reasons = {n: text for t in tables for n, text in t.reasons.items()}
-        prototype = next((t.prototype for t in tables if t.prototype is not None), None)
-        problem = next((t.problem for t in tables if t.problem is not None), None)
+        if any(t.layout.kinds != kinds for t in tables):
+            X = design_matrix("X of a block", X, layout.variables, kinds)
         return self._with(
             layout=layout,
-            numbers=numbers,
             X=X,
-            reasons=reasons,
-            prototype=prototype,
-            problem=problem,
+            outputs=_joined_outputs(layout.outputs, tables),
+            reasons={n: text for t in tables for n, text in t.reasons.items()},
+            prototype=next((t.prototype for t in tables if t.prototype is not None), None),
+            problem=next((t.problem for t in tables if t.problem is not None), None),
             extra=_joined_extra(tables),
             remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
             **joined,
@@ -759,7 +765,7 @@ class TestTable(Shown):
         tables counts once; an output of it that is NaN in one of them, not known, is the other's.
 
         Raises:
-            ArgumentValueError: The tables differ in names, senses, units, bounds, tolerance,
+            ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance,
                 problem or prototype, or have other results for the same test point.
             ArgumentTypeError: ``other`` is no table.
 
@@ -770,52 +776,57 @@ class TestTable(Shown):
         """
         instance("other", other, TestTable)
         for blank, filled in ((self, other), (other, self)):
-            if len(blank) == 0 and blank.layout.is_blank:
+            if not len(blank) and not blank.layout.columns:
                 return filled.rows(np.argsort(filled.numbers))
         difference = self.layout.difference(other.layout) or _other_prototype(self, other)
         if difference := difference or other_problem(self, other):
             raise invalid("other", "a table of the same problem", Received(difference))
+        layout = joined_layout(self.layout, other.layout)
+        mine, theirs = (
+            table._with(layout=layout, outputs=_joined_outputs(layout.outputs, [table]))
+            for table in (self, other)
+        )
         # A test point that both have must have the same result in both, or they are no one problem.
-        _, mine, theirs = np.intersect1d(
+        _, a, b = np.intersect1d(
             self.numbers, other.numbers, assume_unique=True, return_indices=True
         )
-        # Not without common points: numpy cannot reshape to (0, -1).
-        if len(mine):
-            # Outputs of both under all their names: first one table's, then what the other adds.
-            layout = joined_layout(self.layout, other.layout)
-            outputs = _joined_outputs(layout.outputs, [self, other])
-            known, added = outputs[: len(self)], outputs[len(self) :]
-            known[mine] = np.where(np.isnan(known[mine]), added[theirs], known[mine])
-            added[theirs] = np.where(np.isnan(added[theirs]), known[mine], added[theirs])
-            self = self._with(layout=layout, outputs=known)
-            other = other._with(layout=layout, outputs=added)
-        for block in _BLOCKS if len(mine) else ():
-            same = _same_cells(getattr(self, block)[mine], getattr(other, block)[theirs])
-            for i in np.flatnonzero(~same.reshape(len(mine), -1).all(axis=1)):
-                raise _other_result(int(self.numbers[mine[i]]), block)
-        for number in self.numbers[mine].tolist() if self.reasons or other.reasons else ():
-            if self.reasons.get(number) != other.reasons.get(number):
-                raise _other_result(number, "reason")
+        one, two = mine.rows(a), theirs.rows(b)
+        known = np.where(np.isnan(one.outputs), two.outputs, one.outputs)
+        again = np.where(np.isnan(two.outputs), one.outputs, two.outputs)
+        one, two = one._with(outputs=known), two._with(outputs=again)
+        same = np.ones(len(one), dtype=bool)
+        for cells in _same_blocks(one, two):
+            same &= cells.all(axis=1)
+        for number, equal in zip(one.numbers.tolist(), same.tolist(), strict=True):
+            if not equal or one.reasons.get(number) != two.reasons.get(number):
+                rule = "a table with the same results for the same test points"
+                remedy = "do not merge runs of different problems, bounds or versions"
+                raise invalid("other", rule, Received(f"others for test point {number}"), remedy)
+        # Copied only if it changes, as tables can be large and mostly have no test in common.
+        if len(a):
+            whole = mine.outputs.copy()
+            whole[a] = known
+            mine = mine._with(outputs=whole)
         new = np.ones(len(other), dtype=bool)
-        new[theirs] = False
-        table = self.extended(other.rows(new))
+        new[b] = False
+        table = mine.extended(theirs.rows(new))
         return table.rows(np.argsort(table.numbers))
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
-        """Return the tests of several experiments on one problem: other boxes, sequences, methods.
+        """Return the tests of several experiments on one problem: other bounds, sequences, methods.
 
         Test points are numbered on from experiment to experiment; the columns ``experiment`` and
         ``number`` of frame and files say where each is from, and so does :meth:`column`. Sets,
-        ranks and plots are over all. The box holds all boxes, and has no bound where one has none;
-        an output that an experiment lacks is NaN for its tests.
+        ranks and plots are over all. The bounds hold those of all, and are unknown where one has
+        none; an output that an experiment lacks is NaN for its tests.
 
         Args:
             experiments: The tables by a name for each. One that is itself combined keeps its
                 experiments, called ``"name/experiment"``.
 
         Raises:
-            ArgumentValueError: The tables differ in names, senses, units, kinds, tolerance,
+            ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance,
                 problem or prototype.
             ArgumentTypeError: The experiments are no mapping of one table or more.
 
@@ -843,24 +854,21 @@ class TestTable(Shown):
             before.append(last)
             last = int((table.numbers + last).max(initial=origins[-1][1]))
         tables = list(experiments.values())
+        bounds: dict[str, Any] = {"lower": tables[0].layout.lower, "upper": tables[0].layout.upper}
         first = replace(tables[0].layout, experiments=())
         for name, table in experiments.items():
-            plain = (
-                replace(table.layout, lower=first.lower, upper=first.upper, experiments=())
-                if len(table.layout.variables) == len(first.variables)
-                else table.layout
-            )
+            same = table.layout.variables == first.variables
+            plain = replace(table.layout, experiments=(), **(bounds if same else {}))
             if other := first.difference(plain) or _other_prototype(tables[0], table):
                 rule = "tests of the problem of the others; give all the same formulation"
                 raise invalid(f"the experiment {name!r}", rule, Received(other))
             first = joined_layout(first, plain)
         # NaN, where there is no bound, is passed on.
-        lower = np.minimum.reduce([t.layout.lower for t in tables])
-        upper = np.maximum.reduce([t.layout.upper for t in tables])
-        box = {"lower": lower, "upper": upper, "experiments": tuple(origins)}
+        bounds["lower"] = np.minimum.reduce([t.layout.lower for t in tables])
+        bounds["upper"] = np.maximum.reduce([t.layout.upper for t in tables])
         blocks = [
             table._with(
-                layout=replace(table.layout, **box),
+                layout=replace(table.layout, experiments=tuple(origins), **bounds),
                 numbers=table.numbers + start,
                 reasons={n + start: text for n, text in table.reasons.items()},
                 problem=_model_of(table.problem),
@@ -882,10 +890,9 @@ class TestTable(Shown):
             and not self.layout.difference(other.layout)
             and self.layout.outputs == other.layout.outputs
             and np.array_equal(self.numbers, other.numbers)
-            and all(_same_cells(getattr(self, b), getattr(other, b)).all() for b in _BLOCKS)
-            and dict(self.reasons) == dict(other.reasons)
             and list(self.extra) == list(other.extra)
-            and all(_same_cells(self.extra[name], other.extra[name]).all() for name in self.extra)
+            and all(cells.all() for cells in _same_blocks(self, other))
+            and dict(self.reasons) == dict(other.reasons)
             and (self.prototype is None) == (other.prototype is None)
             and not _other_prototype(self, other)
         )
@@ -902,14 +909,14 @@ class TestTable(Shown):
         """Return the table with an existing design carried along, beside those it has.
 
         Args:
-            x: ``(n_var,)`` its variables; they may lie outside the box.
+            x: ``(n_var,)`` its variables; they may lie outside the bounds.
             f: ``(m,)`` its objectives, finite, in the original direction.
             g: ``(n_ieq,)`` its inequality constraints; not known unless given.
             h: ``(n_eq,)`` its equality constraints; not known unless given.
             name: What it is called.
 
         Raises:
-            ArgumentValueError: A value is missing, or a criterion is not finite.
+            ArgumentValueError: A value is missing, or an objective is not finite.
             ArgumentTypeError: A value is not a number, the name is not text.
 
         Example:
@@ -949,9 +956,10 @@ class TestTable(Shown):
         """Return the table with one row per test point.
 
         Returns:
-            Index ``test_point``; a column for each variable, criterion, constraint and output
-            under its name, criteria in their own sense; ``status``; ``violated``, the names of the
-            constraints a design violates; ``reason``, why it failed; ``pareto``.
+            Index ``test_point``; a column for each variable, objective, constraint, output and
+            extra column under its name, objectives in the original direction; ``status``;
+            ``violated``, the names of the constraints a design violates; ``reason``, why it
+            failed; ``pareto``.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[0.0], [0.1]])
@@ -970,7 +978,7 @@ class TestTable(Shown):
         return pd.DataFrame(columns).set_index("test_point")
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        # Which are Pareto optimal is not asked of a million tests for ten rows.
+        # The Pareto set of a million tests is not needed for ten rows.
         frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns="pareto")
         empty = [name for name in ("violated", "reason") if not frame[name].any()]
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
@@ -983,7 +991,7 @@ class TestTable(Shown):
         ``table.rows(table.pareto()).to_latex()``.
 
         Args:
-            columns: Names of the columns; variables and criteria unless given.
+            columns: Names of the columns; variables and objectives unless given.
 
         Raises:
             ArgumentValueError: There is no such column.
@@ -1008,8 +1016,8 @@ class TestTable(Shown):
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; :meth:`read_csv` reads it back without a change.
 
-        The first line, a comment, holds names, senses, units, bounds, tolerance and prototype as
-        JSON; below are a header and one row per test point, the columns those of :meth:`to_frame`.
+        The first line, a comment, holds names, directions, units, bounds, tolerance and prototype
+        as JSON; below are a header and a row per test point, the columns those of :meth:`to_frame`.
         Before 3.1 pandas wants ``float_precision="round_trip"`` to read the last digit. An
         interrupted writing leaves the old file as it was.
 
@@ -1120,10 +1128,10 @@ class TestTable(Shown):
         """Write the table as a new study, which a run continues, whole or not at all.
 
         So tests of several tables go on as one: ``a.merge(b).to_study("all.db")``, then
-        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem nobody has said, as one
-        made by :meth:`of`, can be read again, but no run continues it. What evaluations took
-        and where designs come from, ``seconds`` and ``origin`` of a study, are no columns of a
-        table and stay in the studies that it was read from.
+        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem is unknown, as one made
+        by :meth:`of`, can be read again, but no run continues it. What evaluations took and where
+        designs come from, ``seconds`` and ``origin`` of a study, are no columns of a table and
+        stay in the studies that it was read from; ``extra`` columns are not written.
 
         Raises:
             StudyAccessError: There is a file of that name, or none can be written.
@@ -1142,7 +1150,8 @@ class TestTable(Shown):
         """
         from pymoo_psi.study import write_study  # SQLite is loaded where there is a study
 
-        write_study(path, head_of(self), columns_of(self))
+        plain = self._with(layout=replace(self.layout, label=None), extra={})
+        write_study(path, head_of(plain), columns_of(plain))
 
     # Inside
 
@@ -1156,24 +1165,7 @@ class TestTable(Shown):
         status: NDArray[np.str_] = np.array(STATUSES)[np.where(failed, 2, violates)]
         return status
 
-    def _check_status(self) -> None:
-        if self.status.shape != self.numbers.shape:
-            found = Received(f"shape {self.status.shape}")
-            raise invalid("status", f"of shape {self.numbers.shape}", found)
-        # Whatever failed is believed; the rest must follow from the constraints, so that no two
-        # places of the table can disagree on what is feasible.
-        right = self._status(self.status == "failed")
-        for i in np.flatnonzero(self.status != right):
-            raise invalid(
-                "status",
-                "ok where the constraints are met, infeasible where not, or failed",
-                Received(f"{str(self.status[i])!r} for test point {self.numbers[i]}"),
-            )
-        self._set({"status": right})
-
     def _check_reasons(self) -> None:
-        if not self.reasons:
-            return
         unknown = set(self.reasons).difference(self.numbers[self.status == "failed"].tolist())
         if unknown:
             found = Received(f"one for {min(unknown)}")
@@ -1232,7 +1224,7 @@ def read_tests(path: str | PathLike[str]) -> tuple[TestTable, str]:
 
 
 def _lack(table: TestTable, row: np.intp) -> str:
-    """Say which criterion of a test is not finite; empty if all are."""
+    """Say which objective of a test is not finite; empty if all are."""
     for j in np.flatnonzero(~np.isfinite(table.F[row])):
         return f"{table.layout.objectives[j]} is {table.F[row, j] * table.layout.sign[j]}"
     return ""
@@ -1277,13 +1269,11 @@ def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
         array = np.asarray(value)
     except ValueError as error:  # lists of unequal length
         raise ArgumentTypeError(f"numbers must be integers from 1: {error}") from error
-    if np.ma.is_masked(value) or (array.size and array.dtype.kind not in "iu"):
+    if array.size and array.dtype.kind not in "iu":
         raise wrong_type("numbers", "integers from 1", Received(f"dtype {array.dtype}"))
-    if array.ndim != 1:
-        raise invalid("numbers", "one-dimensional", Received(f"shape {array.shape}"))
+    if array.ndim != 1 or (array.size and array.min() < 1):
+        raise invalid("numbers", "one-dimensional, of integers from 1", value)
     numbers = np.array(array, dtype=np.int64)
-    if (numbers < 1).any():
-        raise invalid("numbers", "integers from 1", Received(str(numbers.min())))
     _require_distinct(numbers)
     return numbers
 
@@ -1329,16 +1319,22 @@ def _same_cells(a: NDArray[Any], b: NDArray[Any]) -> Mask:
     return same
 
 
+def _same_blocks(a: TestTable, b: TestTable) -> Iterable[Mask]:
+    """Return where the blocks and extra columns of two tables of one shape are equal."""
+    blocks = [(getattr(a, name), getattr(b, name)) for name in _BLOCKS]
+    blocks += [(a.extra[name], b.extra[name]) for name in a.extra if name in b.extra]
+    return [_same_cells(x, y).reshape(len(a), -1) for x, y in blocks if x.size]
+
+
 def _other_prototype(a: TestTable, b: TestTable) -> str:
     """Say in what the prototypes of two tables differ; empty if in nothing, or one has none."""
     one, other = a.prototype, b.prototype
-    if one is None or other is None or one is other:
+    if one is None or other is None:
         return ""
-    blocks = [(getattr(one, block), getattr(other, block)) for block in "XFGH"]
-    same = one.names == other.names and all(
-        x.shape == y.shape and _same_cells(x, y).all() for x, y in blocks
-    )
-    return "" if same else f"prototype {one.names[0]!r} against {other.names[0]!r} or its values"
+    blocks = [(getattr(one, name), getattr(other, name)) for name in "XFGH"]
+    if one.names == other.names and all(_same_cells(x, y).all() for x, y in blocks):
+        return ""
+    return f"prototype {one.names[0]!r} against {other.names[0]!r} or its values"
 
 
 def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
@@ -1371,32 +1367,23 @@ def other_problem(a: TestTable, b: TestTable, *, apart_from: Collection[str] = (
     """Say in what the problems of two tables differ; empty if in nothing, or one is not known."""
     if a.problem is None or b.problem is None or a.problem is b.problem:
         return ""
-    one, other = _told(a.problem), _told(b.problem)
+    one, other = _flat(a.problem), _flat(b.problem)
     keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
     keys = [key for key in keys if key not in apart_from]
     return "; ".join(f"{key} {one.get(key)} against {other.get(key)}" for key in keys)
 
 
 def _model_of(problem: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Return what of a problem's identity is of the model, without box and points of a run."""
+    """Return what of a problem's identity is of the model, without bounds and points of a run."""
     if problem is None:
         return None
     return {name: problem[name] for name in ("problem", "parameters", "key") if name in problem}
 
 
-def _told(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
+def _flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
     """Return plain values by name as texts, in which NaN is equal to NaN; names of inner ones."""
     texts: dict[str, str] = {}
     for name, value in values.items():
         inner = isinstance(value, Mapping)
-        texts |= _told(value, f"{of}{name}.") if inner else {f"{of}{name}": json.dumps(value)}
+        texts |= _flat(value, f"{of}{name}.") if inner else {f"{of}{name}": json.dumps(value)}
     return texts
-
-
-def _other_result(number: int, block: str) -> Exception:
-    return invalid(
-        "other",
-        "a table with the same results for the same test points",
-        Received(f"another {block} for test point {number}"),
-        "do not merge runs of different problems, boxes or versions",
-    )

@@ -1,14 +1,15 @@
-"""What a test table tells: where designs lie, what constraints cost, what a prototype loses.
+"""Histograms, one-at-a-time sections, costs of constraints, gains on a prototype.
 
-A constraint whose bound is negotiable (a soft limit) can be looked at as a criterion more, a
+A constraint whose limit is negotiable (a soft limit) can be looked at as an objective more, a
 pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
-Chapter 1).
+Chapter 1): ``Formulation(objectives=[..., constraint])``.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, finite_number, integer, invalid
 from pymoo_psi.table._designs import design_row, value_ranks
-from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import Key, Limits
 from pymoo_psi.table._limits import bounds_of
 from pymoo_psi.table._table import TestTable
@@ -25,22 +25,9 @@ from pymoo_psi.table._table import TestTable
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "Dependence",
-    "Histogram",
-    "compare_with_prototype",
-    "constraint_as_criterion",
-    "constraint_costs",
-    "dependence",
-    "histogram",
-    "section_points",
-    "violations",
-]
-
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
-# Variables
+_DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,44 +67,6 @@ class Histogram:
         )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Dependence:
-    """The tested designs seen in the plane of a variable and a criterion.
-
-    Attributes:
-        variable: Name of the variable.
-        criterion: Name of the criterion.
-        numbers: ``(n,)`` numbers of the test points.
-        x: ``(n,)`` values of the variable.
-        f: ``(n,)`` values of the criterion in its own sense; NaN or infinite where it could not be
-            computed.
-        feasible: ``(n,)`` which designs are feasible within the limits.
-        pareto: ``(n,)`` which are Pareto optimal among these.
-        limits: The least and the greatest value that limits allow; infinite where there is none.
-
-    Example:
-        >>> seen = dependence(TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]]), "f1", "x1")
-        >>> seen.x[seen.pareto], seen.f[seen.pareto]
-        (array([0.5]), array([2.]))
-    """
-
-    variable: str
-    criterion: str
-    numbers: NDArray[np.int64]
-    x: NDArray[Any]
-    f: Array
-    feasible: Mask
-    pareto: Mask
-    limits: tuple[float, float]
-
-    def __repr__(self) -> str:
-        """Return what depends on what, and how many designs show it."""
-        return (
-            f"Dependence({self.criterion} on {self.variable}: {len(self.f)} tested, "
-            f"{self.feasible.sum()} feasible, {self.pareto.sum()} Pareto optimal)"
-        )
-
-
 def histogram(
     table: TestTable, variable: Key, *, bins: int = 10, limits: Limits | None = None
 ) -> Histogram:
@@ -125,10 +74,10 @@ def histogram(
 
     Args:
         table: The tests.
-        variable: Name or index of the variable; or name of a criterion, constraint or output, the
+        variable: Name or index of the variable; or name of an objective, constraint or output, the
             bins of which span the feasible designs, and all if there is none: what lies beyond is
             in no bin.
-        bins: Equal bins of the box of a real variable; others have one bin for each value.
+        bins: Equal bins between the bounds of a real variable; others have one for each value.
         limits: Limits on columns.
 
     Raises:
@@ -162,35 +111,6 @@ def histogram(
     return Histogram(name, edges, values, *counts)
 
 
-def dependence(
-    table: TestTable, criterion: Key, variable: Key, *, limits: Limits | None = None
-) -> Dependence:
-    """Return the projection of all designs onto a variable and a criterion, as data to draw.
-
-    Raises:
-        ArgumentValueError: There is no such variable or criterion.
-
-    Example:
-        >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3.0], [2.0]])
-        >>> seen = dependence(table, "f1", "x1", limits={"f1": 2.5})
-        >>> seen.x, seen.f, seen.feasible
-        (array([0.1, 0.5]), array([3., 2.]), array([False,  True]))
-    """
-    layout = table.layout
-    i, j = layout.objective(criterion), layout.variable(variable)
-    x, sign = table.X[:, j], float(layout.sign[i])
-    return Dependence(
-        layout.variables[j],
-        layout.objectives[i],
-        table.numbers,
-        x.astype(np.float64) if table.kinds[j] is Kind.REAL else x,
-        table.F[:, i] * sign,
-        table.feasible(limits),
-        table.pareto(limits),
-        bounds_of(limits, layout).get(layout.objectives[i], (-np.inf, np.inf)),
-    )
-
-
 def section_points(
     table: TestTable,
     design: int | ArrayLike,
@@ -206,7 +126,7 @@ def section_points(
         design: Number of the test point the section goes through, or ``(n_var,)`` a design.
         variable: Name or index of the variable that runs, a real one or an integer.
         n: Number of designs, 2 or more.
-        lower: Where the variable starts; at the lower bound of the box unless given.
+        lower: Where the variable starts; at its lower bound unless given.
         upper: Where it ends; at the upper bound unless given.
 
     Returns:
@@ -248,7 +168,7 @@ def section_points(
 
 
 def design_of(table: TestTable, design: int | ArrayLike) -> NDArray[Any]:
-    """Return a design as ``(n_var,)`` a row, be it given so or by the number of its test point."""
+    """Return a ``(n_var,)`` design that is given so, or by the number of its test point."""
     if isinstance(design, (int, np.integer)):
         rows = np.flatnonzero(table.numbers == design)
         if len(rows) == 0:
@@ -258,33 +178,28 @@ def design_of(table: TestTable, design: int | ArrayLike) -> NDArray[Any]:
     return design_row("design", design, table.layout.variables, table.kinds)
 
 
-# Constraints and limits
+def alike(reasons: Iterable[str]) -> list[str]:
+    """Return reasons of failures as lines; those that differ in decimals only have dots for these.
 
-
-def violations(table: TestTable, limits: Limits | None = None) -> dict[int, tuple[str, ...]]:
-    """Return the names of the constraints, and limits, that designs violate.
-
-    Returns:
-        The names for the number of every design that violates any; failed designs are left out.
-
-    Example:
-        >>> table = TestTable.of([7], [[0.0]], [[1.0]], G=[[2.0, -2.0]])
-        >>> violations(table, {"f1": 0.5})
-        {7: ('g1', 'f1')}
+    Programs quote the design that they fail at, so that no two reasons are the same. Whole numbers
+    stay: a program that exits with 3 fails otherwise than one that exits with 4.
     """
-    mask, names = table.violations(limits)
-    rows = np.flatnonzero(mask.any(axis=1))
-    named = (tuple(compress(names, row)) for row in mask[rows].tolist())
-    return dict(zip(table.numbers[rows].tolist(), named, strict=True))
+    lines = [" ".join(reason.split()) for reason in reasons]
+    dotted = [_DECIMALS.sub("…", line) for line in lines]
+    texts: dict[str, set[str]] = {}
+    for line, same in zip(lines, dotted, strict=True):
+        texts.setdefault(same, set()).add(line)
+    pairs = zip(lines, dotted, strict=True)
+    return [line if len(texts[same]) == 1 else same for line, same in pairs]
 
 
 def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
-    """Return what each constraint and limit costs, and what relaxing it would buy.
+    """Return what each constraint and limit costs, and what relaxing it would gain.
 
     Returns:
         One row per constraint and then per limit. Columns: ``lower`` and ``upper``, the least and
         the greatest value allowed; ``rejects``, how many designs violate it; ``alone``, how many
-        it alone rejects; and for each criterion the best value among the feasible designs
+        it alone rejects; and for each objective the best value among the feasible designs
         (``f1_feasible``) and among those it alone rejects (``f1_alone``); NaN where there are none.
 
     Example:
@@ -317,42 +232,16 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     return frame
 
 
-def constraint_as_criterion(table: TestTable, constraint: Key) -> TestTable:
-    """Return a table with a constraint looked at as a criterion more, the last one.
-
-    The criterion has the constraint's name and the value g, or |h|. The constraint is gone, so
-    that designs which it alone rejected become feasible; a limit of 0 (or the tolerance) on
-    the new criterion restores it, and any other relaxes or tightens it.
-
-    Raises:
-        ArgumentValueError: There is no such constraint, or the prototype's value is not known.
-
-    Example:
-        >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[2], [1]], G=[[-1.0], [0.5]])
-        >>> freed = constraint_as_criterion(table, "g1")
-        >>> freed.layout.objectives, freed.status.tolist()
-        (('f1', 'g1'), ['ok', 'ok'])
-        >>> freed.feasible({"g1": 0}).tolist()  # the constraint again
-        [True, False]
-    """
-    layout = table.layout
-    name = layout.constraints[layout.constraint(constraint)]
-    return table.under(Formulation(objectives=(*layout.objectives, name)))
-
-
-# The prototype
-
-
 def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
     """Return what the Pareto-optimal designs gain on the (first) prototype, the best first.
 
     Returns:
-        Index ``test_point``; columns: the criteria; ``gain_f1`` …, by how much the design is
-        better than the prototype, below 0 where it is worse; ``better_in``, in how many criteria
+        Index ``test_point``; columns: the objectives; ``gain_f1`` …, by how much the design is
+        better than the prototype, below 0 where it is worse; ``better_in``, in how many objectives
         it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
 
     Raises:
-        ArgumentValueError: The table has no prototype, or a criterion is named like a further
+        ArgumentValueError: The table has no prototype, or an objective is named like a further
             column.
 
     Example:
@@ -373,9 +262,9 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
     names, sign = table.layout.objectives, table.layout.sign
     F = table.F[pareto] * sign
     added = ["better_in", "dominates", "better_in_all", *(f"gain_{name}" for name in names)]
-    # Else the comparison would overwrite the criterion of that name without a word.
+    # Else the comparison would overwrite the objective of that name without a word.
     if taken := [name for name in names if name in added]:
-        raise invalid("the criteria", "named unlike the columns of the comparison", taken[0])
+        raise invalid("the objectives", "named unlike the columns of the comparison", taken[0])
     gain = table.prototype.F[0] - table.F[pareto]
     better = (gain > 0).sum(axis=1)
     dominates = (gain >= 0).all(axis=1) & (better > 0)
@@ -390,7 +279,7 @@ def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd
 
 
 def _range(place: Array, lower: float, upper: float) -> tuple[float, float]:
-    """Return the range of the box, widened to every value; where there is no box, the values'."""
+    """Return the bounds, widened to every value; the range of the values without bounds."""
     known = np.array([lower, upper])
     points = np.concatenate([known[np.isfinite(known)], place])
     return (float(points.min()), float(points.max())) if len(points) else (0.0, 1.0)
@@ -413,6 +302,6 @@ def _counts(place: Array, edges: Array) -> NDArray[np.int64]:
 
 
 def _best(values: Array) -> float:
-    # Criteria of infeasible designs need not be finite, and -inf would be the best of all.
+    # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
     finite = values[np.isfinite(values)]
     return float(finite.min()) if len(finite) else float("nan")
