@@ -50,6 +50,19 @@ def analysis(name):
     return getattr(table, name, None)
 
 
+def read_values(path, objectives, **options):
+    """Rows and objectives of a file of designs, in the original direction."""
+    if hasattr(table, "read_table"):
+        found = table.read_table(path, formulated(objectives), **options)
+        names = found.layout.objectives
+        values = np.column_stack([found.column(name) for name in names])
+        return {"names": list(names), "rows": found.numbers, "values": values}
+    found = table.read_designs(path, **options)
+    names = found.roles(objectives or None).objectives
+    values = found.frame(names)[list(names)].to_numpy(float)
+    return {"names": list(names), "rows": found.rows, "values": values}
+
+
 # What is compared ---------------------------------------------------------------------------------
 
 
@@ -70,10 +83,11 @@ def of_ranking(ranking):
 
 def of_table(tests):
     layout = tests.layout
-    found = fields(tests, "numbers X F G H status outputs")
+    found = fields(tests, "numbers X F G H status")
     found |= {f"layout {name}": value for name, value in fields(
-        layout, "variables objectives inequalities equalities outputs lower upper eq_tolerance"
+        layout, "variables objectives inequalities equalities lower upper eq_tolerance"
     ).items()}  # fmt: skip
+    found |= {f"output {name}": tests.column(name) for name in layout.outputs}  # in any order
     reasons = sorted(tests.reasons.items())
     return found | {
         "layout maximize": maximized(layout),
@@ -825,6 +839,22 @@ def foreign_files(rng, folder):
     return found
 
 
+def sources(rng, folder):
+    file, found = folder / "designs.csv", {}
+    if rng.random() < 0.2:
+        file = folder / "designs.xlsx"
+        names, _, decimal = random_workbook(rng, file)
+    else:
+        names, _, decimal = random_file(rng, file)
+    attempt(found, "all", lambda: read_values(file, []))
+    attempt(found, "named", lambda: read_values(file, names[:2]))
+    attempt(found, "decimal", lambda: read_values(file, names, decimal=decimal))
+    thousands = "." if decimal == "," else ","
+    both = {"decimal": decimal, "thousands": thousands}
+    attempt(found, "marks", lambda: read_values(file, names, **both))
+    return found
+
+
 def commands(rng, folder):
     """A study by the command, ranked and exported."""
     problem = str(rng.choice(["bnh", "osy", "zdt3", "chute"]))
@@ -869,7 +899,7 @@ KINDS = {  # with their share of the cases
     rankings: 170, explanations: 90, selectors: 80, representatives: 40, points: 50, motions: 70,
     tables: 100, formulations: 100, written: 50, analyses: 30, investigations: 60, shares: 15,
     surrogates: 10, other_algorithms: 10, wrappers: 30, scenarios: 20, foreign_files: 60,
-    commands: 13, comparisons: 2,
+    sources: 60, commands: 13, comparisons: 2,
 }  # fmt: skip
 
 
