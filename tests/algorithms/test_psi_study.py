@@ -132,7 +132,7 @@ class Watched(JoblibRunner):
 
 
 def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.algorithms._investigate.SECONDS", 0.0)  # every model is slow
+    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)  # every model is slow
     problem = SphereChute(0.4, elementwise_runner=Watched(n_jobs=3))
     run(problem, 16, tmp_path / "s.db")
     assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
@@ -141,7 +141,7 @@ def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
 @pytest.mark.parametrize("seconds", [0.0, 1e9])
 def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds):
     """No more is lost than the design that was being evaluated, however rare the commits are."""
-    monkeypatch.setattr("pymoo_psi.algorithms._investigate.SECONDS", seconds)
+    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", seconds)
     path = tmp_path / "s.db"
 
     class Impatient(Counted):
@@ -302,13 +302,13 @@ def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, 
 
 def test_a_fast_vectorised_model_is_stored_in_large_blocks(tmp_path, monkeypatch, written):
     """A commit takes some milliseconds, as many as a thousand of its tests."""
-    monkeypatch.setattr("pymoo_psi.algorithms._blocks.SECONDS", 1e9)
+    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 1e9)
     investigate(get_problem("zdt1", n_var=2), 20_000, study=tmp_path / "s.db")
     assert written == [64, 6400, 13_536]
 
 
 def test_a_slow_vectorised_model_loses_little(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.algorithms._blocks.SECONDS", 0.0)
+    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)
 
     class Interrupted(Holed):
         def _evaluate(self, x, out, *args, **kwargs):

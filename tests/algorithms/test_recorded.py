@@ -256,7 +256,7 @@ def test_what_a_batch_lacks_gets_the_numbers_it_would_have_had(tmp_path):
     whole.evaluate(X)
     whole.evaluate(more)
     problem = Recorded(Model(), study=tmp_path / "s.db")
-    problem._memory.keep(whole.table.rows([0, 2, 5]))
+    problem._store.keep(whole.table.rows([0, 2, 5]))
     problem.evaluate(X)
     problem.evaluate(more)
     assert problem.table.equals(whole.table)
@@ -431,10 +431,9 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
     ("make", "message"),
     [
         (lambda path: Recorded("zdt1", study=path), "problem must be a pymoo Problem"),
-        (lambda path: Recorded(Model(), study=None), "path must be the name of a file"),
+        (lambda path: Recorded(Model(), study=None), "study must be the name of a file"),
         (lambda path: Recorded(Model(), study=path, retry=3), "retry must be 'failed' or numbers"),
         (lambda path: Recorded(Model(requires_kwargs=True), study=path), "on the design alone"),
-        (lambda path: Recorded(Recorded(Model(), study=path), study=path), "another file than"),
         (lambda path: Recorded(get_problem("df1"), study=path), "on the design alone"),
         (
             lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),

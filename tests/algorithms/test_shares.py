@@ -10,9 +10,8 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.algorithms import _blocks
-from pymoo_psi.algorithms._plan import Plan
-from pymoo_psi.algorithms._store import Memory
+from pymoo_psi.algorithms import _engine
+from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
 
 CHUTE = VectorizedSphereChute(0.4)
@@ -174,7 +173,7 @@ def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path
 def test_blocks_under_way_are_few(monkeypatch):
     """Were they all sent at once, a fast model would fill the memory of a slow reader."""
     under_way, most = 0, 0
-    evaluate = _blocks.evaluate_designs
+    evaluate = _engine.evaluate_designs
 
     def counted(problem, X):
         nonlocal under_way, most
@@ -182,14 +181,13 @@ def test_blocks_under_way_are_few(monkeypatch):
         most = max(most, under_way)
         return evaluate(problem, X)
 
-    monkeypatch.setattr(_blocks, "evaluate_designs", counted)
-    plan = Plan.of(Holed(), 4000, limits=None, memory=Memory.of(None, ()))
+    monkeypatch.setattr(_engine, "evaluate_designs", counted)
     with parallel_config("threading"):
-        blocks = _blocks.arriving(plan, _blocks.Keep(), stop=False, block_size=64, n_jobs=2)
+        engine = _engine.Engine(Holed(), 4000, RunOptions(block_size=64), n_jobs=2)
         numbers = []
-        for table, _, _ in blocks:
+        for tests, _ in engine.tests():
             under_way -= 1
-            numbers += table.numbers.tolist()
+            numbers += tests.numbers.tolist()
     assert sorted(numbers) == list(range(1, 4001))
     assert most <= 2 * 4, "four tasks a worker"
 

@@ -133,7 +133,7 @@ def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
     algorithm.setup(Sum(elementwise_runner=JoblibRunner(1, in_process=False)))
     algorithm.next()
     copied = copy.deepcopy(algorithm)
-    copied._investigation.problem = Sum()
+    copied._engine.problem = Sum()
     plain = minimize(Sum(), PSI(40, block_size=10)).algorithm.table
     for run in (copied, algorithm):
         run.run()
@@ -158,9 +158,9 @@ class Slow(ElementwiseProblem):
         out["F"] = np.reshape([a + b**2, 1 - a * b], np.shape(x))
 
 from pymoo_psi import Recorded, investigate
-from pymoo_psi.algorithms import _investigate
+from pymoo_psi.algorithms import _engine
 from pymoo_psi.algorithms import _recorded
-_investigate.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
+_engine.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
 RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
@@ -291,7 +291,7 @@ def test_a_vectorised_model_is_given_each_design_once(by):
 
 def test_progress_moves_with_every_test_that_arrives_not_by_blocks(monkeypatch):
     module = importlib.import_module("pymoo_psi.algorithms._investigate")
-    monkeypatch.setattr(module, "SECONDS", 0.0)
+    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)
     seen = []
 
     @contextmanager

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi.parallel import Values
+from pymoo_psi.algorithms._points import Points
+from pymoo_psi.parallel._outcome import Values
 from pymoo_psi.table import RESERVED, Layout, TestTable, is_writable
 
 # What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.
@@ -18,10 +19,11 @@ NO_OUTPUTS = {
     "failure",
 }
 
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 
-def table_of_values(
-    layout: Layout, numbers: NDArray[np.int64], X: Any, out: Mapping[str, Any]
-) -> TestTable:
+
+def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:
     """Return the tests of n designs with all numbers that the model gave.
 
     What is no single number for any design, or has the name of another column, is left out with a
@@ -30,10 +32,13 @@ def table_of_values(
 
     Args:
         layout: The columns that the problem promises.
-        numbers: ``(n,)`` numbers of the tests.
+        points: The n points that they are of.
         X: ``(n, n_var)`` the designs.
         out: Their values, as :func:`evaluate_designs` returns them.
     """
+    numbers = points.numbers
+    if points.rounds is not None:
+        out = {**out, PROPOSAL_ROUND: points.rounds}
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
     failed = np.isin(numbers, list(reasons)) if reasons else np.zeros(len(numbers), dtype=bool)
     taken = {*layout.columns, *RESERVED}

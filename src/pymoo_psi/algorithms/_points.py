@@ -8,24 +8,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, invalid
+from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling
 from pymoo_psi.sequences import lp_tau, lp_tau_at
-from pymoo_psi.study import Share
+
+Rows = range | NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
-    """Some of the points of a run, small enough to be sent to where they are tested.
+class Points:
+    """Some points of a run, small enough to be sent to where they are tested.
 
     Attributes:
-        numbers: ``(n,)`` their numbers.
+        numbers: ``(n,)`` their numbers, increasing.
         n_dim: In how many dimensions they lie.
         given: ``(n, n_dim)`` where, for points that are not of LPτ.
+        rounds: ``(n,)`` the round in which each was proposed, 0 if it is of a sequence; ``None``
+            where nothing is proposed.
     """
 
     numbers: NDArray[np.int64]
     n_dim: int
-    given: NDArray[np.float64] | None
+    given: NDArray[np.float64] | None = None
+    rounds: NDArray[np.float64] | None = None
+
+    def __len__(self) -> int:
+        """Return how many points there are."""
+        return len(self.numbers)
 
     @property
     def units(self) -> NDArray[np.float64]:
@@ -36,43 +45,45 @@ class Cut:
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
+    def at(self, rows: Rows) -> Points:
+        """Return the points in some rows, from 0."""
+        rows = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
+        given, rounds = (None if a is None else a[rows] for a in (self.given, self.rounds))
+        return Points(self.numbers[rows], self.n_dim, given, rounds)
 
-class Points:
-    """The numbers of the test points of a run, or of its share of one, rising.
+
+class Sequence:
+    """The points of a sequence of which a run, or its share of one, consists.
 
     Nothing of the size of the run is held for LPτ, whose points are made when they are asked for,
     in a worker process too.
 
     Args:
-        first: Number of the first point of the run.
-        n_points: How many points the run has.
-        share: Which of them are meant.
+        options: The options of the run.
+        n_points: How many points the run has, those of other shares too.
         sampling: Where they lie.
         n_dim: In how many dimensions.
-        seed: Of a randomised sampling.
+
+    Attributes:
+        first: Number of the first point of the run.
+        last: Number of the last one.
     """
 
     def __init__(
-        self,
-        first: int,
-        n_points: int,
-        share: Share,
-        sampling: UniformSampling,
-        n_dim: int,
-        seed: int | None,
+        self, options: RunOptions, n_points: int, sampling: UniformSampling, n_dim: int
     ) -> None:
-        last = first + n_points - 1
+        first, last = options.first, options.first + n_points - 1
         if last >= 2**62:  # NumPy numbers them in int64, and a round beyond the last is asked
             raise invalid("first + n_points - 1", "below 2**62", last)
-        self._first, self._share, self._n_dim = first, share, n_dim
-        self._rounds = share.rounds(first, last)
+        self.first, self.last, self._n_dim, self._share = first, last, n_dim, options.part
+        self._rounds = self._share.rounds(first, last)
         if len(self._rounds) == 0:
             remedy = "test as many points as there are shares, or more"
             rule = f"one that gets a point of points {first} to {last}"
-            raise invalid("share", rule, Received(share), remedy)
+            raise invalid("share", rule, Received(self._share), remedy)
         self._units = None
         if not isinstance(sampling, LPTauSampling):  # any part needs all before it, or all
-            state = np.random.default_rng(seed)
+            state = np.random.default_rng(options.seed)
             self._units = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
         else:
             lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
@@ -81,9 +92,9 @@ class Points:
         """Return how many points there are."""
         return len(self._rounds)
 
-    def cut(self, rows: range | NDArray[np.intp]) -> Cut:
-        """Return the points in some places, from 0; one at least."""
-        places = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
-        numbers = self._share.numbers(self._rounds.start + places)
-        given = None if self._units is None else self._units[numbers - self._first]
-        return Cut(numbers, self._n_dim, given)
+    def at(self, rows: Rows) -> Points:
+        """Return the points in some rows, from 0."""
+        rows = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
+        numbers = self._share.numbers(self._rounds.start + rows)
+        given = None if self._units is None else self._units[numbers - self.first]
+        return Points(numbers, self._n_dim, given)

@@ -7,11 +7,9 @@ test table is all its state: pymoo's individuals are made from it when they are 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from contextlib import nullcontext
-from functools import partial
-from os import PathLike
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +21,19 @@ from pymoo.util.display.column import Column
 from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._validation import Received, integer, invalid, known_name
-from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi._validation import Received, integer, invalid
+from pymoo_psi.algorithms._engine import Engine
+from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._outputs import NO_OUTPUTS
-from pymoo_psi.algorithms._plan import Plan
-from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.algorithms._store import Memory
 from pymoo_psi.pareto import constraint_violation
-from pymoo_psi.problems._evaluation import evaluate_designs, value_column
-from pymoo_psi.problems._failures import FAILURE_ACTIONS, untolerant
+from pymoo_psi.problems import evaluate_designs, untolerant, value_column
 from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
-from pymoo_psi.table import Limits, TestTable, bounds_of, excess, lacking
+from pymoo_psi.table import TestTable, bounds_of, excess, lacking
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from pymoo_psi.algorithms._options import AlgorithmOptions
 
 
 class PSI(Algorithm):
@@ -64,45 +64,10 @@ class PSI(Algorithm):
 
     Args:
         n_points: How many points to test.
-        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
-            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
-        sampling: Where the points come from: ``LPTauSampling()`` by default, and for more than 51
-            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or
-            another :class:`~pymoo_psi.QMCSampling`, whose random points follow the ``seed`` of
-            the run.
-        limits: Limits on criteria, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
-            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
-            the table keeps it as it is, so that other limits can be tried on the table afterwards.
-            So does one without a value that has a limit; if no test has it, the limit is refused.
-        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
-            many machines, are the run without it; each is spread over the whole box.
-        study: Name of a study file, in which tests are stored as they arrive, about every second;
-            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
-            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
-            evaluated again. With a ``share`` it is the name of a folder,
-            in which each share has a file; :meth:`TestTable.read_study` reads it as one study.
-        study_key: What else the study depends on, such as a version or constants of the model; a
-            study with another key is refused. The study itself compares name, variables, bounds
-            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
-            problem returns; it cannot see into the model.
-        retry: Numbers of test points that the study holds as failed and that are to be evaluated
-            once more; ``"failed"`` for all of them.
-        on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
-            shape, or is lost, as failed with its reason, and goes on; ``"raise"`` stops there,
-            with everything before it stored.
-        names: Names of your own for variables, criteria and constraints, by their default names:
-            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
-            plots and limits have them. Unless given, those of the problem's attribute ``names``,
-            a mapping likewise, if there is one.
-        maximize: The criteria of which more is better, by these names. pymoo minimises, so that
-            ``out["F"]`` holds such a criterion with the sign turned; whatever is reached by name
-            is in its own sense. Unless given, those of the problem's attribute ``maximize``; a list
-            that leaves one of these out is refused, an empty one turns all of them off.
-        units: Units of columns by these names, also of further outputs. Unless given, those of
-            the problem's attribute ``units``.
-        block_size: Points per iteration, after each of which display, callback and termination
-            are called. By default the run has 32 iterations, of at least 64 points.
-        **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
+        **options: ``first``, ``sampling``, ``limits``, ``share``, ``study``, ``study_key``,
+            ``retry``, ``on_failure``, ``names``, ``maximize``, ``units``, ``block_size``: see
+            :class:`RunOptions`; and pymoo's own: ``termination``, ``callback``, ``output``,
+            ``save_history``, …
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
@@ -123,52 +88,22 @@ class PSI(Algorithm):
 
     is_initialized: bool  # pymoo's
 
-    def __init__(
-        self,
-        n_points: int,
-        *,
-        first: int = 1,
-        block_size: int | None = None,
-        sampling: UniformSampling | None = None,
-        limits: Limits | None = None,
-        share: tuple[int, int] | None = None,
-        study: str | PathLike[str] | None = None,
-        study_key: str | None = None,
-        retry: str | Collection[int] = (),
-        on_failure: str = "record",
-        names: Mapping[str, str] | None = None,
-        maximize: Collection[str] | None = None,
-        units: Mapping[str, str] | None = None,
-        **kwargs: Any,
-    ) -> None:
-        require_known_keywords("PSI", Algorithm, kwargs)
+    def __init__(self, n_points: int, **options: Unpack[AlgorithmOptions]) -> None:
+        # pymoo's seed may be given with the run instead
+        self.options, own = run_options("PSI", options, Algorithm, without=("seed",))
         self.n_points = integer("n_points", n_points, minimum=1)
-        self.first = integer("first", first, minimum=1)
-        self.memory = Memory.of(study, retry, share)
-        if block_size is None:  # 32 lines of a display; below 64 designs the ways there count
-            block_size = max(64, -(-self.n_points // (32 * self.memory.share.of)))
-        self.block_size = integer("block_size", block_size, minimum=1)
-        self.limits = limits
-        # what is told of the problem and its points, which come with the run
-        self._plan = partial(
-            Plan.of,
-            memory=self.memory,
-            limits=limits,
-            sampling=uniform_sampling(sampling),
-            study_key=study_key,
-            names=names,
-            maximize=maximize,
-            units=units,
-        )
-        self.stop = known_name("on_failure", on_failure, FAILURE_ACTIONS) == "raise"
-        kwargs.setdefault("evaluator", _Evaluator(self.stop))
-        kwargs.setdefault("output", _Output())
+        # by default 32 lines of a display; blocks of less than 64 designs would take their time
+        lines = max(64, -(-self.n_points // (32 * self.options.part.of)))
+        self.block_size = self.options.block_size or lines
+        self.limits, self._stop = self.options.limits, self.options.on_failure == "raise"
+        own.setdefault("evaluator", _Evaluator(self._stop))
+        own.setdefault("output", _Output())
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
         self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
-        self._sifted = 0  # how many rows that were
-        super().__init__(**kwargs)
+        self._filtered = 0  # how many rows that were
+        super().__init__(**own)
 
     @property
     def n_tested(self) -> int:
@@ -189,10 +124,9 @@ class PSI(Algorithm):
             shown = Received(f"one that has tested {self.n_tested} points")
             remedy = "make another for a new run; minimize takes a copy of one that is not set up"
             raise invalid("the algorithm", "set up before it runs", shown, remedy)
-        problem, self.stop = untolerant(problem, self.stop)
+        problem, self._stop = untolerant(problem, self._stop)
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
-        run_options = {k: v for k, v in kwargs.items() if k not in known}
-        require_known_keywords("PSI.setup", Algorithm, run_options)
+        require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
         self._whole = given is None
         # in the place of pymoo's default, which would stop a run before all points are tested
@@ -203,9 +137,14 @@ class PSI(Algorithm):
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        plan = self._plan(problem, self.n_points, first=self.first, seed=self.seed)
-        self.table = plan.table
-        self._investigation = Investigation(plan, self.stop, whole=self._whole)
+        self._engine = self._engine_of(self.n_points)
+        self.table = self._engine.table
+
+    def _engine_of(self, n_points: int, **more: Any) -> Engine:
+        """Return the engine of so many points; blocks are cut here."""
+        action = "raise" if self._stop else "record"
+        run = replace(self.options, seed=self.seed, on_failure=action, block_size=None)
+        return Engine(self.problem, n_points, run, whole=self._whole, **more)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
@@ -213,19 +152,20 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        size = self._block()  # before the numbers are looked at, of which it may make more
-        numbers = self._investigation.numbers[self.n_tested :][:size]
-        if len(numbers) == 0:
+        size = self._block()  # before the points are looked at, of which it may make more
+        rows = self._rows(size)
+        if len(rows) == 0:
             return
+        store = self._engine.store
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
             # where all are stored there is nothing to test, and the study is not even locked
-            known = len(self.memory.recall(self.table.layout, numbers)) == len(numbers)
-            with nullcontext() if known else self.memory.writing():
+            known = len(store.recall(self._engine.points.at(rows).numbers)) == len(rows)
+            with nullcontext() if known else store.writing():
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:
             self._initialize()
-        tests, n_evaluated = self._investigation.tested(self.n_tested, len(numbers))
+        tests, n_evaluated = self._engine.block(self.n_tested, len(rows))
         self.evaluator.n_eval += n_evaluated
         self._add(tests)
         self.is_initialized = True
@@ -235,17 +175,21 @@ class PSI(Algorithm):
             if self.termination.has_terminated():
                 self.finalize()
         except BaseException:  # of a callback
-            self._investigation.close()
+            self._engine.close()
             raise
 
     def finalize(self) -> None:
         """End the run; what is being evaluated ahead of the last block is given up."""
-        self._investigation.close()
+        self._engine.close()
         super().finalize()
+
+    def _rows(self, size: int) -> range:
+        """Return the rows of the next points, at most so many."""
+        return range(self.n_tested, min(self.n_tested + size, len(self._engine.points)))
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
-        return len(self._investigation.numbers)
+        return len(self._engine.points)
 
     def _block(self) -> int:
         """Return how many points are tested next, at most; they are known from here on."""
@@ -253,25 +197,23 @@ class PSI(Algorithm):
 
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when all are told."""
-        self._investigation.close()  # from here on the user evaluates
-        start, size = self.n_tested, self._block()
-        points = self._investigation.points[start : start + size]
-        if len(points) == 0:
+        self._engine.close()  # from here on the user evaluates
+        rows = self._rows(self._block())
+        if len(rows) == 0:
             return None
-        numbers = self._investigation.numbers[start : start + size]
-        space = self._investigation.space
-        block = Population.new("X", space.designs(space.matrix(points)))
-        block.set("test_point", numbers)
-        stored = self.memory.recall(self.table.layout, numbers)
-        self._give_values(block[np.searchsorted(numbers, stored.numbers)], stored)
+        points, space = self._engine.points.at(rows), self._engine.space
+        block = Population.new("X", space.designs(space.matrix(points.units)))
+        block.set("test_point", points.numbers)
+        stored = self._engine.store.recall(points.numbers)
+        self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
         return block
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
-        """Add a block that a user tells."""
+        """Add a block that a user has evaluated."""
         if infills is None:
             return False
-        tests = self._told(infills)
-        self.memory.keep(tests)
+        tests = self._tests_of(infills)
+        self._engine.store.keep(tests)
         before = self.pop  # of the table without the block, so asked for before it grows
         for individual, violation in zip(infills, self._violation(tests), strict=True):
             individual.CV = np.array([violation])  # pymoo's, with that of the limits
@@ -288,35 +230,29 @@ class PSI(Algorithm):
         if self.n_tested == self._n_tests():
             self.termination.terminate()
 
-    def _told(self, infills: Population) -> TestTable:
+    def _tests_of(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        layout, numbers = self.table.layout, infills.get("test_point")
-        asked = self._investigation.numbers[self.n_tested :][: len(infills)]
+        layout, rows = self.table.layout, self._rows(len(infills))
+        numbers, asked = infills.get("test_point"), self._engine.points.at(rows).numbers
         if not np.array_equal(numbers, asked):
             which = f"from number {asked[0]}" if len(asked) else "of which none is left"
-            raise invalid(
-                "infills",
-                f"the test points asked for, {which}, in their order",
-                Received(str(numbers.tolist())),
-                "tell the population that ask() returned",
-            )
+            rule = f"the test points asked for, {which}, in their order"
+            remedy = "tell the population that ask() returned"
+            raise invalid("infills", rule, Received(str(numbers.tolist())), remedy)
         groups = {"F": layout.objectives, "G": layout.inequalities, "H": layout.equalities}
         for name, columns in groups.items():
-            values = infills.get(name)
-            if values.shape != (len(infills), len(columns)):
-                raise invalid(
-                    f"{name} of infills",
+            if (shape := infills.get(name).shape) != (len(infills), len(columns)):
+                rule, received = (
                     f"{len(columns)} values for each design",
-                    Received(f"an array of shape {values.shape}"),
-                    "evaluate the population before it is told",
+                    f"an array of shape {shape}",
                 )
+                remedy = "evaluate the population before it is told"
+                raise invalid(f"{name} of infills", rule, Received(received), remedy)
         # What else an individual carries may be a mark of the user's.
-        names = {name: None for i in infills for name in i.data.get("outputs", ())}
-        out = {name: value_column([i.data.get(name) for i in infills]) for name in names}
+        outputs = {name: None for i in infills for name in i.data.get("outputs", ())}
+        out = {name: value_column([i.data.get(name) for i in infills]) for name in outputs}
         out |= {name: infills.get(name) for name in ("F", "G", "H", "failure")}
-        X = self._investigation.space.to_matrix(infills.get("X"))
-        rows = np.arange(self.n_tested, self.n_tested + len(infills))
-        return self._investigation.table(rows, X, out)
+        return self._engine.tests_of(rows, self._engine.space.to_matrix(infills.get("X")), out)
 
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -360,7 +296,7 @@ class PSI(Algorithm):
         known = len(self._population)
         if known < self.n_tested:
             tests = self.table.rows(np.arange(known, self.n_tested))
-            designs = self._investigation.space.designs(tests.X.copy())
+            designs = self._engine.space.designs(tests.X.copy())
             block = Population.empty(len(tests))
             iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[known:]
             rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
@@ -387,13 +323,13 @@ class PSI(Algorithm):
 
     def _optimal_rows(self) -> NDArray[np.intp]:
         """Return the rows of the table that no feasible one dominates."""
-        if self._sifted < self.n_tested:
+        if self._filtered < self.n_tested:
             # What the last front dominates, no later design makes optimal again.
             if self._none_feasible():
                 return self._front
-            rows = np.concatenate([self._front, np.arange(self._sifted, self.n_tested)])
+            rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
             self._front = rows[self.table.rows(rows).pareto(self.limits)]
-            self._sifted = self.n_tested
+            self._filtered = self.n_tested
         return self._front
 
     def _none_feasible(self) -> bool:

@@ -4,36 +4,44 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection
 from contextlib import closing
 from itertools import count
-from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, invalid, wrong_type
+from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._outputs import NO_OUTPUTS, table_of_values, values_of_table
-from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Memory, retried, stored_at_termination
+from pymoo_psi.algorithms._points import Points
+from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import Result, Values
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._evaluation import (
+from pymoo_psi.parallel._outcome import Result, Values
+from pymoo_psi.problems import (
+    FailureTolerant,
     columns_of_values,
     evaluate_designs,
+    leave_failed_out,
     stream_designs,
     streams,
+    untolerant,
 )
-from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._wrapped import WrappedProblem
-from pymoo_psi.study import LAST, Study
-from pymoo_psi.table import TestTable, design_matrix
+from pymoo_psi.table import TestTable, design_keys, design_matrix
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from pymoo_psi.algorithms._options import Options
+
+_Key = tuple[str, ...]  # of a design: what is the same bit for bit
 _SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
 
 
@@ -66,15 +74,8 @@ class Recorded(WrappedProblem):
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is made if there is none. One process at a time adds
             to it; another waits for its batch, and takes over what it has stored.
-        study_key: What else the study depends on, such as a version or constants of the model; a
-            study with another key is refused. The study itself compares name, variables, bounds
-            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
-            problem returns; it cannot see into the model.
-        retry: Numbers of tests that the study holds as failed and that are to be evaluated once
-            more when they are asked for; ``"failed"`` for all of them.
-        names: The user's names of columns, as for :class:`~pymoo_psi.PSI`.
-        maximize: The criteria of which more is better, as for :class:`~pymoo_psi.PSI`.
-        units: Units of columns, as for :class:`~pymoo_psi.PSI`.
+        **options: ``study_key``, ``retry``, ``names``, ``maximize``, ``units``: see
+            :class:`RunOptions`. A failed test is tried again when its design is asked for.
 
     Attributes:
         wrapped: The problem.
@@ -104,17 +105,11 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
-    def __init__(
-        self,
-        problem: Any,
-        *,
-        study: str | PathLike[str],
-        study_key: str | None = None,
-        retry: str | Collection[int] = (),
-        names: Mapping[str, str] | None = None,
-        maximize: Collection[str] | None = None,
-        units: Mapping[str, str] | None = None,
-    ) -> None:
+    def __init__(self, problem: Any, **options: Unpack[Options]) -> None:
+        without = {"first", "sampling", "seed", "limits", "share", "on_failure", "block_size"}
+        run, _ = run_options("Recorded", options, without=without)
+        if run.study is None:
+            raise wrong_type("study", "the name of a file", None)
         require_problem(problem)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
@@ -123,24 +118,15 @@ class Recorded(WrappedProblem):
             remedy = "give Recorded(FailureTolerant(Restricted(problem, box)), ...)"
             raise invalid("problem", "the FailureTolerant itself", Received("one within"), remedy)
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
-            raise invalid(
-                "problem",
-                "one whose values depend on the design alone",
-                Received(self._model.name()),
-                "what is stored would be wrong for the next call",
-            )
-        self._space = design_space(self._model)
-        self._layout = problem_layout(self._model, self._space, names, maximize, units)
-        self._study = Study(study)
-        inner = problem
-        while isinstance(inner, WrappedProblem):
-            if isinstance(inner, Recorded) and inner._study.path == self._study.path:
-                rule = "another file than that of the Recorded within, which keeps every evaluation"
-                raise invalid("study", rule, self._study.path, "record the problem once")
-            inner = inner.wrapped
-        self._memory = Memory(self._study, retried(retry))
+            rule = "one whose values depend on the design alone"
+            remedy = "what is stored would be wrong for the next call"
+            raise invalid("problem", rule, Received(self._model.name()), remedy)
+        self._space, self._store = design_space(self._model), Store(run)
+        told = run.names, run.maximize, run.units
+        layout = problem_layout(self._model, self._space, *told)
         identity = problem_identity(self._model, self._space)
-        self._memory.begin(self._layout, {**identity, "sampling": _SAMPLING, "key": study_key})
+        identity |= {"sampling": _SAMPLING, "key": run.study_key}
+        self._store.begin(identity, layout)
         self._answers = _Answers()
         self.n_evaluated = 0
 
@@ -154,14 +140,14 @@ class Recorded(WrappedProblem):
             >>> len(Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").table)
             0
         """
-        return self._memory.stored(self._layout, 1, LAST)
+        return self._store.stored()
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
             seed_ties(algorithm)
-            self._memory.origin = type(algorithm).__name__
+            self._store.origin = type(algorithm).__name__
             if self._tolerant is not None:
                 leave_failed_out(algorithm)
         if kwargs.get("return_as_dictionary"):
@@ -182,16 +168,15 @@ class Recorded(WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         _require_kept(return_values_of, NO_OUTPUTS - {*"FGH"})
-        matrix = design_matrix(
-            "X", self._space.to_matrix(X), self._layout.variables, self._layout.kinds
-        )
-        keys = _keys(matrix)
+        layout = self._store.layout
+        matrix = design_matrix("X", self._space.to_matrix(X), layout.variables, layout.kinds)
+        keys = design_keys(matrix)
         known = self._answers.tests
         if not known.keys() >= set(keys):
             self._read()
         if not known.keys() >= set(keys):
             # The lock is within, so that it is given back.
-            with stored_at_termination(), self._study.writing():
+            with stored_at_termination(), self._store.writing():
                 self._read()  # what another process stored before we got the lock
                 # the same design twice is evaluated once
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
@@ -212,8 +197,8 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""
-        stored = self._memory.stored(self._layout, self._answers.first, LAST)
-        self._answers.add(stored, self._memory.to_retry(stored))
+        stored = self._store.stored(self._answers.first)
+        self._answers.add(stored, self._store.to_retry(stored))
 
     def _evaluate(self, X: Any, matrix: NDArray[Any], rows: list[int]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
@@ -227,7 +212,7 @@ class Recorded(WrappedProblem):
             rows: Which of it, in their order.
         """
         matrix = matrix[rows]
-        numbers = np.array(self._answers.numbers_for(_keys(matrix)))
+        numbers = np.array(self._answers.numbers_for(design_keys(matrix)))
         chosen = X[rows] if isinstance(X, np.ndarray) else [X[i] for i in rows]
         began = time.monotonic()
         if not streams(self._model):
@@ -259,8 +244,8 @@ class Recorded(WrappedProblem):
     def _keep(
         self, numbers: NDArray[np.int64], matrix: NDArray[Any], out: Any, seconds: ArrayLike
     ) -> None:
-        tests = table_of_values(self._layout, numbers, matrix, out)
-        self._memory.keep(tests, seconds)
+        tests = table_of_values(self._store.layout, Points(numbers, 0), matrix, out)
+        self._store.keep(tests, seconds)
         self._answers.add(tests)
         self.n_evaluated += len(tests)
 
@@ -276,15 +261,20 @@ class _Answers:
     """
 
     def __init__(self) -> None:
-        self.tests: dict[Hashable, tuple[int, Values]] = {}
+        self.tests: dict[_Key, tuple[int, Values]] = {}
         self.first = 1
         self._numbers: set[int] = set()  # of tests, from the first one on that is missing
-        self._again: dict[Hashable, int] = {}  # numbers of those that are to be evaluated again
+        self._again: dict[_Key, int] = {}  # numbers of those that are to be evaluated again
 
     def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
         """Add tests, some of which are to be evaluated again; one of a known number is not new."""
         once_more = np.zeros(len(tests), dtype=bool) if again is None else again
-        rows = (tests.numbers.tolist(), _keys(tests.X), values_of_table(tests), once_more.tolist())
+        rows = (
+            tests.numbers.tolist(),
+            design_keys(tests.X),
+            values_of_table(tests),
+            once_more.tolist(),
+        )
         for number, key, values, unknown in zip(*rows, strict=True):
             if not unknown:
                 self.tests.setdefault(key, (number, values))
@@ -296,7 +286,7 @@ class _Answers:
             self._numbers.remove(self.first)
             self.first += 1
 
-    def numbers_for(self, keys: list[Hashable]) -> list[int]:
+    def numbers_for(self, keys: list[_Key]) -> list[int]:
         """Return the numbers of designs to be evaluated: those that they have, or free ones."""
         free = (n for n in count(self.first) if n not in self._numbers)
         return [self._again[key] if key in self._again else next(free) for key in keys]
@@ -315,10 +305,3 @@ def _require_kept(return_values_of: Collection[str], unknown: Collection[str]) -
             rule = "of what Recorded keeps: F, G, H and further numbers of the model"
             remedy = "evaluate the problem within for gradients and other values"
             raise invalid("return_values_of", rule, name, remedy)
-
-
-def _keys(matrix: NDArray[Any]) -> list[Hashable]:
-    """Return what designs in normal form have in common only if they are the same bit for bit."""
-    if matrix.dtype == object:
-        return [repr(row) for row in matrix.tolist()]  # -0.0, 0.0, 0 and False differ in it
-    return [row.tobytes() for row in matrix]

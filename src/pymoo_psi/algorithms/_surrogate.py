@@ -7,11 +7,10 @@ study has them before they are tested. So a run that is killed goes on as if not
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from os import PathLike
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -20,15 +19,19 @@ from pymoo.core.algorithm import Algorithm
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, instance, integer, invalid
-from pymoo_psi.algorithms._investigate import Investigation
+from pymoo_psi.algorithms._options import run_options
+from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
 from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, lacking, other_problem
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from pymoo_psi.algorithms._options import AlgorithmOptions
 
 Array = NDArray[np.float64]
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -74,21 +77,12 @@ class SurrogatePSI(PSI):
             variables and 2 more, at least 20 and at most 64.
         batch: How many designs are proposed at a time, and can be tested in parallel; 8 by
             default. A smaller one learns more from each test.
-        first: As for :class:`PSI`.
         start: Tests of the same problem to go on from, such as the table of an earlier
             :class:`PSI`; then no points of the sequence are tested, and ``n_evaluations`` counts
             the proposals only, which are numbered on.
-        sampling: As for :class:`PSI`.
-        limits: As for :class:`PSI`; proposals keep them, as far as surrogates know.
-        study: As for :class:`PSI`.
-        study_key: As for :class:`PSI`.
-        retry: As for :class:`PSI`; it does not change what was proposed before.
-        on_failure: As for :class:`PSI`. Designs near failed ones are avoided in three rounds of
-            four.
-        names: As for :class:`PSI`.
-        maximize: As for :class:`PSI`.
-        units: As for :class:`PSI`.
-        **kwargs: pymoo's own: ``termination``, ``callback``, ``output``, ``save_history``, …
+        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals keep the
+            ``limits``, as far as surrogates know; a ``retry`` does not change what was proposed
+            before; designs near failed ones are avoided in three rounds of four.
 
     Raises:
         ArgumentValueError: As for :class:`PSI`; ``start`` has no tests or belongs to another
@@ -111,37 +105,15 @@ class SurrogatePSI(PSI):
         *,
         n_points: int | None = None,
         batch: int | None = None,
-        first: int = 1,
         start: TestTable | None = None,
-        sampling: UniformSampling | None = None,
-        limits: Limits | None = None,
-        study: str | PathLike[str] | None = None,
-        study_key: str | None = None,
-        retry: str | Collection[int] = (),
-        on_failure: str = "record",
-        names: Mapping[str, str] | None = None,
-        maximize: Collection[str] | None = None,
-        units: Mapping[str, str] | None = None,
-        **kwargs: Any,
+        **options: Unpack[AlgorithmOptions],
     ) -> None:
-        # of PSI's own options some have no meaning here, such as a share of the points
-        require_known_keywords("SurrogatePSI", Algorithm, kwargs)
-        n_evaluations = integer("n_evaluations", n_evaluations, minimum=1)
-        super().__init__(
-            n_evaluations,
-            first=first,
-            block_size=_BATCH if batch is None else integer("batch", batch, minimum=1),
-            sampling=sampling,
-            limits=limits,
-            study=study,
-            study_key=study_key,
-            retry=retry,
-            on_failure=on_failure,
-            names=names,
-            maximize=maximize,
-            units=units,
-            **kwargs,
-        )
+        # a share of the points or blocks of them have no meaning here
+        without = ("share", "block_size", "seed")
+        run_options("SurrogatePSI", options, Algorithm, without=without)
+        integer("n_evaluations", n_evaluations, minimum=1)
+        size = _BATCH if batch is None else integer("batch", batch, minimum=1)
+        super().__init__(n_evaluations, **options | {"block_size": size})
         if start is not None:
             if len(instance("start", start, TestTable)) == 0:
                 raise invalid("start", "a table with tests", Received("none"))
@@ -154,11 +126,11 @@ class SurrogatePSI(PSI):
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        seed = 0 if self.seed is None else self.seed
-        given = self._given
+        self.seed = 0 if self.seed is None else self.seed
+        given, first = self._given, self.options.first
         if given is not None:
             given = given.rows(np.argsort(given.numbers))
-            self.first = int(given.numbers[-1]) + 1
+            first = int(given.numbers[-1]) + 1
             size, what = 1, f", not tested, but {len(given)} tests given"
         else:
             n_var = len(design_space(problem).free.variables)
@@ -167,25 +139,20 @@ class SurrogatePSI(PSI):
             size = self._asked or min(max(2 * n_var + 2, 20), 64)
             what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
-        plan = self._plan(
-            problem,
-            size,
-            first=self.first,
-            seed=seed,
-            further=self.n_points - size,
-            method=f"{what}, then proposals in batches of {self.block_size}, seed {seed}",
-        )
-        self.table = plan.table
-        self._investigation = Investigation(plan, self.stop, whole=False)
+        method = f"{what}, then proposals in batches of {self.block_size}, seed {self.seed}"
+        self.options = replace(self.options, first=first)
+        self._engine = self._engine_of(size, further=self.n_points - size, method=method)
+        self.table = self._engine.table
+        points, space = self._engine.points.at(range(size)), self._engine.space
+        numbers, units = points.numbers, points.units
         if given is not None:
             given = _of_this_run(given, self.table)
             self.table = self.table.extended(given)
-            self.memory.keep(given)
+            self._engine.store.keep(given)
             self._blocks = [len(given)]
-            self._investigation.aim(given.numbers, plan.space.points(given.X))
-            size = len(given)
-        self._n_uniform = size
-        self._investigation.rounds = np.zeros(size)
+            numbers, units = given.numbers, space.points(given.X)
+        self._n_uniform = len(numbers)
+        self._engine.points = Points(numbers, units.shape[1], units, np.zeros(len(numbers)))
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
@@ -193,22 +160,24 @@ class SurrogatePSI(PSI):
 
     def _block(self) -> int:
         """Return how many points are tested next; those of a round are proposed before."""
-        tests, done = self._investigation, self.n_tested
+        points, done = self._engine.points.at(range(len(self._engine.points))), self.n_tested
         left = self._n_tests() - done
-        if done == len(tests.numbers) and left:
+        if done == len(points) and left:
             ready = (done - self._n_uniform) // self.block_size
-            first = int(tests.numbers[-1]) + 1
+            first = int(points.numbers[-1]) + 1
             numbers = np.arange(first, first + min(self.block_size, left))
             self._rounds.append(self._round(ready, first))
-            points = self._rounds[-1].points[: len(numbers)]
-            earlier = np.zeros(0) if tests.rounds is None else tests.rounds
-            tests.rounds = np.append(earlier, np.full(len(numbers), ready + 1))
-            tests.aim(np.append(tests.numbers, numbers), np.vstack([tests.points, points]))
-        return len(tests.numbers) - done
+            self._engine.points = Points(
+                np.append(points.numbers, numbers),
+                points.n_dim,
+                np.vstack([points.units, self._rounds[-1].points[: len(numbers)]]),
+                np.append(points.rounds, np.full(len(numbers), ready + 1.0)),
+            )
+        return len(self._engine.points) - done
 
     def _round(self, ready: int, first: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""
-        study = self.memory.study
+        study = self._engine.store.study
         stored = [] if study is None else study.proposals(first, self.block_size)
         if stored:
             return _restored(stored)
@@ -230,9 +199,8 @@ class SurrogatePSI(PSI):
             fitted = self.n_tested
         if self._fitted[0] != fitted:
             self._fitted = fitted, self._fit(tests, fitted)
-        seed = 0 if self.seed is None else self.seed
-        random = np.random.default_rng([seed, ready])
-        encode = partial(encoded, self._investigation.space)
+        random = np.random.default_rng([self.seed, ready])
+        encode = partial(encoded, self._engine.space)
         made = propose(tests, self._fitted[1], goal, encode, self.block_size, ready, random)
         # of outputs with limits, which may be others tomorrow, no predictions are kept
         kept = slice(len(_outputs(self.table)))
@@ -240,7 +208,7 @@ class SurrogatePSI(PSI):
 
     def _goal(self) -> tuple[Goal, list[str]]:
         """Return what is sought, and the further outputs that have limits."""
-        layout, space = self.table.layout, self._investigation.space
+        layout, space = self.table.layout, self._engine.space
         names, known = [v.name for v in space.free.variables], len(_outputs(self.table))
         low, high = np.zeros(len(names)), np.ones(len(names))
         bounds: list[tuple[int, float, float]] = []
@@ -264,7 +232,7 @@ class SurrogatePSI(PSI):
         return self._n_uniform + rounds * self.block_size
 
     def _tests(self, further: Sequence[str] = ()) -> KnownTests:
-        table, space = self.table, self._investigation.space
+        table, space = self.table, self._engine.space
         failed = table.status == "failed"
         uniform = table.F[: self._n_uniform][~failed[: self._n_uniform]]
         F = without_penalties(table.F, uniform)
@@ -290,7 +258,7 @@ class SurrogatePSI(PSI):
             return None
         rows = np.flatnonzero(known[:count])
         uniform = max(int(known[: self._n_uniform].sum()), _LEAST)
-        Z = encoded(self._investigation.space, tests.points[rows])
+        Z = encoded(self._engine.space, tests.points[rows])
         return Fit.of(Z, bounded(tests.Y[rows]), uniform, len(self.table.layout.objectives))
 
     def predictions(self) -> pd.DataFrame:
@@ -362,7 +330,7 @@ class SurrogatePSI(PSI):
             known = Received(int((~tests.failed).sum()))
             raise invalid("tests with values", f"{_LEAST} or more", known, "test more designs")
         rows = np.flatnonzero(~tests.failed)
-        Z = encoded(self._investigation.space, tests.points[rows])
+        Z = encoded(self._engine.space, tests.points[rows])
         T = fit.to(bounded(tests.Y[rows]))
         found, made = T[rows >= self._n_uniform], self.predictions()
         made = made[made["status"] != "failed"]

@@ -19,11 +19,10 @@ from pymoo.optimize import minimize
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid
 from pymoo_psi.algorithms import QMCSampling, Recorded, nsga3
-from pymoo_psi.algorithms._blocks import Keep
-from pymoo_psi.algorithms._investigate import by_number, tested
-from pymoo_psi.algorithms._plan import Plan
+from pymoo_psi.algorithms._engine import Engine, by_number
+from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import UniformSampling
-from pymoo_psi.algorithms._store import Memory, stored_at_termination
+from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import box_text, formulation_of, judged, numbers_in, share_in
@@ -36,7 +35,7 @@ from pymoo_psi.cli._output import (
     write_csv,
 )
 from pymoo_psi.pareto import RANKING_COLUMNS, EfficiencyRanking, listed, rank_of_efficiency
-from pymoo_psi.problems import FailureTolerant, untolerant
+from pymoo_psi.problems import FailureTolerant
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._identity import problem_layout
 from pymoo_psi.sequences import MAX_DIMENSIONS
@@ -304,32 +303,29 @@ def _tests_of(population: Any, problem: Problem, layout: Layout) -> TestTable:
 
 def _by_psi(problem: Problem, search: Search, asked: Formulation) -> SolveResult:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes.
-    plan = Plan.of(
-        untolerant(problem, False)[0],
-        integer("--points", search.points, minimum=1),
-        limits=None,
+    run = RunOptions(
         sampling=search.source(),
         seed=search.seed,
-        memory=Memory.of(search.study, search.points_to_retry(), search.part()),
+        study=search.study,
+        share=search.part(),
+        retry=search.points_to_retry(),
         study_key=search.study_key,
+        # so small that the bar moves
+        block_size=min(65_536, max(64, -(-search.points // 32))),
     )
-    n = len(plan.points)
-    # So small that the bar moves. A problem of one design at a time has a runner with the jobs.
-    size, jobs = min(65_536, max(64, -(-n // 32))), search.jobs
-    if problem.elementwise:
-        size, jobs = 64, 1
-    tables, n_new = [plan.table], 0
-    with _told_if_stopped(search), run_bar("psi", n, asked) as bar:
-
-        def show(table: TestTable, _: int) -> None:
-            bar.block(table)
-
-        with closing(
-            tested(plan, Keep(), stop=False, block_size=size, n_jobs=jobs, show=show)
-        ) as blocks:
-            for table, evaluated in blocks:
-                tables.append(table)
-                n_new += evaluated
+    # A problem of one design at a time has a runner with the jobs.
+    jobs = 1 if problem.elementwise else search.jobs
+    engine = Engine(problem, integer("--points", search.points, minimum=1), run, n_jobs=jobs)
+    tables, n_new = [engine.table], 0
+    with (
+        _told_if_stopped(search),
+        run_bar("psi", len(engine.points), asked) as bar,
+        closing(engine.tests()) as blocks,
+    ):
+        for tests, called in blocks:
+            bar.block(tests)
+            tables.append(tests)
+            n_new += int(called.sum())
     return _of_table(problem, by_number(tables), asked, n_new)
 
 

@@ -1,8 +1,8 @@
-"""Evaluating designs some of which may fail: their values, checked, and why others have none.
+"""The evaluation of designs some of which may fail: values, checked, or the reason for none.
 
-What a model gives counts only where it is exactly what the problem promises. Anything else makes
-the design failed, with the reason: it raises, is lost by a runner, or gives values that are
-missing, of another shape, masked, complex, NaN, or infinite though the design is feasible.
+What a model gives counts only where it is what the problem promises. A design fails if its
+evaluation raises, is lost by a runner, or gives values that are missing, of another shape, no
+numbers, NaN, or infinite though the design is feasible.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def streams(problem: Any) -> bool:
     """Whether a problem's designs can go to the workers one after the other.
 
     Others are evaluated in batches: by a vectorised model, a runner that is not ours, or where a
-    callback of the problem is to be told of batches.
+    callback of the problem expects batches.
     """
     runner = type(problem.elementwise_runner)
     return bool(
@@ -106,7 +106,7 @@ def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Gener
 
 
 def columns_of_values(problem: Any, rows: list[Values]) -> dict[str, Any]:
-    """Return the values of designs as :func:`evaluate_designs` does."""
+    """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
     return _Model(problem, (), {}, stop=False).columns(rows)
 
 
@@ -139,7 +139,7 @@ class _Model:
         if isinstance(error, EvaluationError):
             reason, cause = error.reason, error.original
         elif isinstance(error, _BadValues):
-            reason, cause = one_line(error).removeprefix(f"{type(error).__name__}: "), None
+            reason, cause = str(error), None
         else:
             reason = one_line(error)
         if self.stop:
@@ -170,7 +170,15 @@ class _Model:
         stands_for_nan = self.problem.replace_nan_values_by
         row: Values = {"failure": ""}
         for name, size in self.sizes.items():
-            row[name] = _vector(name, raw.get(name), size, stands_for_nan)
+            numbers = row[name] = _floats(name, raw.get(name), size)
+            if numbers.size != size or (numbers.ndim > 1 and max(numbers.shape) != size):
+                raise _BadValues(f"{name} has shape {numbers.shape} instead of {(size,)}")
+            numbers = row[name] = numbers.reshape(size)
+            if stands_for_nan is not None:
+                numbers[np.isnan(numbers)] = stands_for_nan
+            # The greatest of some numbers is NaN if one of them is, and sooner found than all.
+            if size and np.isnan(np.maximum.reduce(numbers)):
+                raise _BadValues(f"{name} is {numbers.tolist()}")
         if not np.isfinite(row["F"]).all() and meets_constraints(row["G"], row["H"]):
             raise _BadValues(f"F is {row['F'].tolist()} though the design is feasible")
         for name, value in raw.items():
@@ -205,7 +213,7 @@ def _together(model: _Model, X: Any) -> dict[str, Any]:
     if n == 1 or n not in model.sizes.values():
         try:
             raw = model.raw(X)
-            given = {name: _matrix(name, raw, n, size) for name, size in model.sizes.items()}
+            given = {name: _matrix(name, raw.get(name), n, m) for name, m in model.sizes.items()}
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # see __call__
@@ -213,119 +221,80 @@ def _together(model: _Model, X: Any) -> dict[str, Any]:
                 return model.columns([model.failed(X[0], error)])
             part = _PART if n > _PART else 1
         else:
-            further = {name: value for name, value in raw.items() if name not in given}
-            return _checked_rows(model, X, given, further)
-    parts = [_together(model, X[start : start + part]) for start in range(0, n, part)]
-    rows = [
-        {name: column[i] for name, column in out.items()}
-        for out in parts
-        for i in range(len(out["F"]))
-    ]
+            return _checked_rows(model, X, raw, given)
+    rows: list[Values] = []
+    for start in range(0, n, part):
+        out = _together(model, X[start : start + part])
+        rows += [{name: column[i] for name, column in out.items()} for i in range(len(out["F"]))]
     return model.columns(rows)
 
 
 def _checked_rows(
-    model: _Model, X: Any, given: dict[str, Any], further: dict[str, Any]
+    model: _Model, X: Any, raw: dict[str, Any], given: dict[str, NDArray[np.float64]]
 ) -> dict[str, Any]:
-    """Return the values of n designs, of which some may be bad.
-
-    Rows of plain finite numbers pass as a whole; the others are looked at one by one.
+    """Return the values of n designs; rows that are not all finite are looked at one by one.
 
     Args:
         model: What gave the values.
         X: The designs.
-        given: ``F``, ``G`` and ``H``, of the right shapes.
-        further: What else it gave.
+        raw: The values, of which those beside F, G and H are taken.
+        given: ``F``, ``G`` and ``H``, each ``(n, size)``.
     """
-    n = len(X)
-    out: dict[str, Any] = {name: np.zeros(array.shape) for name, array in given.items()}
-    doubtful = np.ones(n, dtype=bool)
-    if all(a.dtype.kind in "fiub" and not np.ma.is_masked(a) for a in given.values()):
-        with np.errstate(over="ignore"):  # of long doubles
-            for name, array in given.items():
-                out[name][:] = array
-        feasible = meets_constraints(out["G"], out["H"])
-        doubtful = np.isnan(np.hstack([out["F"], out["G"], out["H"]])).any(axis=1)
-        doubtful |= feasible & ~competes(out["F"], feasible)
+    n, out = len(X), dict[str, Any](given)
+    feasible = meets_constraints(out["G"], out["H"])
+    doubtful = np.isnan(np.hstack([*given.values()])).any(axis=1)
+    doubtful |= feasible & ~competes(out["F"], feasible)
     out["failure"] = np.full(n, "", dtype=object)
     for i in np.flatnonzero(doubtful):
         try:
             row = model.checked({name: array[i] for name, array in given.items()})
-        except Exception as error:
+        except _BadValues as error:
             failed = model.columns([model.failed(X[i], error)])
             row = {name: column[0] for name, column in failed.items()}
         for name, value in row.items():
             out[name][i] = value
-    for name, value in further.items():
-        if value is not None:
-            each = isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
-            many = each and len(value) == n
-            plain = isinstance(value, np.ndarray) and value.dtype.kind in "fiub"
-            if many and plain and not isinstance(value, np.ma.MaskedArray):
-                out[name] = value.copy()  # a million rows one by one would take a second
-            else:
-                out[name] = value_column(list(value) if many else [value] * n)
+    for name, value in raw.items():
+        if name in given or value is None:
+            continue
+        array = isinstance(value, np.ndarray) and value.ndim > 0
+        many = (array or isinstance(value, list)) and len(value) == n
+        if many and type(value) is np.ndarray and value.dtype.kind in "fiub":
+            out[name] = value.copy()  # a million rows one by one would take a second
+        else:
+            out[name] = value_column(list(value) if many else [value] * n)
     return out
 
 
-def _matrix(name: str, raw: dict[str, Any], n: int, size: int) -> Any:
-    """Return values of n designs as an ``(n, size)`` array; their shape must be exact.
-
-    Raises:
-        _BadValues: They are missing or have another shape.
-    """
-    value = raw.get(name)
-    if value is None or (size == 0 and np.size(value) == 0):
-        if size:
-            raise _BadValues(f"{name} is missing")
+def _matrix(name: str, value: Any, n: int, size: int) -> NDArray[np.float64]:
+    """Return values of n designs as an ``(n, size)`` array; their shape must be exact."""
+    if size == 0 and np.size(value) <= 1:  # None, or nothing of any shape
         return np.zeros((n, 0))
     if isinstance(value, list):  # as in pymoo, a list holds the columns
-        masked = any(isinstance(column, np.ma.MaskedArray) for column in value)
-        value = (np.ma if masked else np).column_stack(value)
-    array = value if isinstance(value, np.ma.MaskedArray) else np.asarray(value)
+        value = np.ma.column_stack(value)
+    array = _floats(name, value, size)
     if array.shape != (n, size) and (size, array.shape) != (1, (n,)):
         raise _BadValues(f"{name} has shape {array.shape} instead of {(n, size)}")
     return array.reshape(n, size)
 
 
-def _vector(name: str, value: Any, size: int, nan_stands_for: float | None) -> Any:
-    """Return values of one design as a ``(size,)`` array of floats.
-
-    Raises:
-        _BadValues: They are missing, of another shape or not to be used.
-    """
+def _floats(name: str, value: Any, size: int) -> NDArray[np.float64]:
+    """Return values as a new array of floats, NaN where they are masked."""
     if value is None:
         if size:
             raise _BadValues(f"{name} is missing")
         return np.zeros(0)
-    cells = value if isinstance(value, (list, tuple)) else [value]
-    if any(isinstance(cell, np.ma.MaskedArray) and np.ma.is_masked(cell) for cell in cells):
-        raise _BadValues(f"{name} has masked values")
     try:
         array = np.asarray(value)
-        if array.dtype == np.float64:
-            numbers = array.copy()
-        else:
-            if array.dtype.kind in "mM":  # NumPy would count nanoseconds
-                raise TypeError(f"it holds {array.dtype}")
-            if array.dtype.kind == "c":
-                if (array.imag != 0).any():
-                    raise _BadValues(f"{name} is complex: {array.tolist()}")
-                value = array.real
-            with np.errstate(over="ignore"):  # of long doubles
-                numbers = np.array(value, dtype=np.float64)
+        if array.dtype == np.float64 and not isinstance(value, np.ma.MaskedArray):
+            return array.copy()
+        if array.dtype.kind == "c" and not array.imag.any():
+            value = array.real
+        elif array.dtype.kind in "cmM":  # NumPy would drop a half, or count nanoseconds
+            raise TypeError(f"it holds {array.dtype}")
+        with np.errstate(over="ignore"):  # of long doubles
+            return np.ma.array(value, dtype=np.float64).filled(np.nan)
     except (TypeError, ValueError, OverflowError) as error:
         raise _BadValues(f"{name} is not an array of numbers: {error}") from error
-    # one design's values may stand in a row or a column, but not in a matrix
-    if numbers.size != size or (numbers.ndim > 1 and max(numbers.shape) != size):
-        raise _BadValues(f"{name} has shape {numbers.shape} instead of {(size,)}")
-    numbers = numbers.reshape(size)
-    if nan_stands_for is not None:
-        numbers[np.isnan(numbers)] = nan_stands_for
-    # The greatest of some numbers is NaN if one of them is, and sooner found than all that are.
-    if size and np.isnan(np.maximum.reduce(numbers)):
-        raise _BadValues(f"{name} is {numbers.tolist()}")
-    return numbers
 
 
 def value_column(values: list[Any]) -> NDArray[Any]:

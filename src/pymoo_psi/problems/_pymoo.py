@@ -20,7 +20,12 @@ from pymoo_psi.errors import ArgumentTypeError
 
 
 def require_known_keywords(
-    owner: str, base: type, given: Mapping[str, Any], *, taken: Collection[str] = ()
+    owner: str,
+    base: type,
+    given: Mapping[str, Any],
+    *,
+    taken: Collection[str] = (),
+    more: Collection[str] = (),
 ) -> None:
     """Refuse keyword arguments that ``base`` does not name; pymoo itself swallows any.
 
@@ -29,6 +34,7 @@ def require_known_keywords(
         base: The pymoo class; keywords of its constructor and its bases' are allowed.
         given: The keyword arguments received.
         taken: Keywords of ``base`` that the owner sets itself.
+        more: Keywords that the owner takes itself.
 
     Raises:
         ArgumentTypeError: There is a keyword that is not allowed.
@@ -39,7 +45,7 @@ def require_known_keywords(
         for cls in base.__mro__[:-1]
         for name, parameter in inspect.signature(cls).parameters.items()
         if parameter.kind is not inspect.Parameter.VAR_KEYWORD and name not in taken
-    }
+    } | {*more}
     for name in given:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)

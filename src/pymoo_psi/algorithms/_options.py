@@ -1,0 +1,150 @@
+"""The options of a run: one value for investigate, PSI, SurrogatePSI, Recorded and the command."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypedDict
+
+from pymoo_psi._validation import collection, integer, known_name
+from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
+from pymoo_psi.problems._pymoo import require_known_keywords
+from pymoo_psi.study import ALL, Share, Study
+from pymoo_psi.table import Limits
+
+if TYPE_CHECKING:
+
+    class Options(TypedDict, total=False):
+        """The keyword arguments that become :class:`RunOptions`."""
+
+        first: int
+        sampling: UniformSampling | None
+        seed: int | None
+        limits: Limits | None
+        share: tuple[int, int] | None
+        study: str | PathLike[str] | None
+        study_key: str | None
+        retry: str | Collection[int]
+        on_failure: str
+        names: Mapping[str, str] | None
+        maximize: Collection[str] | None
+        units: Mapping[str, str] | None
+        block_size: int | None
+
+    class AlgorithmOptions(Options, total=False):
+        """These, and the arguments of pymoo's ``Algorithm``."""
+
+        termination: Any
+        output: Any
+        display: Any
+        callback: Any
+        archive: Any
+        return_least_infeasible: bool
+        save_history: bool
+        verbose: bool
+        evaluator: Any
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of a run, checked: which points are tested, how, and where tests are stored.
+
+    Attributes:
+        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
+            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
+        sampling: Where the points come from: ``LPTauSampling()`` by default, and for more than 51
+            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or
+            another :class:`~pymoo_psi.QMCSampling`, whose random points follow the seed.
+        seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
+        limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
+            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
+            the table keeps it as it is, so that other limits can be tried on the table afterwards.
+            So does one without a value that has a limit; if no test has it, the limit is refused.
+        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
+            many machines, are the run without it; each is spread over all bounds.
+        study: Name of a study file, in which tests are stored as they arrive, about every second;
+            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
+            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
+            evaluated again. With a ``share`` it is the name of a folder, in which each share has a
+            file; :meth:`TestTable.read_study` reads it as one study.
+        study_key: What else the study depends on, such as a version or constants of the model; a
+            study with another key is refused. The study itself compares name, variables, bounds
+            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
+            problem returns; it cannot see into the model.
+        retry: Numbers of test points that the study holds as failed and that are to be evaluated
+            once more; ``"failed"`` for all of them.
+        on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
+            shape, or is lost, as failed with its reason, and goes on; ``"raise"`` stops there,
+            with everything before it stored.
+        names: Names of your own for variables, objectives and constraints, by their default names:
+            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
+            plots and limits have them. Unless given, those of the problem's attribute ``names``.
+        maximize: The objectives to be maximised, by these names. pymoo minimises, so that
+            ``out["F"]`` holds such an objective with the sign turned; whatever is reached by name
+            is in the original direction. Unless given, those of the problem's attribute
+            ``maximize``; a list that leaves one of these out is refused, an empty one turns all
+            of them off.
+        units: Units of columns by these names, also of further outputs. Unless given, those of
+            the problem's attribute ``units``.
+        block_size: Points per iteration of ``PSI``, after each of which display, callback and
+            termination are called: by default the run has 32 iterations, of at least 64 points.
+            For ``investigate``, points that are evaluated together, at most.
+
+    Raises:
+        ArgumentValueError: A count is out of range, or there is no such action or share.
+        ArgumentTypeError: An option has the wrong type.
+    """
+
+    first: int = 1
+    sampling: UniformSampling | None = None
+    seed: int | None = None
+    limits: Limits | None = None
+    share: tuple[int, int] | None = None
+    study: str | PathLike[str] | None = None
+    study_key: str | None = None
+    retry: str | Collection[int] = ()
+    on_failure: str = "record"
+    names: Mapping[str, str] | None = None
+    maximize: Collection[str] | None = None
+    units: Mapping[str, str] | None = None
+    block_size: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a problem."""
+        integer("first", self.first, minimum=1)
+        uniform_sampling(self.sampling)
+        known_name("on_failure", self.on_failure, ("record", "raise"))
+        if self.block_size is not None:
+            integer("block_size", self.block_size, minimum=1)
+        if self.retry != "failed":
+            for number in collection("retry", self.retry, "'failed' or numbers of test points"):
+                integer("a number in retry", number, minimum=1)
+        if self.study is not None:
+            Study(self.study)
+        _ = self.part
+
+    @property
+    def part(self) -> Share:
+        """The share of the points that is tested."""
+        return ALL if self.share is None else Share.checked(self.share)
+
+
+def run_options(
+    owner: str, given: Mapping[str, Any], base: type | None = None, *, without: Collection[str] = ()
+) -> tuple[RunOptions, dict[str, Any]]:
+    """Return the run options among keyword arguments, and the others, which are pymoo's.
+
+    Args:
+        owner: Name of the callable, for the message.
+        given: The keyword arguments.
+        base: The pymoo class that takes the others; with ``None`` there are none.
+        without: Run options that the owner does not take.
+
+    Raises:
+        ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
+    """
+    known = {field.name for field in fields(RunOptions)} - {*without}
+    require_known_keywords(owner, base or object, given, more=known)
+    options = {name: value for name, value in given.items() if name in known}
+    return RunOptions(**options), {n: v for n, v in given.items() if n not in known}
