@@ -86,7 +86,8 @@ class PSI(Algorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
-    is_initialized: bool  # pymoo's
+    is_initialized: bool  # pymoo's, as is the seed
+    seed: int | None
 
     def __init__(self, n_points: int, **options: Unpack[AlgorithmOptions]) -> None:
         # pymoo's seed may be given with the run instead

@@ -98,7 +98,7 @@ class Store:
         """``(n,)`` which of stored tests are failed ones to be evaluated once more."""
         again: NDArray[np.bool_] = stored.status == "failed"
         if self._retry != "failed":
-            again &= np.isin(stored.numbers, list(self._retry))
+            again &= np.isin(stored.numbers, [int(number) for number in self._retry])
         return again
 
     def known_designs(self) -> TestTable:

@@ -167,12 +167,10 @@ class SurrogatePSI(PSI):
             first = int(points.numbers[-1]) + 1
             numbers = np.arange(first, first + min(self.block_size, left))
             self._rounds.append(self._round(ready, first))
-            self._engine.points = Points(
-                np.append(points.numbers, numbers),
-                points.n_dim,
-                np.vstack([points.units, self._rounds[-1].points[: len(numbers)]]),
-                np.append(points.rounds, np.full(len(numbers), ready + 1.0)),
-            )
+            units = np.vstack([points.units, self._rounds[-1].points[: len(numbers)]])
+            rounds = (np.arange(len(units)) - self._n_uniform) // self.block_size + 1.0
+            numbers = np.append(points.numbers, numbers)
+            self._engine.points = Points(numbers, points.n_dim, units, np.maximum(rounds, 0))
         return len(self._engine.points) - done
 
     def _round(self, ready: int, first: int) -> Proposals:
@@ -199,7 +197,7 @@ class SurrogatePSI(PSI):
             fitted = self.n_tested
         if self._fitted[0] != fitted:
             self._fitted = fitted, self._fit(tests, fitted)
-        random = np.random.default_rng([self.seed, ready])
+        random = np.random.default_rng([self.seed or 0, ready])
         encode = partial(encoded, self._engine.space)
         made = propose(tests, self._fitted[1], goal, encode, self.block_size, ready, random)
         # of outputs with limits, which may be others tomorrow, no predictions are kept
