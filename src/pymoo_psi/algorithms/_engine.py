@@ -33,15 +33,17 @@ from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._outcome import Result, Values, Waiting, one_line
 from pymoo_psi.parallel._tasks import in_parallel
 from pymoo_psi.problems import (
+    DesignSpace,
     columns_of_values,
+    design_space,
     evaluate_designs,
+    problem_identity,
+    problem_layout,
+    require_problem,
     stream_designs,
     streams,
     untolerant,
 )
-from pymoo_psi.problems._design_space import DesignSpace, design_space
-from pymoo_psi.problems._identity import problem_identity, problem_layout
-from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.table import (
     Layout,
     Limits,

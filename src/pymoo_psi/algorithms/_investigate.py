@@ -17,7 +17,7 @@ from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._progress import progress_bar
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems import require_problem
 from pymoo_psi.table import TestTable, bounds_of
 
 if TYPE_CHECKING:

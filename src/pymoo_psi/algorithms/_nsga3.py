@@ -25,7 +25,7 @@ from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSamp
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._validation import integer, invalid
-from pymoo_psi.problems._pymoo import require_known_keywords, require_problem, seed_ties
+from pymoo_psi.problems import require_known_keywords, require_problem, seed_ties
 
 
 def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs: Any) -> Any:

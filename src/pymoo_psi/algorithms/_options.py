@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from pymoo_psi._validation import collection, integer, known_name
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
-from pymoo_psi.problems._pymoo import require_known_keywords
+from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.study import ALL, Share, Study
 from pymoo_psi.table import Limits
 

@@ -23,7 +23,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded
 from pymoo_psi.pareto import front_numbers, nondominated
-from pymoo_psi.problems._design_space import DesignSpace
+from pymoo_psi.problems import DesignSpace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

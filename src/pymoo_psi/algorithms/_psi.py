@@ -26,8 +26,13 @@ from pymoo_psi.algorithms._engine import Engine
 from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._outputs import NO_OUTPUTS
 from pymoo_psi.pareto import constraint_violation
-from pymoo_psi.problems import evaluate_designs, untolerant, value_column
-from pymoo_psi.problems._pymoo import require_known_keywords, require_problem
+from pymoo_psi.problems import (
+    evaluate_designs,
+    require_known_keywords,
+    require_problem,
+    untolerant,
+    value_column,
+)
 from pymoo_psi.table import TestTable, bounds_of, excess, lacking
 
 if TYPE_CHECKING:

@@ -23,17 +23,19 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel._outcome import Result, Values
 from pymoo_psi.problems import (
     FailureTolerant,
+    WrappedProblem,
     columns_of_values,
+    design_space,
     evaluate_designs,
     leave_failed_out,
+    problem_identity,
+    problem_layout,
+    require_problem,
+    seed_ties,
     stream_designs,
     streams,
     untolerant,
 )
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._identity import problem_identity, problem_layout
-from pymoo_psi.problems._pymoo import require_problem, seed_ties
-from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.table import TestTable, design_keys, design_matrix
 
 if TYPE_CHECKING:

@@ -10,9 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, finite_array, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, competes, meets_constraints, unit_lengths
-from pymoo_psi.problems import evaluate_designs
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems import design_space, evaluate_designs, require_problem
 
 Array = NDArray[np.float64]
 

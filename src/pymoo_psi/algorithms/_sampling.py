@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
 from pymoo_psi._validation import Received, boolean, integer, invalid, known_name, wrong_type
-from pymoo_psi.problems import call_of
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems import call_of, design_space
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 Array = NDArray[np.float64]

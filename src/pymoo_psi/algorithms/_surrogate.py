@@ -24,7 +24,7 @@ from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, lacking, other_problem
 

@@ -29,37 +29,7 @@ Example:
     ValueError: ...
 """
 
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._evaluation import (
-    columns_of_values,
-    evaluate_designs,
-    stream_designs,
-    streams,
-    value_column,
-)
-from pymoo_psi.problems._failures import FailureTolerant, leave_failed_out, untolerant
-from pymoo_psi.problems._pymoo import call_of
-from pymoo_psi.problems._restricted import Restricted
-from pymoo_psi.problems._robust import Robust
-from pymoo_psi.problems._scenarios import evaluated, scenario_problem, scenario_values
-from pymoo_psi.problems._sphere_chute import SphereChute, VectorizedSphereChute
+import lazy_loader
 
-__all__ = [
-    "FailureTolerant",
-    "Restricted",
-    "Robust",
-    "SphereChute",
-    "VectorizedSphereChute",
-    "call_of",
-    "columns_of_values",
-    "design_space",
-    "evaluate_designs",
-    "evaluated",
-    "leave_failed_out",
-    "scenario_problem",
-    "scenario_values",
-    "stream_designs",
-    "streams",
-    "untolerant",
-    "value_column",
-]
+# Each name at its first use: the chute alone needs neither workers nor tables.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
