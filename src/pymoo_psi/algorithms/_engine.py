@@ -28,10 +28,15 @@ from pymoo_psi.algorithms._points import Points, Sequence
 from pymoo_psi.algorithms._sampling import default_sampling, sampling_name
 from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
-from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.parallel._outcome import Result, Values, Waiting, one_line
-from pymoo_psi.parallel._tasks import in_parallel
+from pymoo_psi.parallel import (
+    JoblibRunner,
+    Result,
+    Values,
+    Waiting,
+    active_workers,
+    in_parallel,
+    one_line,
+)
 from pymoo_psi.problems import (
     DesignSpace,
     columns_of_values,

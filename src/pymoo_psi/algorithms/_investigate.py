@@ -15,8 +15,7 @@ from pymoo_psi._validation import invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import Engine, Keep, by_number
 from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel._backend import active_workers
-from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.parallel import active_workers, progress_bar
 from pymoo_psi.problems import require_problem
 from pymoo_psi.table import TestTable, bounds_of
 

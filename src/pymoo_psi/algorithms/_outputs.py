@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.algorithms._points import Points
-from pymoo_psi.parallel._outcome import Values
+from pymoo_psi.parallel import Values
 from pymoo_psi.table import RESERVED, Layout, TestTable, is_writable
 
 # What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.

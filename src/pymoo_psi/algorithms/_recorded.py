@@ -20,7 +20,7 @@ from pymoo_psi.algorithms._outputs import NO_OUTPUTS, table_of_values, values_of
 from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel._outcome import Result, Values
+from pymoo_psi.parallel import Result, Values
 from pymoo_psi.problems import (
     FailureTolerant,
     WrappedProblem,
