@@ -228,6 +228,8 @@ class Engine:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._look_from(0, len(self.points))
+        if self._keep.what == "all":  # too large a table is refused now, not after hours
+            np.empty((len(self.points), 1 + len(self.table.layout.columns)))
         with closing(self._run()) as steps:
             for _ in steps:
                 ready, self._ready = self._ready, []

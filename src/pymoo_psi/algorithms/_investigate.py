@@ -84,8 +84,6 @@ def investigate(
     kept = Keep(known_name("keep", keep, ("all", "feasible", "pareto")), run.limits)
     engine = Engine(problem, n_points, run, keep=kept, n_jobs=n_jobs)
     n = len(engine.points)
-    if keep == "all":  # more than there can be room for is refused now, not after hours
-        np.empty((n, 1 + len(engine.table.layout.columns)))
     workers = active_workers(n_jobs)
     threads = 1 if workers.kind == "cluster" else workers.count  # a cluster's are elsewhere
     tables, done = [engine.table], 0
