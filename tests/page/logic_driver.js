@@ -14,50 +14,47 @@ function drag({payload, states}) {
   })
 }
 
-// A decision of these designs, and what it is to the page with other criteria, senses and units.
+// What decision files are to the page that have other objectives, directions and units.
 function foreign(data) {
-  const state = Logic.initial(data).state
+  const {state} = Logic.initial(data)
   const ranking = Logic.ranked(data, Logic.left(data, state).mask)
   const written = JSON.parse(Logic.decisionFile(data, state, ranking, null, "2026-01-31"))
-  const {criteria} = written
-  const first = (changes) => ({...written, criteria: [{...criteria[0], ...changes}, ...criteria.slice(1)]})
-  return [{...written, criteria: [...criteria].reverse()}, first({unit: ""}), first({unit: "t"}),
-    first({maximize: !criteria[0].maximize}), first({name: "other"}),
-    {...written, criteria: criteria.slice(1)}, {...written, criteria: [null]}, {...written, criteria: 5},
-    {...written, normalize: !data.normalize}, 7]
-    .map((content) => Logic.opened(data, JSON.stringify(content)))
+  const {objectives, page} = written
+  return [{objectives: [...objectives].reverse()}, {page: {...page, units: {}}},
+    {page: {...page, units: {[objectives[0]]: "t"}}}, {maximize: [...written.maximize, "other"]},
+    {objectives: objectives.slice(1)}, {objectives: [null]}, {objectives: 5}, {page: 7},
+    {normalize: !data.normalize}]
+    .map((changes) => Logic.opened(data, JSON.stringify({...written, ...changes})))
 }
 
-function answer({payload, states, rows, pins, texts, typed = []}) {
+function answer({payload, states, rows, pins, texts, typed}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
     foreign: foreign(data),
     checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
-    typed: typed.map(([text, range]) => Logic.typed(text, {range})),
+    typed: typed.map((text) => Logic.typed(text)),
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
-      const {mask, count, rejects, only, relax} = Logic.left(data, state)
+      const {mask, count} = Logic.left(data, state)
       const ranking = Logic.ranked(data, mask)
       const {front, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
       const verdict = Logic.verdict(data, ranking)
-      const again = Logic.checked(data, Logic.fromHash(Logic.toHash(state)))
       const written = Logic.decisionFile(data, state, ranking, verdict, "2026-01-31")
       return {
-        state, remarks, count, verdict, written,
-        mask: list(mask), rejects: list(rejects), only: list(only), relax: list(relax),
+        state, remarks, count, verdict, written, mask: list(mask),
         front: list(front), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
         mu: [mu1, mu2, mu3].map(list), order: list(order),
-        explained: rows[k].map((row) => Logic.explain(data, ranking, row)),
-        compared: Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]),
+        explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
+        compared: count ? Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]) : null,
         beside: [{...state, pins: [], chosen: null}, state, {...state, base: state.chosen}]
           .map((one) => Logic.compared(data, ranking, one)),
         stretched: Logic.stretched(data, ranking).map(({column, count, ends}) => [column.name, count, ends]),
         cautions: Logic.cautions(data, ranking),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
-        again, opened: Logic.opened(data, written),
+        again: Logic.checked(data, Logic.fromHash(Logic.toHash(state))), opened: Logic.opened(data, written),
         csv: Logic.csv(data, order, ranking),
       }
     }),

@@ -1,8 +1,9 @@
 """The decision page: a ranked Pareto set to look at, limit and choose from, in one HTML file.
 
-:func:`decision_page` makes a :class:`DecisionPage`: the data that the page shows, which ``save``
-writes as the file and a notebook shows at once. Of a test table it takes the feasible designs, with
-their names, senses and units. ``pymoo-psi page`` makes one of a file.
+:func:`decision_page` makes a :class:`DecisionPage` of any source of designs; ``save`` writes it as
+the file, and a notebook shows it at once. A decision that the page saves is a
+:class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason;
+:func:`kept_designs` tells which designs its reader kept by hand.
 
 Example:
     >>> from pymoo.problems import get_problem
@@ -17,7 +18,6 @@ The file needs no network and no library: ``logic.js`` ranks and explains what i
 ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
 """
 
-from pymoo_psi.page._data import DecisionPage
-from pymoo_psi.page._page import decision_page
+from pymoo_psi.page._page import DecisionPage, decision_page, kept_designs
 
-__all__ = ["DecisionPage", "decision_page"]
+__all__ = ["DecisionPage", "decision_page", "kept_designs"]

@@ -2,7 +2,7 @@
 //
 // A chart has layers. The context (a stable sample of all designs) and the axes are drawn when scales
 // or size change, what is left and the marks at every step of a slider, a box at every move of the
-// pointer. Charts know rows, columns and scales; what is chosen or limited they are told by
+// pointer. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
 //   context, left   rows to draw, the best last; look(row) -> key of LOOKS
 //   values(column)  the numbers of a column as they are now
@@ -120,8 +120,8 @@ const Charts = (() => {
     if (texts) {
       const known = [...texts.keys()].filter((k) => k >= scale.low && k <= scale.high)
       const every = Math.ceil(known.length / most)
-      const told = known.filter((_, k) => k % every === 0)
-      return {values: told, texts: told.map((k) => (texts[k].length > 18 ? `${texts[k].slice(0, 17)}…` : texts[k])), factor: ""}
+      const values = known.filter((_, k) => k % every === 0)
+      return {values, texts: values.map((k) => (texts[k].length > 18 ? `${texts[k].slice(0, 17)}…` : texts[k])), factor: ""}
     }
     const values = ticks(scale, most)
     const size = Math.max(Math.abs(scale.low), Math.abs(scale.high))
@@ -165,6 +165,15 @@ const Charts = (() => {
     return {size, clean, top: canvases[count - 1]}
   }
 
+  function ruled(g, colour, x0, y0, x1, y1) {
+    g.strokeStyle = colour
+    g.lineWidth = 1
+    g.beginPath()
+    g.moveTo(x0, y0)
+    g.lineTo(x1, y1)
+    g.stroke()
+  }
+
   function written(g, text, x, y, align, baseline = "middle") {
     g.textAlign = align
     g.textBaseline = baseline
@@ -203,7 +212,7 @@ const Charts = (() => {
   }
 
   // Parallel coordinates. The heads of the axes are buttons: dragged or moved with the arrow keys
-  // they change places. A drag along an axis sets its limits. Criteria get better downwards.
+  // they change places. A drag along an axis sets its limits. Objectives get better downwards.
   //   on = {limit(column, [low, high], done), move(column, steps), hide(column), pick(row), hover(row, x, y)}
   function parallel(parent, on) {
     const [TOP, BOTTOM] = [10, 34]
@@ -219,8 +228,8 @@ const Charts = (() => {
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
     const height = () => size.height - TOP - BOTTOM
-    // Of a criterion to be maximised the greatest value is at the bottom: down is better.
-    const flipped = (column) => column.role === "criterion" && column.maximize
+    // Of an objective to be maximised the greatest value is at the bottom: down is better.
+    const flipped = (column) => column.role === "objective" && column.maximize
     const shareAt = (column, y) => {
       const up = Math.min(1, Math.max(0, (size.height - BOTTOM - y) / height()))
       return flipped(column) ? 1 - up : up
@@ -361,16 +370,13 @@ const Charts = (() => {
       const g = clean(2)
       axes.forEach((column, j) => {
         const [x, at, scale] = [xOf(j), placed(column), model.scale(column)]
-        g.strokeStyle = "#7D8590"
-        g.lineWidth = 1
-        g.beginPath(), g.moveTo(x, TOP), g.lineTo(x, size.height - BOTTOM), g.stroke()
-        const told = tickTexts(scale, column.texts ? 14 : 5, column.texts)
-        told.values.forEach((value, k) => {
-          g.beginPath(), g.moveTo(x - 3, at(value)), g.lineTo(x + 3, at(value))
-          g.strokeStyle = "#7D8590", g.lineWidth = 1, g.stroke()
-          written(g, told.texts[k], x + 6, at(value), "left")
+        ruled(g, "#7D8590", x, TOP, x, size.height - BOTTOM)
+        const {values, texts, factor} = tickTexts(scale, column.texts ? 14 : 5, column.texts)
+        values.forEach((value, k) => {
+          ruled(g, "#7D8590", x - 3, at(value), x + 3, at(value))
+          written(g, texts[k], x + 6, at(value), "left")
         })
-        const feet = [column.role === "criterion" ? "↓ better" : "", told.factor].filter(Boolean)
+        const feet = [column.role === "objective" ? "↓ better" : "", factor].filter(Boolean)
         feet.forEach((text, k) => written(g, text, x, size.height - 22 + 14 * k, "center"))
       })
     }
@@ -451,19 +457,18 @@ const Charts = (() => {
     return {setAxes, draw: (next, all) => { model = next; draw(all) }}
   }
 
-  // A scatter plot of two columns. A drag selects what is in the box, or zooms to it.
-  //   on = {select(rows), pick(row), hover(row, x, y), zoomed()}
+  // A scatter plot of two columns. A drag selects what is in the box.
+  //   on = {select(rows), pick(row), hover(row, x, y), factors(across, up)}
   function scatter(parent, on) {
     const [TOP, RIGHT, BOTTOM] = [8, 14, 24]
     let LEFT = 52
-    let [x, y, model, zoom, box, zooming] = [null, null, null, null, null, false]
+    let [x, y, model, box] = [null, null, null, null]
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
     // Points on the ends of an axis are drawn whole: a little room around.
     function scales() {
-      return [x, y].map((column, k) => {
-        if (zoom) return {...model.scale(column), ...zoom[k]}
+      return [x, y].map((column) => {
         const {low, high, log} = model.scale(column)
         const room = log ? (high / low) ** 0.03 : 0.03 * (high - low) || Math.abs(high) * 0.03 || 1
         return log ? {low: low / room, high: high * room, log} : {low: low - room, high: high + room, log}
@@ -487,17 +492,16 @@ const Charts = (() => {
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
         const u = LEFT + px(value) * w
-        g.strokeStyle = "#EDEFF2", g.lineWidth = 1
-        g.beginPath(), g.moveTo(u, TOP), g.lineTo(u, TOP + h), g.stroke()
+        ruled(g, "#EDEFF2", u, TOP, u, TOP + h)
         written(g, tx.texts[k], u, TOP + h + 8, "center", "top")
       })
       ty.values.forEach((value, k) => {
         const v = TOP + (1 - py(value)) * h
-        g.strokeStyle = "#EDEFF2", g.lineWidth = 1
-        g.beginPath(), g.moveTo(LEFT, v), g.lineTo(LEFT + w, v), g.stroke()
+        ruled(g, "#EDEFF2", LEFT, v, LEFT + w, v)
         written(g, ty.texts[k], LEFT - 6, v, "right")
       })
-      g.strokeStyle = "#9AA1AC", g.lineWidth = 1
+      g.strokeStyle = "#9AA1AC"
+      g.lineWidth = 1
       g.strokeRect(LEFT, TOP, w, h)
       const at = placed()
       g.fillStyle = CONTEXT
@@ -564,20 +568,9 @@ const Charts = (() => {
         if (!moved) return on.pick(rowAt(a, b))
         const [left, right] = [u, a].sort((p, q) => p - q)
         const [above, below] = [v, b].sort((p, q) => p - q)
-        if (!zooming) {
-          const at = placed()
-          const hit = (row) => { const [p, q] = at(row); return p >= left && p <= right && q >= above && q <= below }
-          return on.select(model.everything().filter(hit))
-        }
-        const [w, h] = frame()
-        const [across, up] = scales()
-        const within = (share) => Math.min(1, Math.max(0, share))
-        zoom = [
-          {low: valueAt(across, within((left - LEFT) / w)), high: valueAt(across, within((right - LEFT) / w))},
-          {low: valueAt(up, within(1 - (below - TOP) / h)), high: valueAt(up, within(1 - (above - TOP) / h))},
-        ]
-        draw(true)
-        on.zoomed(true)
+        const at = placed()
+        const hit = (row) => { const [p, q] = at(row); return p >= left && p <= right && q >= above && q <= below }
+        on.select(model.everything().filter(hit))
       },
     }))
     top.addEventListener("pointermove", (event) => {
@@ -585,10 +578,8 @@ const Charts = (() => {
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
     return {
-      setAxes: (across, up) => { [x, y, zoom] = [across, up, null]; on.zoomed(false) },
+      setAxes: (across, up) => { [x, y] = [across, up] },
       draw: (next, all) => { model = next; draw(all) },
-      zoomOut: () => { zoom = null; draw(true); on.zoomed(false) },
-      zooming: (yes) => { zooming = yes },
       spot: (row) => placed()(row),
     }
   }

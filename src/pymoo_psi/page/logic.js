@@ -1,22 +1,22 @@
-// The logic of the decision page: which designs are left under the limits, their ranks, the verdict,
-// comparisons, states and files. It touches no document, so that it runs in the page and in Node.
+// The logic of the decision page: the designs left under the limits, their ranks, the explanation of
+// the best, comparisons, preferences, states and files. It touches no document, so that it runs in
+// the page and in Node.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
 // All arrays have one entry a row. Objectives in data.F are minimised, as in Python; values of a
-// column, limits, states and sentences are in the user's own sense and unit.
+// column, limits, states and sentences are in the original unit and direction.
 //
-// What is ranked, told and chosen here equals what pymoo_psi.pareto and pymoo_psi.selection give for
-// the same rows; the functions name the module that they follow.
+// Ranks, sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection for the
+// same rows; the sentences are the templates of pymoo_psi.pareto.
 const Logic = (() => {
 "use strict"
 
-const EPS = Number.EPSILON
-const NOISE = 64 * EPS // of pareto/_rounding.py, where the reasons are
-const LAST_PLACES = 8 * EPS
-const TIE = 1e-9 // of pareto/_explanation.py
+const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for the next four
+const LAST_PLACES = 8 * Number.EPSILON
+const TIE = 1e-9
 const STEP = 0.01
-const PARTS = 64 // of each criterion's order, see `Dominators`: 32 to 256 are as fast, more take memory
-const BAD = 0.5 // a weakest criterion beyond the middle of its range is worth a warning
+const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
+const PARTS = 64 // of the order of each objective, see `Dominators`
 const MOST_PINS = 5
 const RANKS = [0, 1, 2, 3, 4, 5, 6]
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
@@ -30,115 +30,79 @@ const bytesOf = (base64) => {
   return bytes.buffer
 }
 
-// The payload of the file as arrays. Its numbers are float64, int32 of little-endian bytes in base64.
+// The payload of the file as arrays; its numbers are little-endian float64 in base64.
 function decode(payload) {
+  const {n, names} = payload
   const columns = payload.columns.map((column) => ({
     ...column,
     values: column.values === null ? null : new Float64Array(bytesOf(column.values)),
     label: column.name + (column.unit ? ` [${column.unit}]` : ""),
   }))
-  const criteria = columns.filter((column) => column.role === "criterion")
-  const {n, prototypes, ids} = payload
+  const objectives = columns.filter(({role}) => role === "objective")
+  const F = objectives.map(({maximize, values}) => (maximize ? values.map((value) => -value) : values))
   const data = {
     ...payload,
     columns,
-    criteria,
-    ids: ids ?? payload.labels.map(String),
-    total: n + prototypes,
+    objectives,
+    F,
+    total: names.length,
     by: new Map(), // a Map, as any name is one of its keys, also __proto__
-    F: criteria.map(({maximize, values}) => (maximize ? values.map((value) => -value) : values)),
-    witness: new Int32Array(bytesOf(payload.witness)),
+    rowOf: new Map(names.map((name, row) => [name, row])),
+    optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
+    dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
+    dominators: null, // made when a search is needed
+    last: null, // the front before
+    levels: levelsOf(F),
   }
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
-  data.rowOf = new Map(data.ids.map((id, row) => [id, row]))
-  data.levels = new Levels(data.F)
-  data.dominators = null // made when a search is needed, see `frontOf`
-  data.latest = data.witness.slice() // the dominator found last, see `frontOf`
-  data.last = null // the ranking before
   data.whole = ranked(data, new Uint8Array(data.total).fill(1))
   return data
 }
 
 // The values of any column, of a geometric one those under the limits.
-const values = (data, ranking, column) =>
-  column.role === "geometric" ? ranking[column.field] : column.values
-
-// What a design is called in a sentence: a label that is a text stands for itself.
-function called(data, row) {
-  const id = data.ids[row]
-  const kind = data.label_name.replaceAll("_", " ")
-  return row >= data.n || !/^\d+( #\d+)?$/.test(id) ? id : `${kind} ${id}`
-}
+const values = (data, ranking, column) => column.role === "geometric" ? ranking[column.field] : column.values
 
 // ------------------------------------------------------------------------ order, rounding, dominance
 
-// The rows in the order of their values, NaN last; equal ones stay as they are.
-//
-// A radix sort of the bits: a comparing function takes ten times as long for 100 000 rows. The upper
-// halves of the numbers tell nearly all apart; what they leave in disorder is mended by insertion,
-// or if that is much, the lower halves are sorted before.
+// The rows in the order of their values, NaN last; equal ones stay as they are. A radix sort of the
+// bits: a comparing function takes ten times as long for 100 000 rows.
 function argsort(values, rows) {
   const n = rows.length
   const numbers = new Float64Array(n)
   for (let k = 0; k < n; k++) numbers[k] = values[rows[k]] + 0 // + 0: -0 equals 0
   const words = new Uint32Array(numbers.buffer)
-  let [places, next] = [new Uint32Array(n), new Uint32Array(n)]
+  let [places, next] = [upTo(n), new Int32Array(n)]
   const keys = new Uint32Array(n)
   const ends = new Uint32Array(1 << 11)
-  for (const halves of [[1], [0, 1]]) {
-    for (let k = 0; k < n; k++) places[k] = k
-    for (const half of halves) {
-      for (let k = 0; k < n; k++) {
-        // As unsigned integers floats stand in order once negative ones are turned, others lifted.
-        const high = words[2 * k + 1]
-        const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
-        keys[k] = words[2 * k + half] ^ mask
-      }
-      for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
-        ends.fill(0)
-        for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
-        if (ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
-        for (let d = 0, sum = 0; d < ends.length; d++) {
-          const count = ends[d]
-          ends[d] = sum
-          sum += count
-        }
-        for (let k = 0; k < n; k++) next[ends[(keys[places[k]] >>> shift) & 2047]++] = places[k]
-        ;[places, next] = [next, places]
-      }
+  for (const half of [0, 1]) {
+    for (let k = 0; k < n; k++) {
+      // As unsigned integers floats stand in order once negative ones are turned, others lifted.
+      const high = words[2 * k + 1]
+      const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
+      keys[k] = words[2 * k + half] ^ mask
     }
-    if (halves.length > 1 || mended(places, numbers)) break
+    for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
+      ends.fill(0)
+      for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
+      if (n === 0 || ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
+      for (let d = 0, sum = 0; d < ends.length; d++) {
+        const count = ends[d]
+        ends[d] = sum
+        sum += count
+      }
+      for (let k = 0; k < n; k++) next[ends[(keys[places[k]] >>> shift) & 2047]++] = places[k]
+      ;[places, next] = [next, places]
+    }
   }
-  const result = new Int32Array(n)
-  for (let k = 0; k < n; k++) result[k] = rows[places[k]]
-  return result
+  for (let k = 0; k < n; k++) next[k] = rows[places[k]]
+  return next
 }
 
-// Sort places that are nearly in order by insertion; false if it would take long.
-function mended(places, numbers) {
-  let moves = 4 * places.length
-  for (let k = 1; k < places.length; k++) {
-    const place = places[k]
-    const number = numbers[place]
-    let at = k
-    for (; at > 0 && numbers[places[at - 1]] > number; at--) {
-      places[at] = places[at - 1]
-      if (--moves < 0) return false
-    }
-    places[at] = place
-  }
-  return true
-}
-
-const upTo = (n) => Int32Array.from({length: n}, (_, i) => i)
-
-// The rows from 0 to n - 1 that are marked.
-function rowsOf(marks, n = marks.length) {
+function upTo(n) {
   const rows = new Int32Array(n)
-  let count = 0
-  for (let i = 0; i < n; i++) if (marks[i] !== 0) rows[count++] = i
-  return rows.slice(0, count)
+  for (let k = 0; k < n; k++) rows[k] = k
+  return rows
 }
 
 // The rows that a function accepts; the filter of typed arrays takes five times as long.
@@ -149,13 +113,38 @@ function picked(rows, accepts) {
   return result.slice(0, count)
 }
 
-// How far a group of equal values reaches from its least one (pareto/_rounding.py).
+function concat(...lists) {
+  const result = new Int32Array(sum(lists.map((list) => list.length)))
+  let at = 0
+  for (const list of lists) {
+    result.set(list, at)
+    at += list.length
+  }
+  return result
+}
+
+const sum = (list) => list.reduce((a, b) => a + b, 0)
+
+function leastOf(array) {
+  let least = Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
+  return least
+}
+
+function greatestOf(array) {
+  let greatest = -Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
+  return greatest
+}
+
+// How far a group of equal values reaches from its least one.
 const reachOf = (least, tolerance) =>
   Math.abs(least) === Infinity ? least : Math.min(least + tolerance, Number.MAX_VALUE)
 
 // Number values from 0 upwards, those within a tolerance of the least of their group alike. `order`
-// are the rows by value; `tolerance` null means the noise of the values. Fills `numbers` by row.
-function numbered(values, order, tolerance, numbers) {
+// are the rows by value; `tolerance` null means the noise of the values.
+function numbered(values, order, tolerance) {
+  const numbers = new Int32Array(values.length)
   let group = -1
   let reach = -Infinity
   for (let k = 0; k < order.length; k++) {
@@ -169,72 +158,51 @@ function numbered(values, order, tolerance, numbers) {
   return numbers
 }
 
-// Values of the objectives as integers, equal where the values are equal up to rounding: dominance
-// is told by comparing these.
-class Levels {
-  constructor(F) {
-    this.ranks = []
-    this.exact = [] // whether no two values of a column are equal up to rounding only
-    this.chained = false
-    const rows = upTo(F[0].length)
-    for (const values of F) {
-      const order = argsort(values, rows)
-      this.ranks.push(numbered(values, order, null, new Int32Array(rows.length)))
-      let exact = true
-      for (let k = 1; k < order.length; k++) {
-        const before = values[order[k - 1]]
-        const value = values[order[k]]
-        if (value === before || value > reachOf(before, NOISE * Math.abs(before))) continue
-        exact = false
-        // Each close to the next, the last far from the first: where such a chain is cut depends on
-        // which of its values are left, so that ranks of all rows say nothing certain of some.
-        this.chained ||= this.ranks.at(-1)[order[k]] !== this.ranks.at(-1)[order[k - 1]]
-      }
-      this.exact.push(exact)
+// Objectives as integers, equal where values are equal up to rounding: dominance compares these.
+function levelsOf(F) {
+  const rows = upTo(F[0].length)
+  const exact = F.map(() => true) // no two values of a column are equal up to rounding only
+  let chained = false
+  const ranks = F.map((values, j) => {
+    const order = argsort(values, rows)
+    const numbers = numbered(values, order, null)
+    for (let k = 1; k < order.length; k++) {
+      const before = values[order[k - 1]]
+      const value = values[order[k]]
+      if (value === before || value > reachOf(before, NOISE * Math.abs(before))) continue
+      exact[j] = false
+      // Each close to the next, the last far from the first: where such a chain is cut depends on
+      // which of its values are left.
+      chained ||= numbers[order[k]] !== numbers[order[k - 1]]
     }
-  }
-
-  // The ranks of some rows as Python finds them for these rows alone.
-  of(F, rows) {
-    return !this.chained ? this.ranks : F.map((values) =>
-      numbered(values, argsort(values, rows), null, new Int32Array(values.length)))
-  }
+    return numbers
+  })
+  return {ranks, exact, chained}
 }
 
 // Finds which of some rows dominates a row.
 //
-// Each column's order is cut into parts. Kept for each part as bits, one a row, is what lies in it
-// or before it: what all columns have in common holds all that dominate a row of these parts, and a
-// few more. So many rows are looked at at once that a search ends in microseconds, whether it finds
-// something or nothing, for two columns or ten. Bits follow the sums of the ranks: what dominates
-// stands before. The last that does is the most alike, and so the last to go when limits move.
+// The order of each objective is cut into parts. What lies in a part or before it is kept as bits,
+// one a row: what all objectives have in common holds all that dominate a row of these parts, and a
+// few more. Bits follow the sums of the ranks: what dominates stands before. The last that does is
+// the most alike, and so the last to go when limits move.
 class Dominators {
-  constructor(ranks, rows) {
-    const n = rows.length
-    const sums = new Float64Array(ranks[0].length)
-    for (const column of ranks) for (let k = 0; k < n; k++) sums[rows[k]] += column[rows[k]]
-    Object.assign(this, {ranks, sums, order: argsort(sums, rows)})
-    this.words = (n + 31) >>> 5
-    this.place = new Int32Array(sums.length)
-    for (let k = 0; k < n; k++) this.place[this.order[k]] = k
-    this.parts = [] // by column and row
-    this.below = [] // by column, the bits of each part in turn
-    for (const column of ranks) {
-      const starts = new Int32Array(sums.length + 1) // of each rank in the order
-      for (let k = 0; k < n; k++) starts[column[rows[k]] + 1]++
-      for (let rank = 0; rank < sums.length; rank++) starts[rank + 1] += starts[rank]
-      const parts = new Uint8Array(sums.length)
+  constructor(ranks) {
+    const n = ranks[0].length
+    const sums = new Float64Array(n)
+    for (const column of ranks) for (let i = 0; i < n; i++) sums[i] += column[i]
+    const order = argsort(sums, upTo(n))
+    const place = new Int32Array(n)
+    for (let k = 0; k < n; k++) place[order[k]] = k
+    Object.assign(this, {ranks, sums, order, place, words: (n + 31) >>> 5})
+    this.columns = ranks.map((column) => {
+      const most = greatestOf(column) + 1
+      const part = Uint8Array.from(column, (rank) => (rank / most) * PARTS)
       const bits = new Int32Array(PARTS * this.words)
-      for (let k = 0; k < n; k++) {
-        const i = rows[k]
-        const place = this.place[i]
-        parts[i] = (starts[column[i]] / n) * PARTS
-        bits[parts[i] * this.words + (place >>> 5)] |= 1 << (place & 31)
-      }
+      for (let i = 0; i < n; i++) bits[part[i] * this.words + (place[i] >>> 5)] |= 1 << (place[i] & 31)
       for (let at = this.words; at < bits.length; at++) bits[at] |= bits[at - this.words]
-      this.parts.push(parts)
-      this.below.push(bits)
-    }
+      return {part, bits}
+    })
   }
 
   // Rows as `of` takes them: bits, and by word the last one up to it that is not empty, or -1.
@@ -249,14 +217,14 @@ class Dominators {
 
   // One of the rows in `among` that dominates a row; -1 if there is none.
   of(i, {bits, filled}) {
-    const {ranks, sums, order, place, parts, below, words} = this
-    const last = filled[place[i] >>> 5]
-    if (last < 0) return -1 // at once: of what was optimal, as long as no design comes back
-    // The column in which fewest rows are below comes first: little is left for the others.
-    const columns = parts.map((_, j) => j).sort((a, b) => parts[a][i] - parts[b][i])
-    const sets = columns.map((j) => below[j])
-    const starts = columns.map((j) => parts[j][i] * words)
-    for (let w = last; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
+    const {ranks, sums, order, place, columns, words} = this
+    let w = filled[place[i] >>> 5]
+    if (w < 0) return -1
+    // The objective in which fewest rows are before comes first: little is left for the others.
+    const sorted = [...columns].sort((a, b) => a.part[i] - b.part[i])
+    const sets = sorted.map((column) => column.bits)
+    const starts = sorted.map(({part}) => part[i] * words)
+    for (; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
       let left = bits[w]
       for (let j = 0; j < sets.length && left !== 0; j++) left &= sets[j][starts[j] + w]
       while (left !== 0) {
@@ -272,47 +240,43 @@ class Dominators {
 
 // The rows that no row left dominates, in ascending order.
 //
-// A row that is Pareto optimal among all is so among fewer. Of each other row the file names one,
-// itself optimal among all, that dominates it: as long as this witness is left, nothing is to be
-// searched. From call to call few designs come and go: a dominator that was found is kept for the
-// next call, and what was optimal in the last one is compared with designs that have come back only.
+// A row that is Pareto optimal among all is so among fewer. A dominated one stays dominated as long
+// as the dominator found last is left, and what was optimal in the last call is compared only with
+// rows that have come back since: a limit on the worse side of an objective frees no row.
 function frontOf(data, mask, rows) {
-  const {witness, latest, levels} = data
-  const {chained} = levels // what dominates what is then not that of all rows
-  const isOptimal = new Uint8Array(data.total)
-  const free = []
-  for (let k = 0; k < rows.length; k++) {
-    const i = rows[k]
-    if (chained) free.push(i)
-    else if (witness[i] < 0) isOptimal[i] = 1
-    else if (!mask[witness[i]] && !mask[latest[i]]) free.push(i)
+  const {optimal, dominator, levels} = data
+  if (rows.length === data.n) return picked(rows, (i) => optimal[i])
+  if (levels.chained) { // dominance depends on the rows left, which is as rare as it is slow
+    const ranks = data.F.map((values) => numbered(values, argsort(values, rows), null))
+    return rows.filter((i) => !rows.some((k) =>
+      ranks.every((column) => column[k] <= column[i]) && ranks.some((column) => column[k] < column[i])))
   }
-  if (free.length) {
-    // Without chains those of all rows, made once.
-    const dominators = chained || data.dominators === null
-      ? new Dominators(levels.of(data.F, rows), chained ? rows : upTo(data.n))
-      : data.dominators
-    if (!chained) data.dominators = dominators
-    const {mask: before, pareto} = chained || data.last === null ? {} : data.last
+  const front = new Uint8Array(data.n)
+  const open = picked(rows, (i) => {
+    front[i] = optimal[i]
+    return !optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])
+  })
+  if (open.length) {
+    const dominators = data.dominators ??= new Dominators(levels.ranks)
+    const {last} = data
     const all = dominators.among(rows)
-    const added = before ? dominators.among(picked(rows, (i) => !before[i])) : all
-    for (const i of free) {
-      const by = dominators.of(i, pareto?.[i] ? added : all)
-      if (by < 0) isOptimal[i] = 1
-      else latest[i] = by
+    const added = last ? dominators.among(picked(rows, (i) => !last.mask[i])) : all
+    for (const i of open) {
+      dominator[i] = dominators.of(i, last?.front[i] ? added : all)
+      if (dominator[i] < 0) front[i] = 1
     }
   }
-  return rowsOf(isOptimal)
+  data.last = {mask: mask.slice(), front}
+  return picked(rows, (i) => front[i])
 }
 
-// The objectives of some rows, those equal up to rounding made the least of them (`settled`).
+// The objectives of some rows, those equal up to rounding made the least of them.
 function settled(data, rows) {
   return data.F.map((column, j) => {
     const result = new Float64Array(rows.length)
     for (let k = 0; k < rows.length; k++) result[k] = column[rows[k]]
     if (data.levels.exact[j]) return result
-    let least = 0
-    let reach = -Infinity
+    let [least, reach] = [0, -Infinity]
     argsort(result, upTo(rows.length)).forEach((place, k) => {
       const value = result[place]
       if (k === 0 || value > reach) {
@@ -325,108 +289,71 @@ function settled(data, rows) {
   })
 }
 
-function leastOf(array) {
-  let least = Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
-  return least
-}
-
-function greatestOf(array) {
-  let greatest = -Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
-  return greatest
-}
-
-// What differences are divided by; infinite where a span is none (`unit_lengths`).
-const lengthsOf = (low, high) => low.map((least, j) => {
-  const span = high[j] - least
-  return span > NOISE * Math.max(Math.abs(least), Math.abs(high[j])) ? span : Infinity
-})
-
 // ---------------------------------------------------------------------------- ranks of efficiency
 
 const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 
-// The geometric criteria of rows in units in which no square over- or underflows: `measured` of
-// pareto/_ranking.py, step by step.
+// The points U and N of a front and what distances are measured in (pareto's UtopianFrame).
 class Frame {
-  constructor(ideal, nadir, normalize) {
-    Object.assign(this, {ideal, nadir})
-    this.lengths = lengthsOf(ideal, nadir)
+  constructor(V, normalize) {
+    this.ideal = V.map(leastOf)
+    this.nadir = V.map(greatestOf)
+    this.size = this.ideal.map((low, j) => Math.max(Math.abs(low), Math.abs(this.nadir[j])))
+    this.lengths = this.ideal.map((low, j) => { // infinite where the range is none
+      const range = this.nadir[j] - low
+      return range > NOISE * this.size[j] ? range : Infinity
+    })
     this.scale = normalize ? this.lengths : this.lengths.map(() => 1)
     this.line = this.lengths.map((length, j) =>
-      Number.isFinite(length) ? (nadir[j] - ideal[j]) / this.scale[j] : 0)
+      Number.isFinite(length) ? (this.nadir[j] - this.ideal[j]) / this.scale[j] : 0)
     const most = Math.max(...this.line) || 1
-    const line = this.line.map((value) => value / most)
-    const norm = Math.sqrt(line.reduce((sum, value) => sum + value * value, 0)) || 1
-    this.direction = line.map((value) => value / norm)
+    const norm = Math.sqrt(sum(this.line.map((value) => (value / most) ** 2))) || 1
+    this.direction = this.line.map((value) => value / most / norm)
   }
 
-  // The greatest size of a value of a column.
-  size(j) {
-    return Math.max(Math.abs(this.ideal[j]), Math.abs(this.nadir[j]))
-  }
-
-  // Three arrays of `size`, filled for some rows of F, else NaN, and their units.
+  // Three arrays of `size`, μ1 to μ3 of some rows of F and NaN elsewhere, and their units, in which
+  // no square over- or underflows.
   measured(F, rows, size) {
-    const {ideal, scale, direction: e} = this
-    let line = this.line
+    const {ideal, scale, line, direction: e} = this
     const longest = line.indexOf(Math.max(...line))
-    let unit = line[longest]
-    if (!unit) { // the ideal is the nadir
-      F.forEach((column, j) => {
-        for (const i of rows) {
-          const d = Math.abs((column[i] - ideal[j]) / scale[j])
-          if (Number.isFinite(d) && d > unit) unit = d
-        }
-      })
-      unit ||= 1
-    }
-    const lift = unit < 1e-290 ? 2 ** 600 : 1
-    line = line.map((value) => value * lift)
-    unit *= lift
+    const unit = line[longest] || 1
     const acrossUnit = Math.max(0, ...line.filter((_, j) => j !== longest)) || unit
-    const perUnit = 1 / unit
-    const perAcross = 1 / acrossUnit
     const mu = [0, 1, 2].map(() => new Float64Array(size).fill(NaN))
-    const [mu1, mu2, mu3] = mu
     const m = F.length
     const d = new Float64Array(m)
     for (let k = 0; k < rows.length; k++) {
       const i = rows[k]
-      for (let j = 0; j < m; j++) d[j] = ((F[j][i] - ideal[j]) / scale[j]) * lift
-      const share = d[longest] * perUnit
+      for (let j = 0; j < m; j++) d[j] = (F[j][i] - ideal[j]) / scale[j]
+      const share = d[longest] / unit
       let along = 0
       for (let j = 0; j < m; j++) along += (d[j] - share * line[j]) * e[j]
       let [square, squareAcross, onLine] = [0, 0, 0]
       for (let j = 0; j < m; j++) {
-        const across = (d[j] - share * line[j] - along * e[j]) * perAcross
-        const whole = d[j] * perUnit
+        const across = (d[j] - share * line[j] - along * e[j]) / acrossUnit
+        const whole = d[j] / unit
         square += whole * whole
         squareAcross += across * across
         onLine += whole * e[j]
       }
-      mu1[i] = farIfNaN(Math.sqrt(square))
-      mu2[i] = farIfNaN(Math.sqrt(squareAcross))
-      mu3[i] = farIfNaN(onLine)
-      if (mu1[i] < Infinity && mu2[i] < Infinity) continue
-      // The squares, not the distance, may be too large for a float.
-      mu1[i] = farIfNaN(Math.hypot(...d.map((part) => part * perUnit)))
-      mu2[i] = farIfNaN(Math.hypot(...d.map((part, j) =>
-        (part - share * line[j] - along * e[j]) * perAcross)))
+      mu[0][i] = farIfNaN(Math.sqrt(square))
+      mu[1][i] = farIfNaN(Math.sqrt(squareAcross))
+      mu[2][i] = farIfNaN(onLine)
     }
-    return [mu, [unit / lift, acrossUnit / lift, unit / lift]]
+    return [mu, [unit, acrossUnit, unit]]
   }
 
-  // What rounding errors of the objectives do to the three criteria.
+  // The rounding errors of the three criteria.
   noise(units) {
     const e2 = this.direction.map((value) => value * value)
-    const across = e2.map((_, j) =>
-      Math.sqrt(e2.reduce((sum, value, k) => (k === j ? sum : sum + value), 0)))
-    const sizes = this.lengths.map((length, j) =>
-      Number.isFinite(length) ? this.size(j) / this.scale[j] : 0)
+    const across = e2.map((_, j) => Math.sqrt(sum(e2.filter((_, k) => k !== j))))
+    const sizes = this.sizes()
     return [e2.map(() => 1), across, this.direction].map((parts, k) =>
       LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * sizes[j]) / units[k])))
+  }
+
+  // How large the values of each objective are in the scale.
+  sizes() {
+    return this.lengths.map((length, j) => Number.isFinite(length) ? this.size[j] / this.scale[j] : 0)
   }
 }
 
@@ -451,45 +378,37 @@ function nondominatedPair(order, a, b, other) {
   return mask
 }
 
-// The ranking of the rows left: `rank_of_efficiency` of pareto/_ranking.py.
+// The ranking of the rows left (pareto's rank_of_efficiency).
 //   mask, rows, count     what was ranked, without prototypes
 //   front, byMu1          the Pareto-optimal rows, and these with the nearest to the ideal first
 //   pareto, rank          by row; the rank of a prototype and of a row not left is -1
 //   mu1, mu2, mu3         by row, of prototypes too
-//   ideal, nadir          in the user's own sense; [] if no row is left
+//   ideal, nadir          in the original direction
 //   best, isBest          the rows of the Salukvadze optimum; the same by row
+//   frame, V              the points U and N; the objectives of the front, column by column
 function ranked(data, mask) {
-  const {n, total, F} = data
-  const rows = rowsOf(mask, n)
+  const {n, total, F, levels: {exact}} = data
+  const rows = picked(upTo(n), (i) => mask[i])
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
-  const empty = () => new Float64Array(total).fill(NaN)
-  if (rows.length === 0) {
-    return {mask, rows, count: 0, front: rows, byMu1: rows, pareto, rank, mu1: empty(),
-      mu2: empty(), mu3: empty(), ideal: [], nadir: [], best: [],
-      isBest: new Uint8Array(total), frame: null, V: []}
-  }
-  const front = frontOf(data, mask, rows)
+  const isBest = new Uint8Array(total)
+  const front = rows.length ? frontOf(data, mask, rows) : rows
   const V = settled(data, front)
-  const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
-  const all = new Int32Array(rows.length + total - n)
-  all.set(rows)
-  for (let i = n; i < total; i++) all[rows.length + i - n] = i
-  // Settled where a criterion has values that are equal up to rounding only.
-  const measuredF = F.map((column, j) => {
-    if (data.levels.exact[j]) return column
+  const frame = new Frame(V, data.normalize)
+  const all = rows.length ? concat(rows, upTo(total).subarray(n)) : rows
+  const settledF = F.map((column, j) => {
+    if (exact[j]) return column
     const copy = column.slice()
     front.forEach((i, k) => { copy[i] = V[j][k] })
     return copy
   })
-  const [mu, units] = frame.measured(measuredF, all, total)
+  const [mu, units] = frame.measured(settledF, all, total)
   const noise = frame.noise(units)
   const orders = mu.map((column) => argsort(column, front))
-  const levels = mu.map((column, k) =>
-    numbered(column, orders[k], noise[k], new Int32Array(total)))
-  const p12 = nondominatedPair(orders[0], levels[0], levels[1], levels[2])
-  const p13 = nondominatedPair(orders[0], levels[0], levels[2], levels[1])
-  const p23 = nondominatedPair(orders[1], levels[1], levels[2], levels[0])
+  const [l1, l2, l3] = mu.map((column, k) => numbered(column, orders[k], noise[k]))
+  const p12 = nondominatedPair(orders[0], l1, l2, l3)
+  const p13 = nondominatedPair(orders[0], l1, l3, l2)
+  const p23 = nondominatedPair(orders[1], l2, l3, l1)
   for (let k = 0; k < rows.length; k++) rank[rows[k]] = 0
   for (let k = 0; k < front.length; k++) {
     const i = front[k]
@@ -497,17 +416,12 @@ function ranked(data, mask) {
     // P12 and P13 lie inside P23 but for the tolerance.
     rank[i] = 3 * (p23[i] | p12[i] | p13[i]) + 2 * p13[i] + p12[i]
   }
-  const isBest = new Uint8Array(total)
-  let ties = 0
-  while (ties < front.length && levels[0][orders[0][ties]] === 0) isBest[orders[0][ties++]] = 1
-  const best = [...orders[0].slice(0, ties).sort()]
+  const best = [...picked(front, (i) => l1[i] === 0)]
+  for (const i of best) isBest[i] = 1
   mu.forEach((column, k) => {
-    const unit = units[k]
-    for (let at = 0; at < all.length; at++) column[all[at]] *= unit
+    for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
-  const turned = (point) => point.map((value, j) =>
-    (data.criteria[j].maximize ? -value : value) + 0)
-  data.last = {mask: mask.slice(), pareto} // the caller's mask may change
+  const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
   return {mask, rows, count: rows.length, front, byMu1: orders[0], pareto, rank, mu1: mu[0],
     mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest,
     frame, V}
@@ -515,25 +429,10 @@ function ranked(data, mask) {
 
 // ------------------------------------------------------------------------------------------ limits
 
-// The least and the greatest value that a limit keeps: none that is missing or infinite.
-const endsOf = (low, high) => [low ?? -Number.MAX_VALUE, high ?? Number.MAX_VALUE]
-
 // By how much a limit is moved to show what it keeps out: a twentieth of the range of its column.
-function relaxed(column, value, towards) {
-  const [low, high] = column.range
-  if (!(low < high)) return null
-  if (column.log && value > 0) return value * (high / low) ** (0.05 * towards)
+function relaxed({range: [low, high], log}, value, towards) {
+  if (log && value > 0) return value * (high / low) ** (0.05 * towards)
   return value + 0.05 * towards * (high - low)
-}
-
-const keptMasks = new WeakMap() // of lists of designs that are kept, which may be long
-function keptMask(data, kept) {
-  if (!keptMasks.has(kept)) {
-    const mask = new Uint8Array(data.total)
-    for (const id of kept) if (data.rowOf.has(id)) mask[data.rowOf.get(id)] = 1
-    keptMasks.set(kept, mask)
-  }
-  return keptMasks.get(kept)
 }
 
 // The designs within all limits, and what each limit rejects. A value that is missing keeps none.
@@ -543,218 +442,161 @@ function keptMask(data, kept) {
 //                  and how many designs it would bring back
 function left(data, state) {
   const {n, total} = data
-  const conditions = [] // name, which rows are rejected
-  const add = (name, rejected) => conditions.push({name, rejected})
+  const conditions = new Map() // by name, which rows are rejected
   for (const [name, [low, high]] of Object.entries(state.limits)) {
     const {values} = data.by.get(name)
     const rejected = new Uint8Array(n)
-    const [least, most] = endsOf(low, high)
+    const [least, most] = [low ?? -Number.MAX_VALUE, high ?? Number.MAX_VALUE]
     for (let i = 0; i < n; i++) rejected[i] = values[i] >= least && values[i] <= most ? 0 : 1
-    add(name, rejected)
+    conditions.set(name, rejected)
   }
   for (const [name, allowed] of Object.entries(state.categories)) {
     const {values, texts} = data.by.get(name)
-    const ticked = new Set(allowed)
-    const out = Uint8Array.from(texts, (text) => (ticked.has(text) ? 0 : 1))
-    const rejected = new Uint8Array(n)
-    for (let i = 0; i < n; i++) rejected[i] = out[values[i]]
-    add(name, rejected)
+    const out = texts.map((text) => (allowed.includes(text) ? 0 : 1))
+    conditions.set(name, Uint8Array.from(values.subarray(0, n), (place) => out[place]))
   }
   const times = new Uint32Array(n) // by how many conditions a design is rejected
-  for (const {rejected} of conditions) for (let i = 0; i < n; i++) times[i] += rejected[i]
+  for (const rejected of conditions.values()) for (let i = 0; i < n; i++) times[i] += rejected[i]
   if (state.kept !== null) {
-    const kept = keptMask(data, state.kept)
-    for (let i = 0; i < n; i++) if (!kept[i]) times[i] += 2 // no relaxed limit brings it back
+    const kept = new Set(state.kept.map((name) => data.rowOf.get(name)))
+    for (let i = 0; i < n; i++) if (!kept.has(i)) times[i] += 2 // no relaxed limit brings it back
   }
   const mask = new Uint8Array(total).fill(1)
-  let count = 0
-  for (let i = 0; i < n; i++) count += mask[i] = times[i] ? 0 : 1
+  for (let i = 0; i < n; i++) mask[i] = times[i] ? 0 : 1
   const [rejects, only, relax] = [new Map(), new Map(), new Map()]
-  for (const {name, rejected} of conditions) {
-    let [all, alone] = [0, 0]
-    for (let i = 0; i < n; i++) {
-      all += rejected[i]
-      alone += rejected[i] & (times[i] === 1)
-    }
-    rejects.set(name, all)
-    only.set(name, alone)
-    if (!Object.hasOwn(state.limits, name)) continue
+  for (const [name, rejected] of conditions) {
+    rejects.set(name, sum(rejected))
+    const alone = picked(upTo(n), (i) => rejected[i] && times[i] === 1)
+    only.set(name, alone.length)
     const column = data.by.get(name)
-    const [low, high] = state.limits[name]
-    const back = (value, lower, upper) => {
-      if (value === null) return null
-      const [least, most] = endsOf(lower, upper)
-      let number = 0
-      for (let i = 0; i < n; i++) {
-        if (times[i] === 1 && rejected[i] && column.values[i] >= least && column.values[i] <= most) number++
-      }
-      return {value, back: number}
+    if (column.texts || !(column.range[0] < column.range[1])) continue
+    const ends = state.limits[name]
+    const back = (k) => {
+      if (ends[k] === null) return null
+      const value = relaxed(column, ends[k], k ? 1 : -1)
+      const [low, high] = k ? [ends[0], value] : [value, ends[1]]
+      return {value, back: picked(alone, (i) => column.values[i] >= (low ?? -Number.MAX_VALUE)
+        && column.values[i] <= (high ?? Number.MAX_VALUE)).length}
     }
-    const lower = low === null ? null : relaxed(column, low, -1)
-    const upper = high === null ? null : relaxed(column, high, 1)
-    relax.set(name, {low: back(lower, lower, high), high: back(upper, low, upper)})
+    relax.set(name, {low: back(0), high: back(1)})
   }
-  return {mask, count, rejects, only, relax}
+  return {mask, count: sum(mask) - (total - n), rejects, only, relax}
 }
 
 // ------------------------------------------------------------------------------------- the orders
-
-// All rows by a column, sorted once.
-const sortedOnce = new WeakMap()
-function byColumn(data, column) {
-  if (!sortedOnce.has(column)) {
-    sortedOnce.set(column, argsort(column.values, upTo(data.n)))
-  }
-  return sortedOnce.get(column)
-}
 
 // The rows shown, prototypes first, then the best design first; dominated designs come last but
 // where they are sorted by a column.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
-  const {pareto, rank, mask, isBest} = ranking
+  const {pareto, rank, isBest} = ranking
   const hasRank = RANKS.map((r) => state.ranks === null || state.ranks.includes(r))
-  const shows = (i) => mask[i] &&
-    (pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated)
-  const joined = (...lists) => {
-    const prototypes = data.total - data.n
-    const result = new Int32Array(lists.reduce((sum, list) => sum + list.length, prototypes))
-    for (let k = 0; k < prototypes; k++) result[k] = data.n + k
-    let at = prototypes
-    for (const list of lists) {
-      result.set(list, at)
-      at += list.length
-    }
-    return result
-  }
+  const shows = (i) => pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated
+  const prototypes = upTo(data.total).subarray(data.n)
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column") {
     const column = data.by.get(name)
     const array = values(data, ranking, column)
+    if (column.role !== "geometric") column.sorted ??= argsort(column.values, upTo(data.n))
     const sorted = column.role === "geometric" ? argsort(array, picked(ranking.rows, shows))
-      : picked(byColumn(data, column), shows)
-    // Missing values stay last in either direction.
+      : picked(column.sorted, (i) => ranking.mask[i] && shows(i))
     const known = picked(sorted, (i) => !Number.isNaN(array[i]))
-    return joined(turned(known), sorted.subarray(known.length))
+    return concat(prototypes, turned(known), sorted.subarray(known.length)) // missing ones last either way
   }
   const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
   if (by === "preference") {
-    const {value, sum, best} = preference(data, ranking, state.preference)
-    const chosen = new Set(best) // first, as rounding would order those that tie
-    const others = picked(ranking.front, (i) => !chosen.has(i) && shows(i))
-    const first = joined(best.filter(shows), argsort(value, argsort(sum, others)))
-    return joined(turned(first.subarray(data.total - data.n)), turned(argsort(value, dominated)))
+    const {value, total, best} = preference(data, ranking, state.preference)
+    const first = best.filter(shows) // as rounding would order those that tie
+    const others = picked(ranking.front, (i) => !best.includes(i) && shows(i))
+    const ordered = concat(first, argsort(value, argsort(total, others)))
+    return concat(prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
   const nearest = picked(ranking.byMu1, shows)
-  const next = new Int32Array(8) // by 6 - rank, where its next row goes
-  for (let k = 0; k < nearest.length; k++) next[7 - rank[nearest[k]]]++
-  for (let r = 1; r < 7; r++) next[r] += next[r - 1]
-  const best = new Int32Array(nearest.length)
-  for (let k = 0; k < nearest.length; k++) best[next[6 - rank[nearest[k]]]++] = nearest[k]
-  return joined(turned(best), turned(argsort(ranking.mu1, dominated)))
+  const byRank = [...RANKS].reverse().map((r) => picked(nearest, (i) => rank[i] === r))
+  return concat(prototypes, turned(concat(...byRank)), turned(argsort(ranking.mu1, dominated)))
 }
 
 // The achievement function of every row left, max w (f - r) / range, the least of which is chosen,
-// and the sum of its terms, which decides ties: pareto/_compromise.py. Without an aspiration a
-// criterion is measured from its best value; weights are 1 unless given.
+// and the sum of its terms, which decides ties (selection's ReferencePoint). Without an aspiration
+// an objective is measured from its best value; weights are 1 unless given.
 function preference(data, ranking, {weights, aspiration}) {
-  const {F, criteria, total, n} = data
-  const value = new Float64Array(total).fill(NaN)
-  const sum = new Float64Array(total).fill(NaN)
-  if (ranking.count === 0) return {value, sum, best: []}
+  const {objectives, n} = data
+  const value = new Float64Array(data.total).fill(NaN)
+  const total = value.slice()
+  if (ranking.count === 0) return {value, total, best: []}
   const {frame, front, V} = ranking
-  const given = criteria.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
+  const given = objectives.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
   const most = Math.max(...given)
   const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
-  const all = ratios.reduce((a, b) => a + b, 0)
-  const w = ratios.map((ratio) => ratio / all)
-  const point = criteria.map(({name, maximize}, j) => {
+  const w = ratios.map((ratio) => ratio / sum(ratios))
+  const point = objectives.map(({name, maximize}, j) => {
     if (!Object.hasOwn(aspiration, name)) return frame.ideal[j]
     return maximize ? -aspiration[name] : aspiration[name]
   })
-  let unit = 0 // so that no sum of terms overflows
-  V.forEach((column, j) => {
-    for (const end of [leastOf(column), greatestOf(column)]) {
-      unit = Math.max(unit, Math.abs((end - point[j]) / frame.scale[j]))
-    }
-  })
-  unit ||= 1
   const measure = (columns, k, row) => {
-    let [most, total] = [-Infinity, 0]
+    let greatest = -Infinity
+    let all = 0
     for (let j = 0; j < columns.length; j++) {
-      const term = w[j] * ((columns[j][k] - point[j]) / frame.scale[j] / unit)
-      if (term > most) most = term
-      total += term
+      const term = w[j] * ((columns[j][k] - point[j]) / frame.scale[j])
+      if (term > greatest) greatest = term
+      all += term
     }
-    value[row] = most
-    sum[row] = total
+    value[row] = greatest
+    total[row] = all
   }
-  for (const i of ranking.rows) measure(F, i, i)
-  for (let i = n; i < total; i++) measure(F, i, i)
+  for (const i of ranking.rows) measure(data.F, i, i)
+  for (let i = n; i < data.total; i++) measure(data.F, i, i)
   for (let k = 0; k < front.length; k++) measure(V, k, front[k])
-  const noise = V.map((column, j) => {
-    const scaled = Number.isFinite(frame.lengths[j]) ? frame.size(j) / frame.scale[j] : 0
-    return LAST_PLACES * w[j] * (Math.max(scaled, Math.abs(point[j] / frame.scale[j])) / unit)
-  })
+  const noise = frame.sizes().map((size, j) =>
+    LAST_PLACES * w[j] * Math.max(size, Math.abs(point[j] / frame.scale[j])))
   const nearest = (list, key, tolerance) => {
-    const reach = reachOf(leastOf(Float64Array.from(list, (i) => key[i])), tolerance)
+    const reach = reachOf(leastOf(list.map((i) => key[i])), tolerance)
     return list.filter((i) => key[i] <= reach)
   }
-  const first = nearest(front, value, Math.max(...noise))
-  const best = [...nearest(first, sum, noise.reduce((a, b) => a + b, 0))]
-  for (const column of [value, sum]) for (let i = 0; i < total; i++) column[i] *= unit
-  return {value, sum, best}
+  const best = nearest(nearest([...front], value, Math.max(...noise)), total, sum(noise))
+  return {value, total, best}
 }
 
 // ----------------------------------------------------------------------------------------- wording
+
+// A template of pareto, filled.
+const sentence = (data, name, parts) =>
+  data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
 
 // A name that the user gave stays as it is.
 const capital = (text) => text.replace(/^(design|row|test point) /, (ours) =>
   ours[0].toUpperCase() + ours.slice(1))
 const listed = (names) =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
-const counted = (n, one, many = `${one}s`) => `${n} ${n === 1 ? one : many}`
+const counted = (n, one) => `${n} ${one}${n === 1 ? "" : "s"}`
 
-// The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 62.
+// The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 6.2e+1.
 function rounded(value, digits) {
   const up = value.toExponential(digits - 1) // of an exact half the larger one
   const [mantissa, exponent] = Math.abs(value).toExponential(60).split("e")
   const all = mantissa.replace(".", "")
   const half = all[digits] === "5" && /^0*$/.test(all.slice(digits + 1))
   if (!half || Number(all[digits - 1]) % 2) return up
-  const kept = all.slice(0, digits)
-  return `${value < 0 ? "-" : ""}${kept[0]}${digits > 1 ? "." : ""}${kept.slice(1)}e${exponent}`
+  return `${value < 0 ? "-" : ""}${all[0]}.${all.slice(1, digits)}e${exponent}`
 }
 
-// A number with a few digits as Python's format "g" writes it, large ones without an exponent
-// (`number` of pareto/_sentences.py).
-function short(value, digits) {
+// A number with a few digits as Python's format "g" writes it, large ones without an exponent.
+function short(value, digits = 4) {
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
-  const [mantissa, power] = rounded(value, digits).split("e")
-  const exponent = Number(power)
-  const bare = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text)
-  if (exponent >= digits && Math.abs(value) < 1e7) return String(Number(`${mantissa}e${power}`))
-  if (exponent < -4 || exponent >= digits) {
-    const size = String(Math.abs(exponent)).padStart(2, "0")
-    return `${bare(mantissa)}e${exponent < 0 ? "-" : "+"}${size}`
+  const text = rounded(value, digits)
+  const [mantissa, power] = text.split("e").map(Number)
+  if (power >= -4 && (power < digits || Math.abs(value) < 1e7)) {
+    return Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")
   }
-  return bare(Number(`${mantissa}e${power}`).toFixed(Math.max(0, digits - 1 - exponent)))
+  return `${mantissa}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`
 }
 
-// A share as a sentence tells it: two digits, none behind the point above 10 (`percent`).
+// A share with two digits, above 10 % with none behind the point.
 function percent(share) {
   const hundreds = 100 * share
   if (hundreds > 0 && hundreds < 0.01) return "less than 0.01 %"
-  if (!Number.isFinite(hundreds)) return `${String(hundreds).replace("Infinity", "inf")} %`
-  if (hundreds < 9.95) return `${short(hundreds, 2)} %`
-  const digits = Math.floor(Math.log10(hundreds)) + 1
-  return `${Number(rounded(hundreds, hundreds < 10 ? 1 : digits)).toFixed(0)} %`
-}
-
-function amount(value, unit, share, first) {
-  const text = short(value, 4) + (unit ? ` ${unit}` : "")
-  if (Number.isNaN(share)) return text
-  return `${text} (${percent(share)}${first ? " of its range" : ""})`
+  if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)} %`
+  return `${Number(rounded(hundreds, hundreds < 10 ? 1 : Math.floor(Math.log10(hundreds)) + 1)).toFixed(0)} %`
 }
 
 // A number with the digits that tell designs of its column apart; a text is itself.
@@ -774,42 +616,43 @@ function written(column, value) {
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-// Where a design is better than another and where worse, in words (`DesignComparison.difference`).
+// A change of one objective in words.
+function changed(data, j, amount, share, first) {
+  const {name, unit} = data.objectives[j]
+  const key = Number.isNaN(share) ? "bare change" : first ? "first change" : "change"
+  return sentence(data, key, {objective: name, share: percent(share),
+    amount: short(amount) + (unit ? ` ${unit}` : "")})
+}
+
+// Where a design is better than another and where worse, in words.
 function difference(data, gains, shares) {
-  const places = gains.map((_, j) => j)
   const size = (j) => (Number.isNaN(shares[j]) ? -1 : Math.abs(shares[j]))
-  places.sort((a, b) => size(b) - size(a) || a - b)
-  const parts = []
+  const places = gains.map((_, j) => j).sort((a, b) => size(b) - size(a) || a - b)
   let first = true
-  for (const [word, there] of [["better", (g) => g > 0], ["worse", (g) => g < 0]]) {
-    const told = []
-    for (const j of places.filter((j) => there(gains[j]))) {
-      const {name, unit} = data.criteria[j]
-      told.push(`${name} by ${amount(Math.abs(gains[j]), unit, Math.abs(shares[j]), first)}`)
+  const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
+    const changes = places.filter((j) => sign * gains[j] > 0).map((j) => {
+      const text = changed(data, j, Math.abs(gains[j]), Math.abs(shares[j]), first)
       first = false
-    }
-    if (told.length) parts.push(`${word} in ${told.join(", ")}`)
-  }
-  return parts.join("; ") || "equal in all criteria"
+      return text
+    })
+    return changes.length ? sentence(data, key, {changes: changes.join(", ")}) : ""
+  })
+  return parts.filter(Boolean).join("; ") || sentence(data, "equal", {})
 }
 
 // The objectives of the front and of further rows, those equal up to rounding made the same.
-function withRows(data, ranking, rows) {
-  const {front, V} = ranking
+function withRows(data, {front, V}, rows) {
   if (data.levels.exact.every(Boolean)) { // as is usual: nothing to be copied
     return {V, own: data.F.map((column) => rows.map((row) => column[row]))}
   }
-  const all = new Int32Array(front.length + rows.length)
-  all.set(front)
-  all.set(rows, front.length)
-  const together = settled(data, all)
+  const together = settled(data, [...front, ...rows])
   return {
     V: together.map((column) => column.subarray(0, front.length)),
     own: together.map((column) => [...column.subarray(front.length)]),
   }
 }
 
-// Gains of rows against the first of them and shares of the ranges, a list each (`compared`).
+// Gains of rows against the first of them and shares of the ranges, a list each.
 function gainsOf(data, ranking, rows) {
   const {own} = withRows(data, ranking, rows)
   const gains = rows.map((_, k) => own.map((column) => column[0] - column[k] + 0))
@@ -819,11 +662,10 @@ function gainsOf(data, ranking, rows) {
 
 // The rows to compare, the base first: what the reader has made the base, else the existing design,
 // else what is pinned first, else the optimum of all designs. Beside it stand the best, the chosen
-// one and what is pinned; if that is one design alone, the next by rank, so that there is always
-// something to compare with. Each with its part: `{row, roles}`.
+// one and what is pinned; if that is one design alone, the next by rank. Each: `{row, roles}`.
 function compared(data, ranking, state) {
   if (ranking.count === 0) return []
-  const row = (id) => data.rowOf.get(id) ?? -1
+  const row = (name) => data.rowOf.get(name) ?? -1
   const pins = state.pins.map(row)
   const best = ranking.best[0]
   const whole = data.whole.isBest[best] ? best : data.whole.best[0]
@@ -838,45 +680,38 @@ function compared(data, ranking, state) {
     }
     if (next >= 0) rows.add(next)
   }
-  const named = [[base, "base"], [best, "best"], [chosen, "chosen"], [next, "next by rank"],
+  const roles = [[base, "base"], [best, "best"], [chosen, "chosen"], [next, "next by rank"],
     [best === whole ? -1 : whole, "best without limits"]]
   return [...rows].map((i) => ({
-    row: i, roles: named.filter(([one]) => one === i).map(([, role]) => role),
+    row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
   }))
 }
 
 // What rows give and take against one of them. `better` is 1, 0 or -1; `percent` is of the size of
 // the other's value, `share` of the range of the Pareto set, above 0 where it is better.
 function compare(data, ranking, rows, base) {
-  if (ranking.count === 0) return {criteria: [], sentences: []}
   const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
-  const criteria = data.criteria.map(({name, unit, maximize, values}, j) => {
+  const objectives = data.objectives.map(({name, maximize, values}, j) => {
     const differences = rows.map((_, k) => (maximize ? 1 : -1) * gains[k + 1][j] + 0)
-    const size = Math.abs(values[base])
     return {
       name,
-      unit,
       values: rows.map((row) => values[row]),
       differences,
-      percent: differences.map((d) => (d === 0 ? 0 : size === 0 ? NaN : (100 * d) / size)),
+      percent: differences.map((d) => (d === 0 ? 0 : (100 * d) / Math.abs(values[base]))),
       share: rows.map((_, k) => shares[k + 1][j]),
       better: rows.map((_, k) => Math.sign(gains[k + 1][j])),
     }
   })
-  const sentences = rows.map((row, k) =>
-    `${capital(called(data, row))} against ${called(data, base)}: ` +
-    `${difference(data, gains[k + 1], shares[k + 1])}.`)
-  return {criteria, sentences}
+  const sentences = rows.map((row, k) => sentence(data, "against", {design: capital(data.names[row]),
+    other: data.names[base], difference: difference(data, gains[k + 1], shares[k + 1])}))
+  return {objectives, sentences}
 }
 
-// Why a design: its distances from the best, and what the nearest design that is better in a
-// criterion costs in the others: pareto/_explanation.py. Any row, also dominated or a prototype.
+// Why a design: its distances from the best, and what the nearest design that is better in an
+// objective costs in the others (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  if (ranking.count === 0) return null
-  const {front, frame, pareto} = ranking
-  const {lengths} = frame
-  const {criteria} = data
-  const m = criteria.length
+  const {front, frame: {lengths}, pareto} = ranking
+  const {objectives, names} = data
   const n = front.length
   const {V, own: columns} = withRows(data, ranking, [row])
   const own = columns.map(([value]) => value)
@@ -884,79 +719,61 @@ function explain(data, ranking, row) {
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const distance = new Float64Array(n)
   V.forEach((column, j) => {
-    const [value, length] = [own[j], lengths[j]]
-    for (let k = 0; k < n; k++) {
-      const d = (column[k] - value) / length
-      distance[k] += d * d
-    }
+    for (let k = 0; k < n; k++) distance[k] += ((column[k] - own[j]) / lengths[j]) ** 2
   })
   for (let k = 0; k < n; k++) distance[k] = farIfNaN(Math.sqrt(distance[k]))
   // Of the nearest designs that gain `step` in a column, if several tie, the least there; or -1.
   const nearest = (column, value, step) => {
-    let reach = Infinity
-    const near = [] // so far
+    let [best, reach] = [-1, Infinity]
+    const gains = (k) => value - column[k] > 0 && value - column[k] >= step
+    for (let k = 0; k < n; k++) if (gains(k) && distance[k] < reach) reach = distance[k]
     for (let k = 0; k < n; k++) {
-      const gain = value - column[k]
-      if (!(distance[k] <= reach && gain > 0 && gain >= step)) continue
-      near.push(k)
-      reach = Math.min(reach, distance[k] * (1 + TIE))
+      if (gains(k) && distance[k] <= reach * (1 + TIE) && !(column[best] <= column[k])) best = k
     }
-    const tied = near.filter((k) => distance[k] <= reach)
-    return tied.length ? tied.reduce((a, k) => (column[k] < column[a] ? k : a)) : -1
+    return best
   }
   const neighbours = V.map((column, j) => {
-    let near = nearest(column, own[j], STEP * lengths[j])
-    if (near < 0) near = nearest(column, own[j], 0)
-    return near < 0 ? -1 : front[near]
+    const near = nearest(column, own[j], STEP * lengths[j])
+    return front[near >= 0 ? near : nearest(column, own[j], 0)] ?? -1
   })
   let dominatedBy = -1
   if (!pareto[row]) {
-    // The least excess, not none: a chain of close values may be settled otherwise here. Of those
-    // that share it the nearest is told.
+    // The least excess, not none: a chain of close values may be settled otherwise here.
     const excess = new Float64Array(n)
-    for (let k = 0; k < n; k++) {
-      for (let j = 0; j < m; j++) {
-        excess[k] = Math.max(excess[k], (V[j][k] - own[j]) / lengths[j] || 0)
-      }
-    }
+    V.forEach((column, j) => {
+      for (let k = 0; k < n; k++) excess[k] = Math.max(excess[k], (column[k] - own[j]) / lengths[j] || 0)
+    })
     const least = leastOf(excess)
-    const accepted = excess.map((value) => (value === least ? 0 : 1))
-    dominatedBy = front[nearest(accepted, 0.5, 0)]
+    dominatedBy = front[nearest(excess.map((value) => (value === least ? 0 : 1)), 0.5, 0)]
   }
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
   const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))
-  const weakest = most === 0 ? []
-    : criteria.filter((_, j) => shares[j] >= most * (1 - TIE)).map(({name}) => name)
-  // A neighbour towards several criteria is told once.
-  const steps = []
+  const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)
+  const steps = [] // a neighbour towards several objectives is one step
   for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
-    const told = steps.find((step) => step.row === neighbours[j])
-    if (told) told.names.push(criteria[j].name)
-    else steps.push({names: [criteria[j].name], row: neighbours[j]})
+    const same = steps.find((step) => step.row === neighbours[j])
+    if (same) same.names.push(objectives[j].name)
+    else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
   const against = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
   steps.forEach((step, k) => {
     const [gains, parts] = [against.gains[k + 1], against.shares[k + 1]]
-    step.label = called(data, step.row)
     step.text = difference(data, gains, parts)
-    step.gains = criteria.map(({name, unit}, j) =>
-      ({name, unit, gain: gains[j], share: parts[j]}))
+    step.gains = objectives.map(({name, unit}, j) => ({name, unit, gain: gains[j], share: parts[j]}))
   })
   return {
     row,
-    label: called(data, row),
-    criteria: criteria.map(({name, unit, values}, j) => ({
-      name, unit, value: values[row], best: ranking.ideal[j], worst: ranking.nadir[j],
-      away: behind[j], share: shares[j],
+    objectives: objectives.map(({name, values}, j) => ({
+      name, value: values[row], best: ranking.ideal[j], away: behind[j], share: shares[j],
     })),
     weakest,
     steps,
-    dominatedBy,
     sentences: [
       standing(data, ranking, row, dominatedBy),
       distances(data, ranking, ordered, behind, shares, weakest),
-      ...steps.map((step) => `Towards ${listed(step.names)}: ${step.label} is ${step.text}.`),
+      ...steps.map((step) => sentence(data, "step",
+        {objectives: listed(step.names), design: names[step.row], difference: step.text})),
     ],
   }
 }
@@ -964,278 +781,201 @@ function explain(data, ranking, row) {
 // What a design is among the others, as a sentence.
 function standing(data, ranking, row, dominatedBy) {
   const {front, best, isBest, rank, mask} = ranking
-  const name = capital(called(data, row))
-  const all = counted(front.length, "Pareto-optimal design")
-  if (row >= data.n) return `${name} is not among the designs that are ranked.`
-  if (!mask[row]) return `${name} is beyond the limits.`
+  const parts = {design: capital(data.names[row]), front: counted(front.length, "Pareto-optimal design"),
+    count: best.length, rank: rank[row]}
+  if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
+  if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
     const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
-    const by = difference(data, gains[1], shares[1])
-    return `${name} is dominated: ${called(data, dominatedBy)} is ${by}.`
+    parts.other = data.names[dominatedBy]
+    parts.difference = difference(data, gains[1], shares[1])
+    return sentence(data, "dominated", parts)
   }
-  if (front.length === 1) return `${name} is the only Pareto-optimal design.`
-  if (isBest[row]) {
-    if (best.length === 1) {
-      return `${name} is the Salukvadze optimum: the nearest of ${all} to the ideal point.`
-    }
-    return `${name} is a Salukvadze optimum: one of ${best.length} of ${all} that are equally ` +
-      "near to the ideal point."
-  }
-  return `${name} is one of ${all}, of rank of efficiency ${rank[row]}.`
+  const key = front.length === 1 ? "single" : !isBest[row] ? "ranked" : best.length === 1 ? "optimum" : "optima"
+  return sentence(data, key, parts)
 }
 
-// How far a design is from the best of each criterion, as a sentence.
+// How far a design is from the best of each objective, as a sentence.
 function distances(data, {frame}, ordered, behind, shares, weakest) {
-  const {criteria} = data
-  const there = ordered.filter((j) => behind[j] > 0)
-  if (!there.length) return "It is the best in every criterion."
-  const told = there.map((j, k) =>
-    `${criteria[j].name} by ${amount(behind[j], criteria[j].unit, shares[j], k === 0)}`)
-  const parts = [`Behind the best in ${told.join(", ")}`]
-  if (told.length > 1 && weakest.length) parts.push(`weakest in ${listed(weakest)}`)
-  for (const [what, constant] of [["the best", false], ["the same as all", true]]) {
-    const names = criteria.filter((_, j) =>
-      behind[j] === 0 && (frame.lengths[j] === Infinity) === constant)
-    if (names.length) parts.push(`${what} in ${listed(names.map(({name}) => name))}`)
-  }
-  return `${parts.join("; ")}.`
+  const names = (there) => listed(data.objectives.filter((_, j) => there(j)).map(({name}) => name))
+  const away = ordered.filter((j) => behind[j] > 0)
+  if (!away.length) return sentence(data, "all best", {})
+  const changes = away.map((j, k) => changed(data, j, behind[j], shares[j], k === 0)).join(", ")
+  const best = names((j) => behind[j] === 0 && frame.lengths[j] !== Infinity)
+  const same = names((j) => behind[j] === 0 && frame.lengths[j] === Infinity)
+  return `${[
+    sentence(data, "behind", {changes}),
+    away.length > 1 && weakest.length ? sentence(data, "weakest", {objectives: listed(weakest)}) : "",
+    best && sentence(data, "best", {objectives: best}),
+    same && sentence(data, "same", {objectives: same}),
+  ].filter(Boolean).join("; ")}.`
 }
 
-// The best compromise under the limits, why, and what is bad about it; null if nothing is left.
+// The best compromise under the limits, why, and how far its weakest objective is from the best if
+// that is beyond the middle of the range; null if nothing is left.
 function verdict(data, ranking) {
   if (ranking.count === 0) return null
-  const told = explain(data, ranking, ranking.best[0])
-  const worst = told.criteria.reduce((a, b) => (b.share > a.share ? b : a))
-  const bad = worst.share > BAD && ranking.front.length > 1
+  const best = explain(data, ranking, ranking.best[0])
+  const worst = Math.max(...best.objectives.map(({share}) => share))
   const first = data.whole.best[0]
-  const differ = !data.whole.isBest[told.row]
-  const sentence = differ &&
-    `Without limits it would be ${called(data, first)}. ` +
-    compare(data, data.whole, [told.row], first).sentences[0]
   return {
-    ...told,
-    bad,
-    warning: bad
-      ? `In ${listed(told.weakest)} it is ${percent(worst.share)} of the range away from the best.`
-      : "",
+    ...best,
+    warning: worst > 0.5 && ranking.front.length > 1
+      ? `In ${listed(best.weakest)} it is ${percent(worst)} of the range away from the best.` : "",
     ties: ranking.best,
-    whole: differ ? {row: first, label: called(data, first), sentence} : null,
+    whole: data.whole.isBest[best.row] ? null : {row: first, sentence: `Without limits it would be ` +
+      `${data.names[first]}. ${compare(data, data.whole, [best.row], first).sentences[0]}`},
   }
 }
 
 // ---------------------------------------------------------------------------------------- cautions
 
-// What speaks against relying on the optimum, in sentences: pareto/_cautions.py, whose thresholds
-// and reasons hold here. Up to two rankings for each criterion, so not for every step of a slider.
-const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
-const NEARLY = ", to within 1 % of the range"
-
+// What speaks against relying on the optimum, in sentences (pareto's cautions). It ranks anew up to
+// twice for each objective, so not for every step of a slider.
 function cautions(data, ranking) {
-  const {front, frame, V, best, isBest, mu1, rank} = ranking
-  if (ranking.count === 0) return []
-  const {criteria, normalize} = data
+  const {front, frame: {lengths}, V, best, isBest, rank, count} = ranking
+  if (count === 0) return []
   const n = front.length
-  const names = (places) => listed(places.map((j) => criteria[j].name))
-  const low = V.map(leastOf)
-  const {lengths} = frame
-  const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
-  const m = D.length
-  const varying = D.map((_, j) => j).filter((j) => D[j].some((d) => d !== 0))
-  if (!varying.length) {
-    if (ranking.count === 1 || m === 1) return []
-    return [n > 1 ? `All ${n} Pareto-optimal designs have the same values.`
-      : "Only one design is Pareto optimal: the criteria do not conflict."]
-  }
+  const columns = V.map((_, j) => j)
+  const names = (places) => listed(places.map((j) => data.objectives[j].name))
+  const name = (k) => data.names[front[k]]
   const found = []
-  const constant = D.map((_, j) => j).filter((j) => !varying.includes(j))
-  if (constant.length) {
-    found.push(`Equal for all Pareto-optimal designs, and without weight: ${names(constant)}.`)
+  const say = (key, parts) => found.push(sentence(data, key, {count: n, ...parts}))
+  const D = V.map((column, j) => column.map((value) => (value - leastOf(column)) / lengths[j]))
+  const varying = columns.filter((j) => greatestOf(D[j]) > 0)
+  if (!varying.length) {
+    if (count > 1 && V.length > 1) say(n > 1 ? "alike" : "alone", {})
+    return found
   }
-  if (n >= 3) {
-    const groups = []
-    for (let rest = varying; rest.length;) {
-      const first = rest[0]
-      const same = rest.filter((j) => D[j].every((d, k) => Math.abs(d - D[first][k]) <= EDGE))
-      if (same.length > 1) groups.push(names(same))
-      rest = rest.filter((j) => !same.includes(j))
-    }
-    if (groups.length) {
-      found.push("Criteria that agree to within 1 % of their ranges, and so count more than once: " +
-        `${groups.join("; ")}.`)
-    }
+  const constant = columns.filter((j) => !varying.includes(j))
+  if (constant.length) say("constant", {objectives: names(constant)})
+  const groups = []
+  for (let rest = varying; n >= 3 && rest.length;) {
+    const same = rest.filter((j) => D[j].every((d, k) => Math.abs(d - D[rest[0]][k]) <= EDGE))
+    if (same.length > 1) groups.push(names(same))
+    rest = rest.filter((j) => !same.includes(j))
   }
-  const spans = V.map((column, j) => greatestOf(column) - low[j])
-  const most = varying.reduce((a, j) => (spans[j] > spans[a] ? j : a))
-  const least = varying.reduce((a, j) => (spans[j] < spans[a] ? j : a))
-  if (!normalize && spans[most] >= OUTWEIGHED * spans[least]) {
-    found.push(`Without normalising, ${names([most])} with a range of ${short(spans[most], 3)} ` +
-      `outweighs ${names([least])} with one of ${short(spans[least], 3)}.`)
+  if (groups.length) say("redundant", {groups: groups.join("; ")})
+  const ranges = V.map((column) => greatestOf(column) - leastOf(column))
+  const widest = varying.reduce((a, j) => (ranges[j] > ranges[a] ? j : a))
+  const least = varying.reduce((a, j) => (ranges[j] < ranges[a] ? j : a))
+  if (!data.normalize && ranges[widest] >= OUTWEIGHED * ranges[least]) {
+    say("scale", {objective: names([widest]), range: short(ranges[widest], 3), other: names([least]),
+      least: short(ranges[least], 3)})
   }
 
-  const mu = Float64Array.from(front, (i) => mu1[i])
-  const places = upTo(n)
+  const mu = Float64Array.from(front, (i) => ranking.mu1[i])
   const optimum = front.indexOf(best[0])
-  const limit = mu[optimum] * (1 + NEAR)
-  const near = places.filter((k) => mu[k] <= limit)
+  const near = upTo(n).filter((k) => mu[k] <= mu[optimum] * (1 + NEAR))
   const spread = Math.max(...D.map((column) => {
     const shares = Float64Array.from(near, (k) => column[k])
     return greatestOf(shares) - leastOf(shares)
   }))
-  const equidistant = near.length >= 3 && 2 * near.length > n && spread > 0.5
   // By what share of a range a design differs most from the optimum, and in what.
   const apart = (k) => {
     const shares = D.map((column) => Math.abs(column[k] - column[optimum]))
-    const share = Math.max(...shares)
-    return [share, shares.indexOf(share)]
+    return [Math.max(...shares), shares.indexOf(Math.max(...shares))]
   }
-  const name = (k) => called(data, front[k])
-  if (equidistant) {
-    found.push(`${near.length} of ${n} Pareto-optimal designs are within 1 % of the least ` +
-      "distance to the ideal point, as on a sphere around it: a preference must choose.")
-  } else {
-    const different = places.filter((k) => isBest[front[k]] && apart(k)[0] > EDGE)
-    if (different.length) {
-      const more = different.length > 1 ? ` and ${different.length - 1} more` : ""
-      found.push(`${capital(name(optimum))} is as near to the ideal point as ` +
-        `${name(different[0])}${more}.`)
-    }
-    const others = near.filter((k) => !isBest[front[k]] && apart(k)[0] > ELSEWHERE)
+  if (near.length >= 3 && 2 * near.length > n && spread > 0.5) say("equidistant", {near: near.length})
+  else {
+    const ties = [...upTo(n)].filter((k) => isBest[front[k]] && apart(k)[0] > EDGE)
+    const more = ties.length > 1 ? ` and ${ties.length - 1} more` : ""
+    if (ties.length) say("tie", {design: capital(name(optimum)), others: name(ties[0]) + more})
+    const others = [...near].filter((k) => !isBest[front[k]] && apart(k)[0] > ELSEWHERE)
     if (others.length) {
       const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
-      const more = others.length > 1 ? `, one of ${others.length} such designs,` : ""
       const [share, j] = apart(other)
-      const farther = percent(mu[other] / mu[optimum] - 1)
-      const only = farther.startsWith("less") ? "" : "only "
-      found.push(`${capital(name(other))}${more} is ${only}${farther} farther from the ideal ` +
-        `point, and differs by ${percent(share)} of the range in ${names([j])}.`)
+      say(others.length > 1 ? "near ties" : "near tie", {design: capital(name(other)), count: others.length,
+        farther: percent(mu[other] / mu[optimum] - 1), share: percent(share), objective: names([j])})
     }
-    const worst = D.map((_, j) => j).filter((j) => D[j][optimum] >= 1 - EDGE)
-    if (worst.length && n >= 3) {
-      const nearly = worst.every((j) => D[j][optimum] === 1) ? "" : NEARLY
-      const text = `The optimum is the worst in ${names(worst)}${nearly}: `
-      found.push(text + (!normalize ? "it is no compromise." : "the set bulges away from the " +
-        "ideal point, so that no compromise is nearer to it than the extreme designs."))
-    }
+    const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
+    if (worst.length && n >= 3) say(data.normalize ? "extreme" : "plain extreme", {objectives: names(worst)})
     const edge = varying.filter((j) => D[j][optimum] <= EDGE)
-    if (edge.length && n >= 3) {
-      const nearly = edge.some((j) => D[j][optimum] !== 0) ? NEARLY : ""
-      found.push(`The optimum is the best in ${names(edge)}${nearly}: it lies at an edge of the set.`)
-    }
-    const hanging = hangingOn(data, ranking, D, varying)
-    if (hanging) found.push(hanging)
+    if (edge.length && n >= 3) say("edge", {objectives: names(edge)})
+    const single = hangingOn(data, ranking, D, varying)
+    if (single) say(...single)
   }
   const efficient = front.filter((i) => rank[i] > 0).length
-  if (n >= FEW && 2 * efficient > n) {
-    found.push(`${efficient} of ${n} Pareto-optimal designs have a rank: ranks select little.`)
+  if (n >= FEW && 2 * efficient > n) say("unselective", {ranked: efficient})
+  return found
+}
+
+// The single extreme design without which the optimum moves most, as a template and its parts;
+// null if it moves without none.
+function hangingOn(data, ranking, D, varying) {
+  const {front, best, isBest, V} = ranking
+  const extremes = new Map()
+  for (const j of varying) {
+    for (const [key, share] of [["best unstable", 0], ["worst unstable", 1]]) {
+      const at = upTo(front.length).filter((k) => D[j][k] === share)
+      if (at.length === 1 && !isBest[front[at[0]]] && !extremes.has(at[0])) extremes.set(at[0], [key, j])
+    }
+  }
+  let [moved, found] = [ELSEWHERE, null]
+  for (const [k, [key, extreme]] of extremes) {
+    const without = ranking.mask.slice()
+    without[front[k]] = 0
+    const rows = frontOf(data, without, picked(ranking.rows, (i) => i !== front[k]))
+    const columns = settled(data, rows)
+    const frame = new Frame(columns, data.normalize)
+    const [[mu1]] = frame.measured(columns, upTo(rows.length), rows.length)
+    const reach = leastOf(mu1) * (1 + TIE)
+    const optima = [...upTo(rows.length)].filter((at) => mu1[at] <= reach)
+    if (optima.some((at) => isBest[rows[at]])) continue
+    const pairs = optima.flatMap((at) => best.map((row) => {
+      const old = front.indexOf(row)
+      const steps = columns.map((column, j) => Math.abs(column[at] - V[j][old]) / frame.lengths[j])
+      return {row: rows[at], share: Math.max(...steps), j: steps.indexOf(Math.max(...steps))}
+    }))
+    const closest = pairs.reduce((a, b) => (b.share < a.share ? b : a))
+    if (!(closest.share > moved)) continue
+    moved = closest.share
+    const times = V.map((column, j) => (greatestOf(column) - leastOf(column)) / frame.lengths[j])
+    const most = Math.max(...times)
+    const {objectives, names} = data
+    const who = names[front[k]]
+    found = [most >= OUTLIER ? "outlier" : key, {
+      design: most >= OUTLIER ? capital(who) : who, extreme: objectives[extreme].name,
+      stretched: objectives[times.indexOf(most)].name, times: short(most, 3), other: names[closest.row],
+      share: percent(closest.share), objective: objectives[closest.j].name,
+    }]
   }
   return found
 }
 
-// On which single extreme design the optimum hangs most, as a sentence; "" if on none.
-function hangingOn(data, ranking, D, varying) {
-  const {front, best, isBest, mask, V} = ranking
-  const {criteria} = data
-  const roles = new Map()
-  for (const j of varying) {
-    for (const [role, share] of [["best", 0], ["worst", 1]]) {
-      const at = []
-      for (let k = 0; k < front.length && at.length < 2; k++) if (D[j][k] === share) at.push(k)
-      if (at.length === 1 && !isBest[front[at[0]]] && !roles.has(at[0])) {
-        roles.set(at[0], `the ${role} in ${criteria[j].name}`)
-      }
-    }
-  }
-  let [moved, told] = [ELSEWHERE, ""]
-  const old = best.map((row) => front.indexOf(row))
-  for (const [k, role] of roles) {
-    const without = mask.slice()
-    without[front[k]] = 0
-    const other = nearestOf(data, without)
-    const found = other.best
-    if (found.some((row) => isBest[row])) continue
-    const {lengths} = other
-    let closest = null // of the pairs of a new optimum and an old one
-    for (const row of found) {
-      const at = other.front.indexOf(row)
-      for (const b of old) {
-        const steps = other.V.map((column, j) => Math.abs(column[at] - V[j][b]) / lengths[j])
-        const size = Math.max(...steps)
-        if (!closest || size < closest.size) closest = {row, size, j: steps.indexOf(size)}
-      }
-    }
-    if (!(closest.size > moved)) continue
-    moved = closest.size
-    const there = `${called(data, closest.row)}, which differs by ${percent(closest.size)} of the ` +
-      `range in ${criteria[closest.j].name}`
-    const stretched = V.map((column, j) =>
-      Number.isFinite(lengths[j]) ? (greatestOf(column) - leastOf(column)) / lengths[j] : 0)
-    const most = Math.max(...stretched)
-    const who = called(data, front[k])
-    told = most >= OUTLIER
-      ? `${capital(who)} alone stretches the range of ${criteria[stretched.indexOf(most)].name} ` +
-        `${short(most, 3)} times; without it the optimum would be ${there}.`
-      : `Without ${who}, ${role}, the optimum would be ${there}.`
-  }
-  return told
-}
-
-// Criteria of which Pareto-optimal designs lie far beyond all others, as penalties do, and stretch the
-// range by which all are ranked: how many, and the limits that would leave them out.
+// Objectives of which Pareto-optimal designs lie far beyond all others, as penalties do, and stretch
+// the range by which all are ranked: how many, the farthest value, and the limits without them.
 function stretched(data, ranking) {
-  return data.criteria.filter(({clipped}) => clipped > 0).map((column) => {
+  return data.objectives.filter(({clipped}) => clipped > 0).map((column) => {
     const [low, high] = column.range
-    const beyond = ranking.front.filter((i) => column.values[i] < low || column.values[i] > high)
-    const worst = beyond.reduce((a, i) => {
-      return Math.abs(column.values[i]) > Math.abs(a) ? column.values[i] : a
-    }, 0)
-    const ends = [beyond.some((i) => column.values[i] < low) ? low : null,
-      beyond.some((i) => column.values[i] > high) ? high : null]
-    return {column, count: beyond.length, worst, ends}
+    const beyond = [...ranking.front].map((i) => column.values[i]).filter((value) => value < low || value > high)
+    return {column, count: beyond.length, worst: beyond.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0),
+      ends: [leastOf(beyond) < low ? low : null, greatestOf(beyond) > high ? high : null]}
   }).filter(({count}) => count > 0)
-}
-
-// The front of some rows, and those of it within rounding of the least distance to the ideal point:
-// what a ranking would say of this alone, in a tenth of its time.
-function nearestOf(data, mask) {
-  const front = frontOf(data, mask, rowsOf(mask, data.n))
-  const V = settled(data, front)
-  const frame = new Frame(V.map(leastOf), V.map(greatestOf), data.normalize)
-  const [[mu1]] = frame.measured(V, upTo(front.length), front.length)
-  const limit = leastOf(mu1) * (1 + TIE)
-  return {front, V, lengths: frame.lengths, best: front.filter((_, k) => mu1[k] <= limit)}
 }
 
 // ------------------------------------------------------------------------------------ typed numbers
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
-// Points and commas are read by the rules of table/_cells.py, and where these leave two readings of
-// "1.250" the page's own, with a decimal point, if only that one is within the column's range.
-function typed(text, column = null) {
-  const spaced = text.trim().replace(/[−–]/g, "-")
-  if (spaced === "") return {value: null}
-  const plain = spaced.replace(/(?<=\d)[ '’\u00a0\u2009\u202f](?=\d{3}(?!\d))/g, "")
-  const [, sign, body, power = ""] = /^([+-]?)([\d.,]+)(e[+-]?\d+)?$/i.exec(plain) ?? []
-  const groups = [/^\d+([.,]\d*)?$/, /^[.,]\d+$/, /^[1-9]\d{0,2}(\.\d{3})+(,\d*)?$/,
-    /^[1-9]\d{0,2}(,\d{3})+(\.\d*)?$/]
-  if (body === undefined || !groups.some((form) => form.test(body))) {
-    return {wrong: "A number such as 1.5 or 2e3, please."}
+// A point is decimal, and so is a comma but where it may separate thousands.
+function typed(text) {
+  const plain = text.trim().replace(/[−–]/g, "-")
+  if (plain === "") return {value: null}
+  if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "A number such as 1.5 or 2e3, please."}
+  if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(plain)) {
+    return {wrong: `${plain.replace(",", ".")} or ${plain.replace(",", "")}? Please write one of these.`}
   }
-  const read = (decimal) => Number(sign + [...body].map((character) =>
-    character === decimal ? "." : /\d/.test(character) ? character : "").join("") + power)
-  const marks = body.match(/[.,]/g) ?? []
-  const last = marks.at(-1) ?? null
-  const same = marks.length > 1 && marks[0] === last // of thousands
-  const value = read(same ? null : last)
-  if (marks.length === 1 && plain === spaced && !power && /^[1-9]\d{0,2}[.,]\d{3}$/.test(body)) {
-    const other = read(null)
-    const [low, high] = column?.range ?? [0, 0]
-    const fits = (number) => low <= number && number <= high
-    if (!fits(value) || fits(other)) return {wrong: `${value} or ${other}? Please write one of these.`}
-  }
+  const value = Number(plain.replace(",", "."))
   return Number.isFinite(value) ? {value} : {wrong: "A number below 1e308, please."}
 }
 
 // ------------------------------------------------------------------------------------------ states
+
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
+
+// An entry of untrusted input; undefined if there is none.
+const entryOf = (object, name) =>
+  isObject(object) && Object.hasOwn(object, name) ? object[name] ?? undefined : undefined
 
 // Objects by the user's names have no prototype: in them __proto__ is a name as any other.
 const byName = (entries = []) => {
@@ -1247,116 +987,61 @@ const byName = (entries = []) => {
 // The state that the page opens with, and what of it does not fit.
 const initial = (data) => checked(data, data.opens_with)
 
-const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
-const isEnd = (value) => value === null || (typeof value === "number" && Number.isFinite(value))
-
-// A state from anything that JSON can hold, an address or a file of anybody's. What does not fit
-// is dropped and told; nothing is taken over that has not been looked at here.
+// A state from untrusted input, an address or a file. What does not fit is left out and named in a
+// remark.
 function checked(data, anything) {
-  const remarks = []
-  const dropped = (what) => { if (remarks.length < 20) remarks.push(`${what}: left out.`) }
-  const given = (key) =>
-    isObject(anything) && Object.hasOwn(anything, key) ? anything[key] : undefined
-  if (!isObject(anything)) dropped("What should be a state is none")
+  const given = (key, object = anything) => entryOf(object, key)
+  const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
+  const fitting = (key, fits, otherwise, object) => {
+    const value = given(key, object)
+    if (value === undefined || fits(value)) return value ?? otherwise
+    lost.add(key)
+    return otherwise
+  }
+  // The entries of a mapping, by names of columns, and of a list that fit.
+  const entries = (key, fits, object) => byName(Object.entries(fitting(key, isObject, {}, object)).filter(
+    ([name, value]) => (data.by.get(name)?.name === name && fits(data.by.get(name), value)) || (lost.add(key), false)))
+  const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object).filter(
+    (item) => fits(item) || (lost.add(key), false)))]
+  const isDesign = (name) => typeof name === "string" && data.rowOf.has(name)
+  const isNumber = ({texts, role}) => texts === null && role !== "geometric"
+  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 &&
+    pair.every((end) => end === null || Number.isFinite(end)) && !(pair[0] !== null && pair[1] !== null && pair[0] > pair[1])
 
-  // The entries of a mapping by names of columns for which `accepts` says true.
-  const entries = (value, columnFits, accepts, what) => {
-    if (value === undefined) return byName()
-    if (!isObject(value)) return dropped(`${what} that is none`), byName()
-    return byName(Object.entries(value).filter(([name, entry]) => {
-      const column = data.by.get(name)
-      const fits = column !== undefined && column.name === name && columnFits(column)
-      if (!fits) dropped(`${what} on ${shown(name)}, which is no such column`)
-      else if (!accepts(entry)) dropped(`${what} on ${shown(name)}, which is none`)
-      return fits && accepts(entry)
-    }))
+  const limits = entries("limits", (column, pair) => isNumber(column) && isPair(pair))
+  for (const [name, pair] of Object.entries(limits)) if (pair.every((end) => end === null)) delete limits[name]
+  // Texts that no design has any more allow none; if no text is known, the choice is foreign.
+  const categories = entries("categories", ({texts}, list) => texts !== null && Array.isArray(list) &&
+    (list.length === 0 || list.some((text) => texts.includes(text))))
+  for (const [name, list] of Object.entries(categories)) {
+    categories[name] = data.by.get(name).texts.filter((text) => list.includes(text))
+    if (categories[name].length < list.length) lost.add("categories")
   }
-  const isNumber = (column) => column.texts === null && column.role !== "geometric"
-  const isText = (column) => column.texts !== null
-  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.every(isEnd) &&
-    !(pair[0] !== null && pair[1] !== null && pair[0] > pair[1])
-  const limits = entries(given("limits"), isNumber, isPair, "A limit")
-  for (const name of Object.keys(limits)) {
-    if (limits[name].every((end) => end === null)) delete limits[name]
-    else limits[name] = [...limits[name]]
-  }
-  const areTexts = (list) => Array.isArray(list) && list.every((text) => typeof text === "string")
-  const categories = entries(given("categories"), isText, areTexts, "A choice of categories")
-  for (const [name, allowed] of Object.entries(categories)) {
-    // Texts that no design has any more allow none; if no text is known, the choice is foreign.
-    const {texts} = data.by.get(name)
-    categories[name] = texts.filter((text) => allowed.includes(text))
-    const lost = new Set(allowed).size - categories[name].length
-    if (lost) dropped(`${counted(lost, "category", "categories")} of ${shown(name)} that none has`)
-    if (lost && categories[name].length === 0) delete categories[name]
-  }
-
-  // Designs by what they are called.
-  const designs = (key, most) => {
-    const value = given(key)
-    if (value === undefined || value === null) return null
-    if (!Array.isArray(value)) return dropped(`${key} is no list`), null
-    const known = value.filter((id) => typeof id === "string" && data.rowOf.has(id))
-    const lost = value.length - known.length
-    if (lost) dropped(`${key} names ${counted(lost, "design")} that the page does not have`)
-    const distinct = [...new Set(known)]
-    if (distinct.length > most) dropped(`More than ${most} in ${key}`)
-    return distinct.slice(0, most)
-  }
-  const design = (key, what) => {
-    const id = given(key) ?? null
-    if (id === null || (typeof id === "string" && data.rowOf.has(id))) return id
-    return dropped(`${what} ${shown(id)}, which the page does not have`), null
-  }
-
-  let ranks = given("ranks") ?? null
-  if (ranks !== null && !(Array.isArray(ranks) && ranks.every((rank) => RANKS.includes(rank)))) {
-    dropped("ranks, which do not fit")
-    ranks = null
-  }
-  const order = given("order")
-  const by = isObject(order) ? order.by : null
-  const ordered = by === "rank" || by === "preference" || (by === "column" && data.by.has(order.name))
-  if (order !== undefined && !ordered) dropped("order, which does not fit")
-
-  const {weights, aspiration} = isObject(given("preference")) ? given("preference") : {}
-  const isCriterion = ({role}) => role === "criterion"
-  const axes = isObject(given("axes")) ? given("axes") : {}
-  const axisNames = (key) => {
-    const value = Object.hasOwn(axes, key) ? axes[key] : []
-    const fits = Array.isArray(value)
-    if (!fits) dropped(`axes.${key}, which is no list`)
-    return fits ? [...new Set(value.filter((name) => data.by.has(name)))] : []
-  }
-  const reason = given("reason") ?? ""
-  if (typeof reason !== "string") dropped("reason, which is no text")
+  const ranks = given("ranks") === undefined ? null : items("ranks", (rank) => RANKS.includes(rank))
+  const isOrder = ({by, name}) => by === "rank" || by === "preference" || (by === "column" && data.by.has(name))
+  const order = fitting("order", (value) => isObject(value) && isOrder(value), {by: "rank"})
+  const [preference, axes] = [given("preference") ?? {}, given("axes") ?? {}]
+  const isObjective = ({role}) => role === "objective"
   const state = {
     limits,
     categories,
-    kept: designs("kept", Infinity),
-    ranks: ranks && [...new Set(ranks)],
+    kept: given("kept") === undefined ? null : items("kept", isDesign),
+    ranks: ranks?.length === 0 && lost.has("ranks") ? null : ranks,
     dominated: given("dominated") === true,
-    pins: designs("pins", MOST_PINS) ?? [],
-    base: design("base", "The base of the comparison"),
-    chosen: design("chosen", "The chosen design"),
-    order: ordered
-      ? {by, ...(by === "column" ? {name: order.name} : {}), down: order.down === true}
-      : {by: "rank", down: false},
+    pins: items("pins", isDesign).slice(0, MOST_PINS),
+    base: fitting("base", isDesign, null),
+    chosen: fitting("chosen", isDesign, null),
+    order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
     preference: {
-      weights: entries(weights, isCriterion, (weight) => Number.isFinite(weight) && weight >= 0,
-        "A weight"),
-      aspiration: entries(aspiration, isCriterion, Number.isFinite, "A wished value"),
+      weights: entries("weights", (column, weight) => isObjective(column) && Number.isFinite(weight) && weight >= 0, preference),
+      aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
     },
-    axes: {order: axisNames("order"), hidden: axisNames("hidden"), zoom: axes.zoom === true},
-    reason: typeof reason === "string" ? reason.slice(0, 10000) : "",
+    axes: {order: items("order", (name) => data.by.has(name), axes),
+      hidden: items("hidden", (name) => data.by.has(name), axes), zoom: given("zoom", axes) === true},
+    reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
-  return {state, remarks}
-}
-
-// Anything in a message: as text, and short.
-const shown = (value) => {
-  const text = typeof value === "string" ? value : JSON.stringify(value) ?? String(value)
-  return text.length > 40 ? `${text.slice(0, 40)}…` : text
+  if (!Array.isArray(given("kept") ?? [])) state.kept = null
+  return {state, remarks: lost.size ? [`Left out, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
 
 const toHash = (state) => `#${encodeURIComponent(JSON.stringify(state))}`
@@ -1376,7 +1061,10 @@ function fromHash(hash) {
 function history(first) {
   const states = [JSON.stringify(first)]
   let at = 0
-  const now = () => JSON.parse(states[at])
+  const go = (place) => {
+    at = Math.max(0, Math.min(place, states.length - 1))
+    return JSON.parse(states[at])
+  }
   return {
     push(state) {
       const text = JSON.stringify(state)
@@ -1385,14 +1073,8 @@ function history(first) {
       if (states.length > 200) states.shift()
       at = states.length - 1
     },
-    undo() {
-      at = Math.max(at - 1, 0)
-      return now()
-    },
-    redo() {
-      at = Math.min(at + 1, states.length - 1)
-      return now()
-    },
+    undo: () => go(at - 1),
+    redo: () => go(at + 1),
     get canUndo() { return at > 0 },
     get canRedo() { return at < states.length - 1 },
   }
@@ -1400,14 +1082,14 @@ function history(first) {
 
 // ------------------------------------------------------------------------------------------- files
 
-// A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone,
-// also those written with a comma, a percent sign or an exponent. The command writes CSV likewise.
+// A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone.
 const inert = (text) =>
   /^[=+\-@\t\r]/.test(text) && !/^[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)$/i.test(text)
     ? `'${text}` : text
 
 // The head of the CSV, its names written as in the header.
-const named = (value) => Array.isArray(value) ? value.map(inert)
+const named = (value) => Array.isArray(value) ? value.map(named)
+  : typeof value === "string" ? inert(value)
   : !isObject(value) ? value
   : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
 
@@ -1417,7 +1099,7 @@ const markOf = (data, ranking, i) => i >= data.n ? "prototype"
   : ranking.pareto[i] ? "" : "dominated"
 
 // Rows as CSV, every digit of the numbers, with ranks under the limits. The comment above says what
-// the columns are, so that the file comes back with its criteria, directions and units.
+// the columns are, so that the file comes back with its objectives, directions and units.
 function csv(data, rows, ranking) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
@@ -1425,72 +1107,39 @@ function csv(data, rows, ranking) {
     const array = values(data, ranking, column)
     return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
   })
-  const header = [data.label_name, ...data.columns.map(({role, field, name}) =>
+  const header = [data.label, ...data.columns.map(({role, field, name}) =>
     role === "geometric" ? field : name), "rank", "mark"]
-  const lines = [header.map((name) => quoted(inert(name))).join(",")]
-  for (const i of rows) {
-    const rank = ranking.rank[i] < 0 ? "" : String(ranking.rank[i])
-    lines.push([text(data.labels[i]), ...cells.map((cell) => cell(i)), rank,
-      markOf(data, ranking, i)].join(","))
-  }
-  const {head} = data
-  const comment = Object.keys(head).length === 0 ? "" : `# ${JSON.stringify(named(head))}\n`
-  return `${comment}${lines.join("\n")}\n`
+  const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
+    ranking.rank[i] < 0 ? "" : ranking.rank[i], markOf(data, ranking, i)].join(","))
+  const comment = data.head ? `# ${JSON.stringify(named(data.head))}\n` : ""
+  return `${comment}${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
 }
 
-const finite = (value) => (Number.isFinite(value) ? value : null)
-
-// The decision as JSON, to be read by people, by the page and by the commands (page/_decision.py).
-// Without a choice of the reader's the optimum is what was decided for.
+// The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
+// what only the page knows stands under "page".
 function decisionFile(data, state, ranking, verdict, date) {
   const row = state.chosen !== null ? data.rowOf.get(state.chosen) : verdict?.row ?? null
-  const numbers = (role) => byName(data.columns
-    .filter((column) => column.role === role)
-    .map((column) => [column.name,
-      column.texts ? column.texts[column.values[row]] : finite(column.values[row])]))
-  const {limits, categories, kept, pins, reason, ...view} = state
-  delete view.chosen
-  const content = {
-    pymoo_psi_decision: 1,
-    title: data.title,
-    date,
-    criteria: data.criteria.map(({name, unit, maximize}) => ({name, unit, maximize})),
-    normalize: data.normalize,
+  const {limits, reason, chosen: _, ...page} = state
+  const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
+  return `${JSON.stringify({
+    objectives: data.objectives.map(({name}) => name),
+    maximize: data.objectives.filter(({maximize}) => maximize).map(({name}) => name),
     limits,
-    categories,
-    kept,
-    left: ranking.count,
-    optimum: verdict === null ? null : data.ids[verdict.row],
-    chosen: row === null ? null
-      : {label: data.ids[row], criteria: numbers("criterion"), variables: numbers("variable")},
-    pins,
+    normalize: data.normalize,
+    chosen: row === null ? null : data.names[row],
     reason,
-    verdict: verdict === null ? [] : verdict.sentences,
-    view,
-  }
-  return `${JSON.stringify(content, null, 1)}\n`
-}
-
-// What a decision is about that the page is not, so that its limits and ranks would mean something
-// else here; "" for nothing: `require` of page/_decision.py.
-function foreign(data, {criteria, normalize}) {
-  const own = data.criteria
-  const theirs = new Map(Array.isArray(criteria) ? criteria.map((one) => [one?.name, one]) : [])
-  if (theirs.size !== own.length || !own.every(({name}) => theirs.has(name))) {
-    const names = listed([...theirs.keys()].map(shown))
-    return `it weighs ${names || "no criteria"}, and the page ${listed(own.map(({name}) => name))}`
-  }
-  for (const {name, unit, maximize} of own) {
-    const there = theirs.get(name)
-    if (there.maximize !== maximize) {
-      return `there ${name} is ${maximize ? "minimised" : "maximised"}, here it is not`
-    }
-    if (unit && there.unit && there.unit !== unit) {
-      return `there ${name} is in ${shown(there.unit)}, here in ${unit}`
-    }
-  }
-  return normalize === data.normalize ? ""
-    : `there designs are ranked ${normalize ? "in units of the ranges" : "by plain distances"}, here not`
+    page: {
+      title: data.title,
+      date,
+      units: byName(data.objectives.filter(({unit}) => unit).map(({name, unit}) => [name, unit])),
+      values: row === null ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
+        .map((column) => [column.name, valueOf(column)])),
+      left: ranking.count,
+      optimum: verdict === null ? null : data.names[verdict.row],
+      verdict: verdict?.sentences ?? [],
+      state: page,
+    },
+  }, null, 1)}\n`
 }
 
 // The state that a decision file holds, checked as any other, or null if it is about something else.
@@ -1498,30 +1147,31 @@ function opened(data, text) {
   let content = null
   try {
     content = text.length <= LONGEST_STATE * 16 ? JSON.parse(text) : null
-  } catch { /* told below */ }
-  const unfit = !isObject(content) || content.pymoo_psi_decision !== 1
-    ? "it is no decision that a page has saved" : foreign(data, content)
-  if (unfit) return {state: null, remarks: [`The file is not opened: ${unfit}.`]}
-  const view = isObject(content.view) ? content.view : {}
-  const {limits, categories, kept, pins, reason, chosen} = content
-  const label = isObject(chosen) ? chosen.label : null
-  const entries = {...view, limits, categories, kept, pins, reason, chosen: label}
-  const {state, remarks} = checked(data, entries)
-  if (state.chosen !== null && isObject(chosen.criteria)) {
-    const row = data.rowOf.get(state.chosen)
-    const changed = data.criteria.filter(({name, values}) =>
-      !Object.hasOwn(chosen.criteria, name) || chosen.criteria[name] !== values[row])
-    if (changed.length) {
-      const what = listed(changed.map(({name}) => name))
-      remarks.unshift(`${capital(called(data, row))} has changed since then in ${what}.`)
-    }
+  } catch { /* reported below */ }
+  const {objectives, maximize, limits, normalize, chosen, reason, page} = isObject(content) ? content : {}
+  const {units, values, state: view} = isObject(page) ? page : {}
+  const same = (list, accepts) => Array.isArray(list) && JSON.stringify([...list].sort()) ===
+    JSON.stringify(data.objectives.filter(accepts).map(({name}) => name).sort())
+  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
+  const refused = !isObject(view) ? "it is no decision that a page has saved"
+    : !same(objectives, () => true) ? "it has other objectives"
+    : !same(maximize, (column) => column.maximize) ? "it maximises other objectives"
+    : unlike ? `its unit of ${unlike.name} differs`
+    : normalize !== data.normalize ? "it measures distances differently (normalize)" : ""
+  if (refused) return {state: null, remarks: [`The file is not opened: ${refused}.`]}
+  const {state, remarks} = checked(data, {...view, limits, chosen, reason})
+  const row = data.rowOf.get(state.chosen)
+  const changes = data.objectives.filter((column) =>
+    row !== undefined && entryOf(values, column.name) !== column.values[row])
+  if (changes.length) {
+    remarks.unshift(`${capital(state.chosen)} has changed since then in ${listed(changes.map(({name}) => name))}.`)
   }
   return {state, remarks}
 }
 
 return {
-  decode, initial, checked, toHash, fromHash, history, values, called, left, ranked, order,
-  preference, verdict, explain, compared, compare, stretched, cautions, typed, written, short, csv,
+  decode, initial, checked, toHash, fromHash, history, values, left, ranked, order, preference,
+  verdict, explain, compared, compare, stretched, cautions, typed, written, short, csv,
   decisionFile, opened, MOST_PINS,
 }
 })()

@@ -1,0 +1,228 @@
+"""The data of the page: columns, their scales and digits, as JSON can hold them."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi.pareto import SENTENCES, nondominated
+from pymoo_psi.table import Kind, TestTable
+
+Role = Literal["objective", "variable", "output"]
+
+# Under these names ``rank --out`` writes them.
+_GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
+_DIGITS = 4  # that a written number resolves within the range of its column
+# Of the distance between the quartiles: what lies farther beyond them is an outlier, a penalty
+# perhaps. Of an exponential distribution that is one value in a thousand, of a normal one none.
+_FENCE = 5.0
+_DECADES = 2.0  # that a logarithmic scale spans at least: on a straight one a tenth is all below
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column of the page.
+
+    Attributes:
+        name: The user's name.
+        unit: The user's unit; empty if there is none.
+        role: What it is.
+        maximize: Whether more is better.
+        values: ``(n,)`` float64, or texts; those of existing designs last.
+    """
+
+    name: str
+    unit: str
+    role: Role
+    maximize: bool
+    values: NDArray[Any]
+
+
+def payload(
+    title: str, table: TestTable, former: TestTable | None, opens_with: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what the script of the page works with, see ``decode`` in ``logic.js``.
+
+    Numbers are little-endian float64 in base64: every digit, and a third of the length of a text.
+
+    Args:
+        title: Heading of the page.
+        table: Designs with finite objectives, one or more.
+        former: Existing designs to compare with; None if there are none.
+        opens_with: The decision that the page opens with, as a formulation in JSON.
+    """
+    layout = table.layout
+    optimal = nondominated(table.F)
+    names = table.names
+    labels = _labels(table)
+    if former is not None:
+        taken = set(names)
+        names += [f"{name} (existing)" if name in taken else name for name in former.names]
+        labels += _labels(former)
+    columns = columns_of(table, former)
+    return {
+        "title": title,
+        "file": "_".join("".join(c if c.isalnum() else " " for c in title).split())[:60] or "page",
+        "label": layout.label or "test_point",
+        "labels": labels,
+        "names": names,
+        "n": len(table),
+        "normalize": opens_with["normalize"],
+        "columns": [
+            *(_packed(f"c{j}", column, optimal) for j, column in enumerate(columns)),
+            *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
+        ],
+        "optimal": _base64(optimal.view(np.uint8)),
+        "head": {
+            "pymoo_psi_designs": 1,
+            "objectives": layout.objectives,
+            "maximized": layout.maximize,
+            "variables": layout.variables,
+            "outputs": layout.outputs,
+            "units": {column.name: column.unit for column in columns if column.unit},
+        },
+        "opens_with": dict(opens_with),
+        "remarks": list(table.remarks),
+        "sentences": SENTENCES,
+    }
+
+
+def columns_of(table: TestTable, former: TestTable | None) -> list[Column]:
+    """Return the columns of designs, those of existing designs behind: objectives first."""
+    layout = table.layout
+    extra = [name for name in table.extra if name != layout.label]
+    texts = {name for name, k in zip(layout.variables, table.kinds, strict=True) if k is Kind.CHOICE}
+    groups: list[tuple[Role, Iterable[str]]] = [
+        ("objective", layout.objectives),
+        ("variable", layout.variables),
+        ("output", (*layout.outputs, *extra)),
+    ]
+    return [
+        Column(
+            name,
+            layout.units.get(name, ""),
+            role,
+            name in layout.maximize,
+            _values(name, table, former, texts=name in texts or name in extra),
+        )
+        for role, names in groups
+        for name in names
+    ]
+
+
+def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent"], int]:
+    """Return how numbers are written: fixed or with an exponent, and with how many decimals.
+
+    The decimals tell designs apart: they follow the range, not the size, of the values. From 1e7
+    on, or where more than 8 decimals would be needed, an exponent is shorter.
+    """
+    known = values[np.isfinite(values)]
+    low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
+    # Beyond all floats, the range of an output is as good as the greatest one.
+    size, span = max(abs(low), abs(high)), min(float(high) - float(low), np.finfo(float).max)
+    if size < 1e7 and (known == np.round(known)).all():
+        return "fixed", 0
+    # A constant has no range; its own size then says how many decimals are of use.
+    decimals = _DIGITS - 1 - int(np.floor(np.log10(span if span > 0 else size)))
+    if size >= 1e7 or decimals > 8:
+        # Leading digits that all values have in common come on top of those that differ.
+        common = 0 if span <= 0 else int(np.floor(np.log10(size) - np.log10(span)))
+        return "exponent", min(_DIGITS - 1 + max(common, 0), 12)
+    return "fixed", max(decimals, 0)
+
+
+def scale_of(values: NDArray[np.float64]) -> tuple[float, float, bool]:
+    """Return the range of ``(n,)`` values that axes show, outliers left out, and if it is log."""
+    if len(values) == 0:
+        return 0.0, 0.0, False
+    low, high = _without_outliers(values)
+    middle = float(np.median(values[(low <= values) & (values <= high)]))
+    # Logarithmic where a straight scale would press most of the values into its first tenth.
+    crowded = middle - low < 0.1 * (high - low)
+    return low, high, bool(low > 0 and high >= 10**_DECADES * low and crowded)
+
+
+def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the least and the greatest of values that are no outliers."""
+    # Values over decades, by their sizes: of 1, 10, …, 1e6 none is an outlier.
+    positive = bool(values.min() > 0)
+    wide = positive and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25)
+    measured = np.log(values) if wide else values
+    # Wider parts where more than half of the values are equal, and tell of no distance.
+    for share in (0.25, 0.1, 0.02):
+        # Python's floats, as these overflow without a warning: then all are inside.
+        first, last = map(float, np.quantile(measured, [share, 1 - share]))
+        if last > first:
+            reach = _FENCE * (last - first)
+            inside = (measured >= first - reach) & (measured <= last + reach)
+            return float(values[inside].min()), float(values[inside].max())
+    return float(values.min()), float(values.max())
+
+
+def _values(name: str, table: TestTable, former: TestTable | None, *, texts: bool) -> NDArray[Any]:
+    """Return the values of a column, NaN or empty where existing designs have none."""
+    blocks = [_cells(name, table)]
+    if former is not None:
+        have = {*former.layout.columns, *former.extra}
+        blocks.append(_cells(name, former) if name in have else [None] * len(former))
+    cells = [cell for block in blocks for cell in block]
+    if texts:
+        return np.array(["" if c is None or c != c else str(c) for c in cells], dtype=object)
+    return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
+
+
+def _cells(name: str, table: TestTable) -> list[Any]:
+    cells = table.extra[name] if name in table.extra else table.column(name)
+    found: list[Any] = cells.tolist()
+    return found
+
+
+def _labels(table: TestTable) -> list[Any]:
+    label = table.layout.label
+    if label is None:
+        return table.numbers.tolist()
+    return [cell if type(cell) is int else str(cell) for cell in table.extra[label].tolist()]
+
+
+def _packed(field: str, column: Column, optimal: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return a column as the payload has it; ``field`` is free of the user's characters."""
+    packed: dict[str, Any] = {
+        "field": field,
+        "name": column.name,
+        "unit": column.unit,
+        "role": column.role,
+        "maximize": column.maximize,
+        "texts": None,
+    }
+    if column.values.dtype == object:
+        texts, places = np.unique(column.values.astype(str), return_inverse=True)
+        return packed | {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
+    values = column.values[: len(optimal)]  # without those of existing designs
+    known = np.isfinite(values)
+    low, high, log = scale_of(values[known & optimal])
+    beyond = known & ((values < low) | (values > high))
+    return packed | {
+        "values": _base64(column.values),
+        "notation": notation_of(values[known & optimal & ~beyond]),
+        "range": [low, high],
+        "log": log,
+        "clipped": int((beyond & optimal).sum()),
+        "beyond": int(beyond.sum()),
+    }
+
+
+def _geometric(field: str, name: str) -> dict[str, Any]:
+    """Return a column whose values depend on the limits: the script computes them."""
+    packed = {"field": field, "name": name, "unit": "", "role": "geometric", "maximize": False}
+    more = {"texts": None, "values": None, "notation": ["fixed", 4], "range": [0, 1], "log": False}
+    return packed | more
+
+
+def _base64(values: NDArray[Any]) -> str:
+    little = values.astype(values.dtype.newbyteorder("<"), copy=False)
+    return b64encode(little.tobytes()).decode("ascii")
