@@ -15,7 +15,7 @@ from pymoo_psi import compare_designs, explain, rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import cautions, nondominated
 from pymoo_psi.selection import ReferencePoint
-read_table = None
+from pymoo_psi.table import Formulation, read_table
 from tests.page.documents import payload_of
 
 HOSTILE = [
@@ -77,16 +77,16 @@ class Case:
         self.units = {self.names[0]: "kg"}
         self.page = decision_page(
             frame,
-            self.names,
+            Formulation(self.names, maximize=self.maximize, normalize=self.normalize),
             variables=["x", "kind"],
-            outputs=["heat"],
-            maximize=self.maximize,
             units=self.units,
-            normalize=self.normalize,
-            prototype=self.prototype if seed % 2 else None,
+            prototype=pd.DataFrame([self.prototype], ["prototype"]) if seed % 2 else None,
             title=f"set {seed}",
         )
         self.payload = payload_of(self.page)
+        self.whole = rank_of_efficiency(
+            frame[self.names], normalize=self.normalize, maximize=self.maximize
+        )
         self.states = [self.state(k) for k in range(4)]
         self.rows = [self.rng.integers(0, n, 4).tolist() for _ in self.states]
         self.pins = [self.rng.choice(n, 4, replace=False).tolist() for _ in self.states]
@@ -215,7 +215,7 @@ def test_ranks_are_those_of_python(rankings):
         np.testing.assert_array_equal(found["nadir"], ranking.nadir)
         mu = np.array(found["mu"], dtype=float)[:, rows].T
         np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=1e-13)
-        freed += (ranking.pareto & ~case.page.ranking.pareto[rows]).sum()
+        freed += (ranking.pareto & ~case.whole.pareto[rows]).sum()
     assert freed > 50  # dominated designs whose dominators are rejected
 
 
@@ -245,7 +245,7 @@ class Drag:
         names = [f"f{j + 1}" for j in range(m)]
         frame[names] = F
         self.names, self.frame = names, frame.iloc[20:]
-        self.page = decision_page(frame, names, variables=["x", "y"], outputs=["heat"])
+        self.page = decision_page(frame, names, variables=["x"])
         down = [{"y": [None, end]} for end in (0.9, 0.85, 0.8, 0.5, 0.55, 0.95)]
         up = [{"x": [end, None]} for end in (0.05, 0.1, 0.3, 0.25, 0.7, 0.1)]
         both = [{"x": [0.2, 0.9], "y": [end, None]} for end in (0.1, 0.6, 0.2)]
@@ -289,7 +289,7 @@ def test_a_design_may_be_rejected_by_any_number_of_limits():
     """The last design is beyond none of 256 limits, the first beyond all."""
     names = [f"o{j}" for j in range(256)]
     frame = pd.DataFrame({"f1": [1, 2], "f2": [2, 1], **{name: [0, 1] for name in names}})
-    page = decision_page(frame, ["f1", "f2"], outputs=names)
+    page = decision_page(frame, ["f1", "f2"])
     limits = {name: [0.5, None] for name in names}
     [[found]] = in_node([{"payload": payload_of(page), "states": [{"limits": limits}]}])
     assert found["front"] == [1]
@@ -365,7 +365,7 @@ def test_there_is_always_something_to_compare_with(rankings):
     for case, k, found, rows, ranking in rankings:
         n, state = case.payload["n"], case.states[k]
         best = rows[ranking.salukvadze[0]]
-        whole = case.page.ranking.salukvadze
+        whole = case.whole.salukvadze
         bare, full, based = found["beside"]
         if case.seed % 2:
             base, kind = n, "prototype"
@@ -442,7 +442,8 @@ def test_a_decision_about_something_else_is_not_opened(answers):
 def test_what_no_longer_fits_at_the_opening_is_reported(cases):
     case = cases[0]
     gone = {"pins": ["nobody", case.payload["names"][0]], "preference": {"weights": {"gone": 1}}}
-    asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": gone}}
+    opens_with = case.payload["opens_with"] | {"page": {"state": gone}}
+    asked = case.asked() | {"states": [], "payload": case.payload | {"opens_with": opens_with}}
     (answer,) = in_node([asked])
     assert answer["initial"]["state"]["pins"] == [case.payload["names"][0]]
     assert answer["initial"]["remarks"] == [
@@ -479,5 +480,5 @@ def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_pat
         assert layout.units[case.names[0]] == "kg"
         order = found["order"][case.seed % 2 :]
         expected = case.frame.iloc[order][case.names].to_numpy()
-        np.testing.assert_array_equal(table.F, expected)
+        np.testing.assert_array_equal(table.F * layout.sign, expected)
         assert sorted(order) == rows.tolist()

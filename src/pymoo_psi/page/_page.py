@@ -170,7 +170,7 @@ def decision_page(
         raise invalid("source", rule, Received(f"none in {counted(len(table), 'design')}"))
     former = table.prototype
     if prototype is not None:
-        former = read_table(prototype, question, variables=variables)
+        former = read_table(prototype, question)
     layout = shown.layout
     for name in units or {}:
         known_name("units", name, layout.columns)

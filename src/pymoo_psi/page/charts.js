@@ -27,32 +27,33 @@ const Charts = (() => {
   const ACCENT = "#0072B2"
   const FONT = '11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
-  // Corners of the shapes, in units of their size.
-  const CORNERS = {
-    triangle: [[0, -1], [0.95, 0.8], [-0.95, 0.8]],
-    square: [[-1, -1], [1, -1], [1, 1], [-1, 1]],
-    frame: [[-1, -1], [1, -1], [1, 1], [-1, 1]],
-    diamond: [[0, -1.1], [1, 0], [0, 1.1], [-1, 0]],
-    star: [...Array(10).keys()].map((k) => {
-      const [radius, angle] = [k % 2 ? 0.45 : 1, (k * Math.PI) / 5]
-      return [radius * Math.sin(angle), -radius * Math.cos(angle)]
-    }),
+  // Outlines of the shapes, in units of their size, for canvas and SVG.
+  const star = [...Array(10).keys()].map((k) => {
+    const [radius, angle] = [k % 2 ? 0.45 : 1, (k * Math.PI) / 5]
+    return `${radius * Math.sin(angle)} ${-radius * Math.cos(angle)}`
+  })
+  const OUTLINES = {
+    dot: "M-1-1H1V1H-1Z",
+    square: "M-1-1H1V1H-1Z",
+    frame: "M-1-1H1V1H-1Z",
+    cross: "M-1-1L1 1M1-1L-1 1",
+    ring: "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0",
+    triangle: "M0-1L.95 .8H-.95Z",
+    diamond: "M0-1.1L1 0L0 1.1L-1 0Z",
+    star: `M${star.join("L")}Z`,
   }
+  const PATHS = Object.fromEntries(Object.entries(OUTLINES).map(([key, path]) => [key, new Path2D(path)]))
+  const isOpen = (shape) => ["cross", "ring", "frame"].includes(shape)
 
   function shape(g, {shape, colour, size}, x, y) {
     g.fillStyle = g.strokeStyle = colour
-    g.lineWidth = 1.6
-    if (shape === "dot") return g.fillRect(x - size, y - size, 2 * size, 2 * size)
-    g.beginPath()
-    if (shape === "ring") g.arc(x, y, size, 0, 7)
-    else if (shape === "cross") {
-      g.moveTo(x - size, y - size), g.lineTo(x + size, y + size)
-      g.moveTo(x + size, y - size), g.lineTo(x - size, y + size)
-    } else {
-      for (const [dx, dy] of CORNERS[shape]) g.lineTo(x + dx * size, y + dy * size)
-      g.closePath()
-    }
-    shape === "cross" || shape === "ring" || shape === "frame" ? g.stroke() : g.fill()
+    if (shape === "dot") return g.fillRect(x - size, y - size, 2 * size, 2 * size) // thousands, as fast as can be
+    g.save()
+    g.translate(x, y)
+    g.scale(size, size)
+    g.lineWidth = 1.6 / size
+    isOpen(shape) ? g.stroke(PATHS[shape]) : g.fill(PATHS[shape])
+    g.restore()
   }
 
   // A shape as a picture for legends and texts, made once and copied.
@@ -60,18 +61,15 @@ const Charts = (() => {
   function icon(key) {
     if (!icons[key]) {
       const {shape, colour, size} = LOOKS[key]
+      const r = Math.min(size, 6.5)
       const svg = (name, attributes) => {
         const element = document.createElementNS("http://www.w3.org/2000/svg", name)
         for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
         return element
       }
-      const r = Math.min(size, 6.5)
-      const corners = {cross: [[-1, -1], [1, 1], [0, 0], [1, -1], [-1, 1], [0, 0]], dot: CORNERS.square}
-      const points = (corners[shape] ?? CORNERS[shape] ?? []).map(([x, y]) => `${8 + r * x},${8 + r * y}`).join(" ")
-      const open = ["cross", "ring", "frame"].includes(shape)
-      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true", fill: open ? "none" : colour,
-        stroke: open ? colour : "none", "stroke-width": 1.6})
-      icons[key].append(shape === "ring" ? svg("circle", {cx: 8, cy: 8, r}) : svg("polygon", {points}))
+      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
+      icons[key].append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
+        fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
     }
     return icons[key].cloneNode(true)
   }
@@ -211,9 +209,8 @@ const Charts = (() => {
     })
   }
 
-  // Parallel coordinates. The heads of the axes are buttons: dragged or moved with the arrow keys
-  // they change places. A drag along an axis sets its limits. Objectives get better downwards.
-  //   on = {limit(column, [low, high], done), move(column, steps), hide(column), pick(row), hover(row, x, y)}
+  // Parallel coordinates. A drag along an axis sets its limits. Objectives get better downwards.
+  //   on = {limit(column, [low, high], done), pick(row), hover(row, x, y)}
   function parallel(parent, on) {
     const [TOP, BOTTOM] = [10, 34]
     const heads = document.createElement("div")
@@ -247,36 +244,12 @@ const Charts = (() => {
       axes = columns
       // Every axis needs room for its name and numbers; beyond that the chart scrolls.
       parent.style.minWidth = `${76 * columns.length}px`
-      heads.replaceChildren(...columns.map((column) => head(column)))
-    }
-
-    function head(column) {
-      const button = document.createElement("button")
-      button.append(...broken(column.label))
-      button.title = `${column.label}: drag or use the arrow keys to move it, Delete to hide it`
-      button.dataset.field = column.field
-      button.addEventListener("keydown", (event) => {
-        const steps = {ArrowLeft: -1, ArrowRight: 1}[event.key]
-        const place = axes.indexOf(column)
-        if (steps) on.move(column, steps)
-        else if (event.key === "Delete") on.hide(column)
-        else return
-        event.preventDefault()
-        // Of one that is hidden now, the head beside it.
-        const own = heads.querySelector(`[data-field="${column.field}"]`)
-        ;(own ?? heads.children[Math.min(place, axes.length - 1)]).focus()
-      })
-      drag(button, () => ({
-        move: () => button.classList.add("moving"),
-        up: (x, _, moved) => {
-          button.classList.remove("moving")
-          const at = button.offsetLeft - heads.offsetLeft + x
-          const steps = nearest(at) - axes.indexOf(column)
-          if (moved && steps) on.move(column, steps)
-          else button.focus()
-        },
+      heads.replaceChildren(...columns.map((column) => {
+        const head = document.createElement("span")
+        head.append(...broken(column.label))
+        head.title = column.label
+        return head
       }))
-      return button
     }
 
     // Single lines, drawn by the browser.

@@ -125,17 +125,8 @@ function concat(...lists) {
 
 const sum = (list) => list.reduce((a, b) => a + b, 0)
 
-function leastOf(array) {
-  let least = Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
-  return least
-}
-
-function greatestOf(array) {
-  let greatest = -Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
-  return greatest
-}
+const leastOf = (array) => array.reduce((a, b) => (b < a ? b : a), Infinity)
+const greatestOf = (array) => array.reduce((a, b) => (b > a ? b : a), -Infinity)
 
 // How far a group of equal values reaches from its least one.
 const reachOf = (least, tolerance) =>
@@ -276,16 +267,11 @@ function settled(data, rows) {
     const result = new Float64Array(rows.length)
     for (let k = 0; k < rows.length; k++) result[k] = column[rows[k]]
     if (data.levels.exact[j]) return result
-    let [least, reach] = [0, -Infinity]
-    argsort(result, upTo(rows.length)).forEach((place, k) => {
-      const value = result[place]
-      if (k === 0 || value > reach) {
-        least = value
-        reach = reachOf(value, NOISE * Math.abs(value))
-      }
-      result[place] = least
-    })
-    return result
+    const order = argsort(result, upTo(rows.length))
+    const groups = numbered(result, order, null)
+    const least = []
+    for (const place of order) least[groups[place]] ??= result[place]
+    return result.map((_, place) => least[groups[place]])
   })
 }
 
@@ -757,11 +743,7 @@ function explain(data, ranking, row) {
     else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
   const against = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
-  steps.forEach((step, k) => {
-    const [gains, parts] = [against.gains[k + 1], against.shares[k + 1]]
-    step.text = difference(data, gains, parts)
-    step.gains = objectives.map(({name, unit}, j) => ({name, unit, gain: gains[j], share: parts[j]}))
-  })
+  steps.forEach((step, k) => { step.text = difference(data, against.gains[k + 1], against.shares[k + 1]) })
   return {
     row,
     objectives: objectives.map(({name, values}, j) => ({
@@ -984,9 +966,6 @@ const byName = (entries = []) => {
   return object
 }
 
-// The state that the page opens with, and what of it does not fit.
-const initial = (data) => checked(data, data.opens_with)
-
 // A state from untrusted input, an address or a file. What does not fit is left out and named in a
 // remark.
 function checked(data, anything) {
@@ -1057,29 +1036,6 @@ function fromHash(hash) {
   }
 }
 
-// States with undo and redo. They are kept as text, so that what a caller does to one is its own.
-function history(first) {
-  const states = [JSON.stringify(first)]
-  let at = 0
-  const go = (place) => {
-    at = Math.max(0, Math.min(place, states.length - 1))
-    return JSON.parse(states[at])
-  }
-  return {
-    push(state) {
-      const text = JSON.stringify(state)
-      if (text === states[at]) return
-      states.splice(at + 1, Infinity, text)
-      if (states.length > 200) states.shift()
-      at = states.length - 1
-    },
-    undo: () => go(at - 1),
-    redo: () => go(at + 1),
-    get canUndo() { return at > 0 },
-    get canRedo() { return at < states.length - 1 },
-  }
-}
-
 // ------------------------------------------------------------------------------------------- files
 
 // A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone.
@@ -1111,21 +1067,18 @@ function csv(data, rows, ranking) {
     role === "geometric" ? field : name), "rank", "mark"]
   const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
     ranking.rank[i] < 0 ? "" : ranking.rank[i], markOf(data, ranking, i)].join(","))
-  const comment = data.head ? `# ${JSON.stringify(named(data.head))}\n` : ""
-  return `${comment}${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
+  return `# ${JSON.stringify(named(data.head))}\n${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
 }
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page".
 function decisionFile(data, state, ranking, verdict, date) {
   const row = state.chosen !== null ? data.rowOf.get(state.chosen) : verdict?.row ?? null
-  const {limits, reason, chosen: _, ...page} = state
+  const {limits, reason, chosen: _, ...view} = state
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
   return `${JSON.stringify({
-    objectives: data.objectives.map(({name}) => name),
-    maximize: data.objectives.filter(({maximize}) => maximize).map(({name}) => name),
+    ...data.opens_with,
     limits,
-    normalize: data.normalize,
     chosen: row === null ? null : data.names[row],
     reason,
     page: {
@@ -1137,32 +1090,38 @@ function decisionFile(data, state, ranking, verdict, date) {
       left: ranking.count,
       optimum: verdict === null ? null : data.names[verdict.row],
       verdict: verdict?.sentences ?? [],
-      state: page,
+      state: view,
     },
   }, null, 1)}\n`
 }
 
-// The state that a decision file holds, checked as any other, or null if it is about something else.
+// The state that the page opens with.
+const initial = (data) => decided(data, data.opens_with)
+
+// The state that a decision file holds, or null if it is about something else.
 function opened(data, text) {
   let content = null
   try {
     content = text.length <= LONGEST_STATE * 16 ? JSON.parse(text) : null
   } catch { /* reported below */ }
-  const {objectives, maximize, limits, normalize, chosen, reason, page} = isObject(content) ? content : {}
-  const {units, values, state: view} = isObject(page) ? page : {}
-  const same = (list, accepts) => Array.isArray(list) && JSON.stringify([...list].sort()) ===
-    JSON.stringify(data.objectives.filter(accepts).map(({name}) => name).sort())
-  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
-  const refused = !isObject(view) ? "it is no decision that a page has saved"
-    : !same(objectives, () => true) ? "it has other objectives"
-    : !same(maximize, (column) => column.maximize) ? "it maximises other objectives"
+  const {objectives, maximize, normalize, page} = isObject(content) ? content : {}
+  const own = data.opens_with
+  const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
+  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(page?.units, name) ?? unit) !== unit)
+  const refused = !isObject(page) ? "it is no decision that a page has saved"
+    : !same(objectives, own.objectives) ? "it has other objectives"
+    : !same(maximize, own.maximize) ? "it maximises other objectives"
     : unlike ? `its unit of ${unlike.name} differs`
     : normalize !== data.normalize ? "it measures distances differently (normalize)" : ""
-  if (refused) return {state: null, remarks: [`The file is not opened: ${refused}.`]}
+  return refused ? {state: null, remarks: [`The file is not opened: ${refused}.`]} : decided(data, content)
+}
+
+// The state of a formulation, and what a reader must know of it.
+function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
   const {state, remarks} = checked(data, {...view, limits, chosen, reason})
   const row = data.rowOf.get(state.chosen)
-  const changes = data.objectives.filter((column) =>
-    row !== undefined && entryOf(values, column.name) !== column.values[row])
+  const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
+    entryOf(values, column.name) !== column.values[row])
   if (changes.length) {
     remarks.unshift(`${capital(state.chosen)} has changed since then in ${listed(changes.map(({name}) => name))}.`)
   }
@@ -1170,7 +1129,7 @@ function opened(data, text) {
 }
 
 return {
-  decode, initial, checked, toHash, fromHash, history, values, left, ranked, order, preference,
+  decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference,
   verdict, explain, compared, compare, stretched, cautions, typed, written, short, csv,
   decisionFile, opened, MOST_PINS,
 }

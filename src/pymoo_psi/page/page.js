@@ -83,7 +83,8 @@ const page = (() => {
 
   const initial = Logic.initial(data)
   let {state} = initial
-  const past = Logic.history(state)
+  const past = [] // states as text, for undo and redo
+  let at = -1 // the present one
   let left, ranking, verdict, order
   let filtered = "" // the part of the state that left and ranking were made from
   let selected = new Set()
@@ -105,7 +106,8 @@ const page = (() => {
   let addressWaits = 0
   let addressWritten = -Infinity
   function commit() {
-    past.push(state)
+    const text = JSON.stringify(state)
+    if (text !== past[at]) past.splice(++at, Infinity, text)
     clearTimeout(addressWaits)
     const rest = addressWritten + 80 - performance.now()
     rest > 0 ? addressWaits = setTimeout(remember, rest) : remember()
@@ -322,8 +324,8 @@ const page = (() => {
       : `${countText(left.count)} of ${countText(data.n)} ${data.n === 1 ? "design" : "designs"} within the limits, ${countText(ranking.front.length)} Pareto-optimal`)
     $("count").classList.toggle("warning", left.count === 0)
     // Not disabled in earnest: a key that is held would go on with the button beside it.
-    $("undo").setAttribute("aria-disabled", !past.canUndo)
-    $("redo").setAttribute("aria-disabled", !past.canRedo)
+    $("undo").setAttribute("aria-disabled", at <= 0)
+    $("redo").setAttribute("aria-disabled", at >= past.length - 1)
     const shown = selected.size || order.length
     renew($("export"), `Export ${countText(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
     $("export").disabled = shown === 0
@@ -380,19 +382,6 @@ const page = (() => {
 
   const takeOut = (name) => change({pins: state.pins.filter((other) => other !== name), base: state.base === name ? null : state.base})
 
-  // What a step gives and costs: in the objectives that it improves, and up to three of each in all.
-  function stepText({gains, names}) {
-    const sides = [[1, "better in"], [-1, "worse in"]].map(([sign, word]) => {
-      const changes = gains.filter(({gain}) => sign * gain > 0)
-        .sort((a, b) => names.includes(b.name) - names.includes(a.name) || Math.abs(b.share) - Math.abs(a.share))
-      const parts = changes.slice(0, sign > 0 ? Math.max(3, names.length) : 3).map(({name, unit, gain, share}) =>
-        `${name} by ${apart(data.by.get(name), gain)}${unit && `\u00a0${unit}`} (${percent(share).replaceAll(" ", "\u00a0")})`)
-      const more = changes.length - parts.length
-      return changes.length ? `${word} ${parts.join(", ")}${more ? ` and less in ${more} more` : ""}` : ""
-    })
-    return sides.filter(Boolean).join("; ")
-  }
-
   // For the chosen design, or else the best, the cheapest step to improve each objective.
   function showSteps() {
     const chosen = chosenRow()
@@ -403,7 +392,7 @@ const page = (() => {
     renew($("steps-title"), `Cheapest step to improve each objective of ${called(row)}`)
     renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
       make("th", {scope: "row"}, Charts.broken(next.names.join(", "))),
-      make("td", {title: readable(next.text)}, make("strong", {}, called(next.row)), `: ${stepText(next)}`), make("td", {}, pinButton(next.row))))))
+      make("td", {}, make("strong", {}, called(next.row)), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
   }
 
   // Limits: number fields, a slider with two ends, the histogram behind it.
@@ -625,18 +614,9 @@ const page = (() => {
 
   // Charts.
 
-  // The rows in a fixed order without pattern, so that the sample drawn is the same at every step.
-  function shuffled(n) {
-    const rows = Int32Array.from({length: n}, (_, row) => row)
-    let seed = 12345
-    for (let k = n - 1; k > 0; k--) {
-      seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0
-      const other = Math.floor((seed / 2 ** 32) * (k + 1)) // its lower bits do have a pattern
-      ;[rows[k], rows[other]] = [rows[other], rows[k]]
-    }
-    return rows
-  }
-  const shuffle = shuffled(data.n)
+  // The rows in a fixed order, each far from those before, so that the sample drawn is the same at every step.
+  const shuffle = Uint32Array.from({length: data.n}, (_, row) => row)
+    .sort((a, b) => (Math.imul(a, 0x9E3779B1) >>> 0) - (Math.imul(b, 0x9E3779B1) >>> 0))
 
   // Up to MOST_DRAWN rows, stable from step to step.
   function sample(wanted) {
@@ -753,7 +733,7 @@ const page = (() => {
     update()
   }
 
-  // The same by buttons: a list of all columns, which also reaches those that are hidden.
+  // A list of all columns to show, hide and order the axes by.
   function showAxes() {
     const shown = axesShown()
     const names = new Set([...axesOrder(), ...data.columns.map((column) => column.name)])
@@ -777,9 +757,7 @@ const page = (() => {
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
   }
 
-  const parallel = Charts.parallel($("parallel-chart"), {
-    limit: setLimit, move: moveAxis, hide: (column) => hideAxis(column, true), pick: choose, hover,
-  })
+  const parallel = Charts.parallel($("parallel-chart"), {limit: setLimit, pick: choose, hover})
 
   function buildScatter(section, name, x, y) {
     const columns = {x, y}
@@ -843,10 +821,10 @@ const page = (() => {
       return longest([known.reduce((a, b) => (b < a ? b : a), Infinity), known.reduce((a, b) => (b > a ? b : a), -Infinity)].map((end) => written(column, end)))
     }
     // Below their heading designs have no "test point" before their numbers.
-    const prefix = `${data.label} `
+    const prefix = `${data.label.replaceAll("_", " ")} `
     const short = (row) => called(row).startsWith(prefix) ? called(row).slice(prefix.length) : called(row)
     const columns = [
-      {text: data.label, width: longest(data.names), order: null, cell: short, kind: ".label"},
+      {text: data.label, width: longest(data.names), order: null, cell: short, kind: ""},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
@@ -859,7 +837,7 @@ const page = (() => {
     box.setAttribute("aria-colcount", columns.length)
 
     function cellOf({kind, pixels}, role, ...children) {
-      const cell = make(`div.cell${kind}`, {role}, children)
+      const cell = make(`div.cell${kind}`, {role}, ...children)
       cell.style.width = `${pixels}px`
       return cell
     }
@@ -889,7 +867,7 @@ const page = (() => {
       const row = order[k]
       const marks = {chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
       const classes = Object.keys(marks).filter((mark) => marks[mark]).map((mark) => `.${mark}`).join("")
-      const cells = columns.map((column, j) => cellOf(column, "gridcell", j === 1 ? Charts.icon(look(row)) : null, column.cell(row)))
+      const cells = columns.map((column, j) => cellOf(j === 0 ? {...column, kind: ".label"} : column, "gridcell", j === 1 ? Charts.icon(look(row)) : null, column.cell(row)))
       const element = make(`div.row${classes}`, {role: "row", id: `row-${k}`, "aria-rowindex": k + 2, "aria-selected": selected.has(row), "data-k": k}, cells)
       element.style.top = `${k * HEIGHT}px`
       return element
@@ -997,9 +975,14 @@ const page = (() => {
   }
 
   function wire() {
-    const goes = (from) => () => { state = from(); remember(); soon() }
+    const goes = (steps) => () => {
+      at = Math.max(0, Math.min(at + steps, past.length - 1))
+      state = JSON.parse(past[at])
+      remember()
+      soon()
+    }
     const clicks = {
-      undo: goes(past.undo), redo: goes(past.redo), reset, keep, save: saveDecision, export: exportCsv, print: () => print(),
+      undo: goes(-1), redo: goes(1), reset, keep, save: saveDecision, export: exportCsv, print: () => print(),
       open: () => $("file").click(), zoom: () => change({axes: {...state.axes, zoom: !state.axes.zoom}}),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "rank" : "preference", down: false}}),
       choose: () => choose(table.current()), pin: () => pin(table.current()), clear: () => selectRows([]),
@@ -1041,6 +1024,7 @@ const page = (() => {
   buildScatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
   buildScatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
   wire()
+  past[++at] = JSON.stringify(state)
   if (location.hash.length > 1) takeHash()
   say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks,
     ...[...$("messages").querySelectorAll("p")].map((p) => p.textContent)])
