@@ -2,9 +2,9 @@
 
     python -m benchmarks.page [300 20000 100000]
 
-Designs of four criteria and four variables, all Pareto optimal or a half of them dominated: a limit
-on a variable frees dominated designs. At the largest size also two and eight criteria, which are
-best where x1 is least: every step of a lower limit on it rejects the front and frees another one.
+Designs of four objectives and four variables, all Pareto optimal or a half of them dominated: a
+limit on a variable frees dominated designs. At the largest size also two and eight objectives, best
+where x1 is least: every step of a lower limit on it rejects the front and frees another one.
 The limit is dragged: what is out of sight waits until the hand rests. After each drag the page's
 ranks are compared with Python's.
 
@@ -54,8 +54,8 @@ def steps(frame: pd.DataFrame, name: str, rising: bool) -> Iterator[tuple[float 
         yield (end, None) if rising else (None, end)
 
 
-def criteria_of(frame: pd.DataFrame) -> list[str]:
-    """Return the names of the criteria."""
+def objectives_of(frame: pd.DataFrame) -> list[str]:
+    """Return the names of the objectives."""
     return [name for name in frame if name.startswith("f")]
 
 
@@ -89,7 +89,7 @@ def measured(
             processor.append(busy(page, session) - before)
         low, high = limit
         left = frame[frame[name] >= low if rising else frame[name] <= high]
-        ranking = rank_of_efficiency(left[criteria_of(frame)])
+        ranking = rank_of_efficiency(left[objectives_of(frame)])
         best, optimal = page.evaluate(
             "(({ranking}) => [ranking.best, ranking.front.length])(decisionPage)"
         )
@@ -118,8 +118,8 @@ def main() -> None:
             for kind, m in sets:
                 frame = designs(n, kind, m)
                 path = Path(folder, "page.html")
-                decision_page(frame, criteria_of(frame), variables=VARIABLES).save(path)
-                print(f"{n} designs of {m} criteria, {kind}")
+                decision_page(frame, objectives_of(frame), variables=VARIABLES).save(path)
+                print(f"{n} designs of {m} objectives, {kind}")
                 page = browser.new_page(viewport={"width": 1400, "height": 900})
                 rising = kind == "best at the least x1"
                 measured(page, frame, path, ("x1",) if rising else ("f1", "x1"), rising)

@@ -81,7 +81,7 @@ def test_a_comparison_is_shown_with_the_users_names(comparison):
 
 
 def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):
-    page = decision_page(frame_of(table).reset_index(), [EVIL, "gain"], title=EVIL)
+    page = decision_page(table, title=EVIL)
     (frame,) = ET.fromstring(f"<div>{page._repr_html_()}</div>")
     assert frame.tag == "iframe"
     assert frame.get("srcdoc").split() == page.html().split()  # XML makes spaces of line ends

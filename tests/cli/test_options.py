@@ -1,6 +1,5 @@
 """Options that name columns: one parser for all commands, names with commas, lists, repetition."""
 
-import numpy as np
 import pytest
 from pymoo.problems.multi import BNH
 
@@ -36,8 +35,7 @@ def page(monkeypatch, tmp_path):
     ],
 )
 def test_page_and_rank_take_the_same_objectives(page, capsys, tmp_path, options):
-    names = {column.name for column in page(*options).columns if column.role == "criterion"}
-    assert names == {"time, s", "mass"}
+    assert {*page(*options).table.layout.objectives} == {"time, s", "mass"}
     capsys.readouterr()
     assert main(["rank", str(tmp_path / "set.csv"), *options]) == 0
     printed = capsys.readouterr().out
@@ -52,14 +50,11 @@ def test_all_options_of_names_take_names_with_commas(page):
         "--variables", "n", "--maximize", "time, s", "--units", "time, s=s", "--units",
         'mass=kg,"width, a=mm"', "--limits", "time, s>=1.5", "--limits", "mass<=2.5",
     )  # fmt: skip
-    told = [
-        ("time, s", "s", True),
-        ("mass", "kg", False),
-        ("width, a", "mm", False),
-        ("n", "", False),
-    ]
-    assert [(c.name, c.unit, c.maximize) for c in made.columns[:4]] == told
-    assert made.limits == {"time, s": (1.5, np.inf), "mass": (-np.inf, 2.5)}
+    layout = made.table.layout
+    assert (layout.objectives, layout.maximize) == (("time, s", "mass"), ("time, s",))
+    assert layout.variables == ("width, a", "n")
+    assert layout.units == {"time, s": "s", "mass": "kg", "width, a": "mm"}
+    assert made.formulation.limits == {"time, s": (1.5, None), "mass": (None, 2.5)}
 
 
 def test_limits_of_solve_are_repeatable(capsys):

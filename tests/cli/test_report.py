@@ -2,18 +2,15 @@
 
 import json
 import re
-import shutil
 from html import unescape
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi.cli import _page, main
-from pymoo_psi.page._data import payload
+from pymoo_psi.cli import main
 from pymoo_psi.report._parts import Picture
 from pymoo_psi.table import Layout, TestTable
-from tests.page.test_page_logic import in_node
 
 COST = np.linspace(1, 9, 41)
 CARS = pd.DataFrame({"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5})
@@ -115,34 +112,6 @@ def test_a_study_is_told_as_by_rank(study, tmp_path, capsys, options):
     check(texts(out), printed)
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
-@pytest.mark.parametrize("plain", [[], ["--no-normalize"]])
-def test_the_page_says_what_the_report_says(named, study, tmp_path, capsys, monkeypatch, plain):
-    """Of a file with names of its own, and of a study, whose designs go by test point."""
-    pages, out = [], tmp_path / "out.html"
-    made = _page.decision_page
-    monkeypatch.setattr(
-        _page, "decision_page", lambda *a, **k: pages.append(made(*a, **k)) or pages[-1]
-    )
-    told = []
-    for file, options in ((named, ["--maximize", "range [km]"]), (study, [])):
-        assert (
-            main(["page", str(file), "--out", str(tmp_path / "page.html"), *options, *plain]) == 0
-        )
-        assert main(["report", str(file), "--out", str(out), *options, *plain]) == 0
-        told.append(texts(out))
-    cases = [
-        {"payload": payload(page), "states": [{}], "rows": [[0]], "pins": [[0, 1]], "texts": []}
-        for page in pages
-    ]
-    for answer, reported in zip(in_node(cases), told, strict=True):
-        (state,) = answer["states"]
-        sentences = state["verdict"]["sentences"]
-        assert sentences == reported[reported.index(sentences[0]) :][: len(sentences)]
-        warned = [f"Caution: {text}" for text in state["cautions"]]
-        assert warned == [text for text in reported if text.startswith("Caution: ")]
-
-
 def test_preferences_are_told_as_by_rank(study, tmp_path, capsys):
     out = tmp_path / "report.html"
     prefer = ["--prefer", "knee", "--prefer", "weights:f1=1,f2=9", "--prefer", "tradeoff"]
@@ -211,12 +180,12 @@ def test_when_a_study_was_begun_is_told(study, tmp_path, monkeypatch):
 def decision(**more):
     """A decision on bnh as the page saves it."""
     content = {
-        "pymoo_psi_decision": 1, "title": "tests", "date": "2026-01-31", "normalize": True,
-        "criteria": [{"name": f, "unit": "", "maximize": False} for f in ("f1", "f2")],
-        "limits": {"f1": [None, 60.0]}, "categories": {}, "kept": None, "left": 9, "optimum": "1",
-        "chosen": {"label": "5", "criteria": {"f1": 1.0, "f2": 2.0}, "variables": {}},
-        "pins": [], "reason": "<cheap>", "verdict": [], "view": {},
-    }  # fmt: skip
+        "objectives": ["f1", "f2"],
+        "limits": {"f1": [None, 60.0]},
+        "chosen": "test point 5",
+        "reason": "<cheap>",
+        "page": {"date": "2026-01-31", "values": {"f1": 1.0, "f2": 2.0}, "state": {}},
+    }
     return json.dumps(content | more)
 
 
@@ -248,8 +217,8 @@ def test_a_decision_finds_its_design_by_what_the_page_calls_it(tmp_path, name, l
     if name == "car":
         frame["name"] = [f"A {i}" for i in range(1, 10)]
     frame.to_csv(table, index=False)
-    values = {"label": label, "criteria": {"f1": 6.0, "f2": 3.0}, "variables": {}}
-    file.write_text(decision(chosen=values))
+    page = {"date": "2026-01-31", "values": {"f1": 6.0, "f2": 3.0}}
+    file.write_text(decision(chosen=chosen, page=page))
     assert main(["report", str(table), "--out", str(out), "--decision", str(file)]) == 0
     told = texts(out)
     assert f"Chosen is {chosen}, with f1 6 and f2 3." in told
@@ -259,10 +228,10 @@ def test_a_decision_finds_its_design_by_what_the_page_calls_it(tmp_path, name, l
 @pytest.mark.parametrize(
     ("content", "options", "message"),
     [
-        ("{}", [], "no decision that the page has saved"),
+        ("[]", [], "must be a formulation"),
         (decision(), ["--limits", "f1<=3"], "--limits must be left out beside --decision"),
         (decision(), ["--design", "5"], "--design must be left out beside --decision"),
-        (decision(kept=["5"]), [], "decide by limits alone"),
+        (decision(page={"state": {"kept": ["test point 5"]}}), [], "decide by limits alone"),
         (decision(limits={"x9": [0, 1]}), [], "it limits 'x9'"),
     ],
 )

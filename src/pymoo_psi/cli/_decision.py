@@ -11,11 +11,10 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import counted, invalid
+from pymoo_psi.cli._decided import Decision, text_column
 from pymoo_psi.cli._groups import ColumnOptions, FileOptions
 from pymoo_psi.cli._options import designs_of
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.page._data import text_column
-from pymoo_psi.page._decision import Decision
 from pymoo_psi.table import DesignFile, TestTable
 from pymoo_psi.table._design_file import design_ids
 from pymoo_psi.table._roles import Roles

@@ -82,24 +82,31 @@ def run_page(
     # A file of designs does not tell that a column is a variable, so that it is not shown.
     unshown = "" if file.known is not None else "--variables shows further columns"
     known_units = {name: file.columns[name].unit for name in names}
+    if roles.label is not None:
+        frame = frame.set_index(roles.label)
+    if existing is not None and roles.label in existing:
+        existing = existing.set_index(roles.label)
+    more = tuple(name for name in roles.maximize if name in roles.objectives)
+    asked = Formulation(roles.objectives, maximize=more, normalize=normalize)
     page = decision_page(
-        frame,
-        roles.objectives,
+        frame[names],
+        asked if decision is None else (),
         variables=roles.variables,
-        outputs=roles.outputs,
-        maximize=roles.maximize,
-        units=known_units | units_in(document.units, names, unshown),
-        label=roles.label,
-        normalize=normalize,
+        units={n: u for n, u in known_units.items() if u}
+        | units_in(document.units, names, unshown),
         prototype=existing,
         limits=limits or None,
         decision=decision,
-        failed=file.failed,
-        infeasible=file.infeasible,
         title=document.title or path.stem,
     )
+    left_out = []
+    if file.failed:
+        left_out.append(f"{counted(sum(file.failed.values()), 'test')} failed.")
+    if file.infeasible:
+        left_out.append(f"{counted(file.infeasible, 'design')} with violated constraints left out.")
+    page = replace(page, table=replace(page.table, remarks=tuple(left_out)))
     page.save(out)
-    for remark in (*remarks, *page.remarks):
+    for remark in remarks:
         say(remark)
     size = counted(len(frame), "design")
     say(f"{size} by {', '.join(roles.objectives)}: open {out} in a browser")

@@ -177,6 +177,8 @@ def decision_page(
     layout = replace(layout, units={**layout.units, **(units or {})})
     shown = replace(shown, layout=layout, remarks=(*table.remarks, *_left_out(table)))
     given = bounds_of(asked.limits, layout) | bounds_of(limits, layout)
+    if not shown.feasible(_json_limits(given)).any():
+        raise invalid("limits", "kept by one design or more", Received(f"none of {len(shown)}"))
     return DecisionPage(str(title), shown, former, replace(asked, limits=_json_limits(given)))
 
 

@@ -96,7 +96,9 @@ def columns_of(table: TestTable, former: TestTable | None) -> list[Column]:
     """Return the columns of designs, those of existing designs behind: objectives first."""
     layout = table.layout
     extra = [name for name in table.extra if name != layout.label]
-    texts = {name for name, k in zip(layout.variables, table.kinds, strict=True) if k is Kind.CHOICE}
+    texts = {
+        name for name, k in zip(layout.variables, table.kinds, strict=True) if k is Kind.CHOICE
+    }
     groups: list[tuple[Role, Iterable[str]]] = [
         ("objective", layout.objectives),
         ("variable", layout.variables),
@@ -177,9 +179,7 @@ def _values(name: str, table: TestTable, former: TestTable | None, *, texts: boo
 
 
 def _cells(name: str, table: TestTable) -> list[Any]:
-    cells = table.extra[name] if name in table.extra else table.column(name)
-    found: list[Any] = cells.tolist()
-    return found
+    return list((table.extra[name] if name in table.extra else table.column(name)).tolist())
 
 
 def _labels(table: TestTable) -> list[Any]:
