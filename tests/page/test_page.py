@@ -141,7 +141,7 @@ def test_hostile_and_foreign_decisions_are_refused(tmp_path, made):
         ({"limits": {"mass": (2, 1)}}, r"the limit on 'mass' must be \(lower, upper\)"),
         ({"limits": {"strength": 0.5}}, r"\(0.5, None\) for at least"),
         ({"prototype": pd.DataFrame({"mass": [1.0]})}, "objectives must be one of"),
-        ({"source": beams().iloc[:0]}, "it has no row"),
+        ({"source": beams().iloc[:0]}, "a frame with rows"),
     ],
 )
 def test_mistakes(change, message):

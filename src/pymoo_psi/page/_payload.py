@@ -179,7 +179,8 @@ def _values(name: str, table: TestTable, former: TestTable | None, *, texts: boo
 
 
 def _cells(name: str, table: TestTable) -> list[Any]:
-    return list((table.extra[name] if name in table.extra else table.column(name)).tolist())
+    column = table.extra[name] if name in table.extra else table.column(name)
+    return [*column.tolist()]
 
 
 def _labels(table: TestTable) -> list[Any]:
