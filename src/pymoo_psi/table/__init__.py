@@ -1,15 +1,17 @@
-"""The test table: tested points under limits, their analysis, and their files.
+"""The test table: tested designs under limits, their analysis, and their files.
 
-The dialogue of PSI: test points, look, set limits on what you see, find that a criterion was
-forgotten, test a part of the box, and only then take the Pareto set. The question may change after
-the tests; nothing of it costs an evaluation.
+A :class:`TestTable` holds tests or designs: arrays, and a :class:`Layout` that says which column is
+a variable, objective, constraint or output, its unit and direction. :func:`read_table` makes one of
+any source, :func:`pymoo_psi.investigate` of a problem. A :class:`Formulation` says what is asked:
+objectives, directions, limits, constraints left out, computed columns; ``table.under(formulation)``
+answers without an evaluation.
 
 Example:
-    A cantilever of 1 m with 5 kN at its end. Names, units and senses come from the problem; any
-    further number of a model is kept as a column.
+    A cantilever of 1 m with 5 kN at its end. Names, units and directions come from the problem;
+    any further number of a model is kept as a column.
 
     >>> from pymoo.core.problem import Problem
-    >>> from pymoo_psi import Formulation, Restricted, TestTable, explain, investigate
+    >>> from pymoo_psi import Formulation, Restricted, TestTable, investigate
     >>> from pymoo_psi.table import constraint_costs
     >>> class Beam(Problem):
     ...     names = {"x1": "width", "x2": "height", "f1": "mass", "f2": "stiffness",
@@ -24,12 +26,6 @@ Example:
     ...         out["G"] = height - 4 * width
     ...         out["stress"] = 3e7 / (width * height**2)
     >>> table = investigate(Beam(), 256)
-    >>> best = table.sorted_by("stiffness").to_frame()
-    >>> print(best[["width", "mass", "stiffness"]].head(2).round(1))
-                width  mass  stiffness
-    test_point
-    128          59.7  74.5    12610.9
-    248          57.3  68.9    10775.9
 
     Limits on any column, ``(lower, upper)`` for both ends, and what each of them costs: how many
     tests it rejects, and how many it alone.
@@ -43,45 +39,26 @@ Example:
     stress          161    138
 
     More points where designs are feasible, the tests of both experiments in one table, and the
-    stress a criterion from now on:
+    stress an objective from now on:
 
     >>> part = Restricted(Beam(), table.refined_bounds(limits, margin=0.1))
     >>> both = TestTable.combined({"whole": table, "part": investigate(part, 256)})
     >>> asked = Formulation(objectives=["mass", "stiffness", "stress"], limits=limits)
-    >>> judged = both.under(asked)
-    >>> judged
+    >>> both.under(asked)
     TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 objectives, 3 constraints)
-    >>> front = judged.rows(judged.pareto()).to_frame()[["mass", "stiffness", "stress"]]
-    >>> best = int(judged.ranking().salukvadze[0])
-    >>> print(explain(front, best, maximize=["stiffness"]).sentences[1])
-    Behind the best in mass by 7.321 (64 % of its range), stiffness by 831.8 (30 %), stress by 4.744
-    (22 %); weakest in mass.
+    >>> print(both.under(asked).explain().sentences[1])
+    Behind the best in mass by 7.321 kg (64 % of its range), stiffness by 831.8 N/mm (30 %), stress
+    by 4.744 (22 %); weakest in mass.
 
-A :class:`Formulation` says which columns are criteria and in which sense, limits on any column,
-constraints relaxed or turned into criteria, and columns computed from others
-(``computed={"ratio": "mass / stress"}``; arithmetic of columns, never Python code). ``to_json`` and
-the command's ``--formulation`` keep it. The same day from the command line, the class above in
-``beam.py``:
-
-    pymoo-psi solve beam:Beam --points 256 --study whole.db --limits "mass<=45, stress<=60"
-    pymoo-psi rank whole.db --limits "mass<=45, stress<=60" --criterion stress
-    pymoo-psi solve beam:Beam --points 256 --study part.db --box "width=33:43, height=115:149"
-    pymoo-psi combine whole=whole.db part=part.db --out all.csv
-    pymoo-psi rank all.csv --limits "mass<=45, stress<=60" --criterion stress
-    pymoo-psi analyze whole.db
-
-Further functions of a table: first-order :func:`sensitivities` with bands and
-:func:`feasibility_rules` (extra ``sensitivity``), :func:`convergence` of the decision with the
-number of tests, histograms, dependences, one-at-a-time sections, what is gained on an existing
-design; :mod:`pymoo_psi.plots` draws them.
-
-Files: ``to_csv`` and ``read_csv`` change nothing. pandas reads the file by
-``pd.read_csv(path, comment="#")``; before 3.1 it wants ``float_precision="round_trip"`` for the
-last digit. :func:`read_table` opens any source: a study, a folder of shares, a CSV or other text
-whose first line names the columns, a workbook (extra ``xlsx``), a frame, and what the command and
-the page write. A number that can be read in two ways is refused, with its row, its column and the
-option that settles it; so are rows that summarise others (Total, Mean, Max), and workbooks that
-hide rows. An apostrophe leads an exported text that a spreadsheet would run as a formula.
+Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
+Analysis: histogram, section_points, constraint_costs, compare_with_prototype, convergence of the
+decision with the number of tests, first-order sensitivities and feasibility_rules (extra
+``sensitivity``); :mod:`pymoo_psi.plots` draws them.
+Files: ``to_csv`` and ``read_csv``, ``to_parquet`` and ``read_parquet``, ``to_study`` and
+``read_study`` change nothing; ``pd.read_csv(path, comment="#")`` reads the CSV, too.
+For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
+matrix (design_matrix, column_kinds, value_ranks, ...), and a table as a head and columns (head_of,
+columns_of, kinds_of_columns, table_of), as studies hold it.
 """
 
 from pymoo_psi._kinds import Kind

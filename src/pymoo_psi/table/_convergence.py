@@ -36,18 +36,18 @@ class Convergence(Shown):
     Distances are those of the ranking of all tests, so that rows can be compared.
 
     Attributes:
-        tests: ``(k,)`` numbers n of tests, rising.
+        tests: ``(k,)`` numbers n of tests, increasing.
         feasible: ``(k,)`` how many are feasible.
         pareto: ``(k,)`` how many of these are Pareto optimal among the first n.
         hypervolume: ``(k,)`` what their front dominates, as a share of what the last one does.
         optimum: ``(k,)`` the test point nearest to U by the ranking of the first n; 0 where no
             design is feasible.
         mu1: ``(k,)`` its distance to the U of all tests; infinite where there is none.
-        moved: ``(k,)`` how far it lies from that of the row before: the largest difference in a
-            criterion, in units of the criterion's range over the last front; NaN where there was
+        moved: ``(k,)`` how far it lies from that of the row before: the largest difference in an
+            objective, in units of the objective's range over the last front; NaN where there was
             none before.
         covering_radius: ``(k,)`` :func:`pymoo_psi.sequences.covering_radius` of the first n
-            designs in the box, its sides of length 1; NaN if the box is not known.
+            designs within the bounds, scaled to 1; NaN if these are not known.
         dimension: How many variables the tests vary.
 
     Example:
@@ -165,7 +165,7 @@ class Convergence(Shown):
         if not changes:
             lines.append("That it did not change may be luck: look at the hypervolume.")
         radius = f" (radius {self.covering_radius[-1]:.2g} in a box of side 1)"
-        if np.isnan(self.covering_radius[-1]):  # no box is known
+        if np.isnan(self.covering_radius[-1]):  # no bounds are known
             radius = ""
         lines.append(
             "Not known: whether there is a better region smaller than the holes between the "
@@ -186,11 +186,11 @@ def convergence(
     Args:
         table: The tests of an investigation.
         limits: Limits that a feasible design must keep.
-        normalize: Measure distances in units of the criteria's ranges, as for ``table.ranking``.
+        normalize: Measure distances in units of the objectives' ranges, as for ``table.ranking``.
 
     Raises:
         ArgumentValueError: There is no feasible design, fewer than eight tests, or tests of several
-            experiments, whose first ones are no smaller investigation of the same box.
+            experiments, whose first ones are no smaller investigation within the same bounds.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -242,7 +242,7 @@ def convergence(
 
 
 def _unit_points(table: TestTable) -> Array:
-    """Return ``(n, k)`` the designs by the variables that have a box, its sides of length 1.
+    """Return ``(n, k)`` the designs by the variables that have bounds, these scaled to 0 and 1.
 
     Choices and binary variables have no distances, and fixed ones none to cover; k may be 0.
     """

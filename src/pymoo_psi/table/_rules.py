@@ -29,10 +29,10 @@ _FOLDS = 5  # of a cross-validation
 
 @dataclass(frozen=True)
 class Rule:
-    """A part of the box, and how many of its tests are feasible.
+    """A part within the bounds, and how many of its tests are feasible.
 
     Attributes:
-        text: What describes it, such as ``x1 > 0.31 and x4 <= 2``; "everywhere" for the whole box.
+        text: What describes it, such as ``x1 > 0.31 and x4 <= 2``; "everywhere" for all.
         box: The same as :class:`~pymoo_psi.Restricted` takes it.
         n_tests: How many tests lie in it.
         n_feasible: How many of these are feasible.
@@ -71,7 +71,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class FeasibilityRules:
-    """Where designs are feasible: parts of the box that share out the tests.
+    """Where designs are feasible: parts within the bounds that divide the tests.
 
     Attributes:
         rules: The parts, the largest share of feasible tests first.
@@ -158,7 +158,7 @@ def feasibility_rules(
         ])  # fmt: skip
         best = int(scores.mean(axis=1).argmax())
         spread = scores[best].std(ddof=1) / np.sqrt(_FOLDS)
-        if scores[best].mean() - 2 * spread > 0.5:  # as by drawing lots
+        if scores[best].mean() - 2 * spread > 0.5:  # as by chance
             reliable = best + 1
     if not reliable:
         return FeasibilityRules((Rule("everywhere", {}, len(table), int(feasible.sum())),), {})

@@ -1,4 +1,4 @@
-"""What drives what: how much of a column's variance each variable explains by itself."""
+"""First-order sensitivities: how much of a column's variance each variable explains by itself."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def sensitivities(
     a binary variable, loses up to 4 % of its share.
 
     All tests whose value is finite count, feasible or not: the variables must be independent and
-    uniform in the box, which is not so of the feasible designs only, nor where many fail.
+    uniform within the bounds, which is not so of the feasible designs only, nor where many fail.
 
     Args:
         table: The tests of one investigation.
-        columns: Names of criteria, constraints and further outputs; all of them unless given.
+        columns: Names of objectives, constraints and further outputs; all of them unless given.
         n_resamples: Bootstrap samples for the bands, of half of the tests each, which makes them
             cautious; of 50 they are known to a tenth.
         seed: Of these samples.
