@@ -306,6 +306,8 @@ class _Designs:
 
     def is_candidate(self, name: str) -> bool:
         """Say whether a column can be an objective; refuse one of which that is not certain."""
+        if name in self.labels:
+            return False
         column = self.columns[name]
         if column.problem is not None or all(map(is_blank, column.cells)):
             self.numbers(name)
@@ -446,7 +448,7 @@ def _objectives_and_variables(
             objectives = head["objectives"]
         guessed = _guess(columns, lambda name: False)[1]
     else:
-        free = [n for n in columns if n not in variables and n != designs.label]
+        free = [name for name in columns if name not in variables]
         objectives, guessed = _guess(free, designs.is_candidate)
         if not objectives:
             raise UnfitError("no column holds numbers that can be objectives")
