@@ -546,7 +546,8 @@ def analyses(rng, folder):
         shown = analysis("dependence")(tests, goal, variable, limits=limits)
         return fields(shown, "numbers x f feasible pareto limits")
 
-    attempt(found, "dependence", depends)
+    if analysis("dependence"):
+        attempt(found, "dependence", depends)
     attempt(found, "section", lambda: analysis("section_points")(tests, 3, variable, 5))
     return found
 
