@@ -321,25 +321,16 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
     [
         ("", "Expecting value"),
         ("[]", r"it must be an object of JSON, got \[\]"),
-        ("{", "Expecting property name"),
         ("[" * 100_000, "recursion"),
         ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
         ('{"objectives": "mass"}', "objectives must be a list of names"),
-        ('{"objectives": 3}', "objectives must be a list of names"),
-        ('{"objectives": [3]}', "objectives must be names, got 3"),
         ('{"objectives": ["a", "a"]}', "objectives must be columns that are named once"),
         ('{"maximize": ["a"], "minimize": ["a"]}', "of different columns, got 'a'"),
         ('{"limits": ["mass"]}', "limits must map columns"),
-        ('{"limits": {"mass": [1]}}', "a number or a pair"),
         ('{"limits": {"mass": NaN}}', "in increasing order, got nan"),
         ('{"limits": {"mass": [Infinity, null]}}', "one that a number can keep"),
-        ('{"limits": {"mass": true}}', "a number or a pair .*, got True"),
-        ('{"limits": {"mass": 1' + "0" * 5000 + "}}", "4300|within what float64"),
-        ('{"computed": {"r": 3}}', "an expression must be text, got 3"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
-        ('{"computed": {"r": "(((((((((((a"}}', "arithmetic of columns"),
-        ('{"computed": {"": "a"}}', "names of at least one Unicode character"),
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
@@ -356,10 +347,7 @@ def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, me
         (Formulation(["mass"], maximize=["gain"]), "maximize must be one of 'mass', got 'gain'; only objectives"),
         (Formulation(relaxed=["mass"]), "relaxed must be one of 'bend', 'stress', 'volume'"),
         (Formulation(computed={"heat": "mass"}), "a computed column must be named unlike other columns, got 'heat'"),
-        (Formulation(computed={"status": "mass"}), "named unlike other columns, got 'status'"),
-        (Formulation(computed={"a": "b", "b": "mass"}), "a column of 'b' must be one of"),
         (Formulation(computed={"a": lambda t: 3.0}), r"what 'a' is computed to must be of shape \(40,\), got shape \(\)"),
-        (Formulation(computed={"a": lambda t: t["mass"].astype(str)}), "what 'a' is computed to must be an array of real numbers"),
     ],
 )  # fmt: skip
 def test_what_the_table_does_not_have_is_refused(asked, message):
@@ -367,3 +355,47 @@ def test_what_the_table_does_not_have_is_refused(asked, message):
         beam_tests().under(asked)
     with pytest.raises(PsiError, match="formulation must be a Formulation, got dict"):
         beam_tests().under({})
+
+
+def test_a_variable_becomes_an_objective():
+    table = beam_tests()
+    asked = Formulation(["mass", "width"], maximize=["width"], limits={"wall kg": (0.2, None)})
+    anew = table.under(asked)
+    assert anew.layout.variables == ("wall kg",)
+    np.testing.assert_array_equal(anew.F[:, 1], -table.column("width"))
+    np.testing.assert_array_equal(anew.X[:, 0], table.column("wall kg"))
+    back = anew.under(Formulation(["mass", "gain"]))
+    np.testing.assert_array_equal(back.column("width"), table.column("width"))
+
+
+LIMITED = {"mass": (0.5, None), "heat": (None, 3.0), "width": (0.25, 0.75)}
+
+
+@given(
+    first=st.sets(st.sampled_from(sorted(LIMITED))),
+    relaxed=st.sets(st.sampled_from(CONSTRAINTS)),
+    objectives=st.sampled_from([(), ("mass",), ("gain", "mass"), ("heat", "gain")]),
+)
+def test_two_formulations_one_after_the_other_are_one(first, relaxed, objectives):
+    table = beam_tests({3})
+    a = Formulation(limits={n: LIMITED[n] for n in first}, relaxed=sorted(relaxed))
+    b = Formulation(objectives, limits={n: v for n, v in LIMITED.items() if n not in first})
+    both = Formulation(objectives, limits=LIMITED, relaxed=sorted(relaxed))
+    one, two = table.under(both), table.under(a).under(b)
+    assert sorted(one.layout.columns) == sorted(two.layout.columns)
+    for name in one.layout.columns:
+        np.testing.assert_array_equal(one.column(name), two.column(name))
+    np.testing.assert_array_equal(one.F, two.F)
+    np.testing.assert_array_equal(one.status, two.status)
+    np.testing.assert_array_equal(one.pareto(), two.pareto())
+
+
+def test_a_decision_is_a_formulation_that_a_file_gives_back(tmp_path):
+    asked = Formulation(
+        ["mass"], normalize=False, chosen="test point 7", reason="stiff", page={"pins": ["1"]}
+    )
+    asked.to_json(tmp_path / "decision.json")
+    assert Formulation.read_json(tmp_path / "decision.json") == asked
+    assert Formulation(["r"], limits={"x1": 1}, computed={"r": "f2 / f1"}).columns == (
+        "x1", "f2", "f1",
+    )  # fmt: skip

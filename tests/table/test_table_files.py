@@ -153,22 +153,7 @@ def test_pandas_reads_the_csv(tmp_path):
 
 
 def test_options_that_could_be_taken_for_others_keep_their_types(tmp_path):
-    cells = [
-        "12",
-        12,
-        12.0,
-        True,
-        "true",
-        '"oak"',
-        "oak",
-        "NaN",
-        "[1]",
-        "{",
-        "",
-        " 7 ",
-        "1e5",
-        "null",
-    ]
+    cells = ["12", 12, 12.0, True, "true", '"oak"', "oak", "NaN", "[1]", "{", "", " 7 ", "1e5", "null"]  # fmt: skip
     table = TestTable.of(np.arange(1, 15), [[cell] for cell in cells], np.ones((14, 1)))
     table.to_csv(tmp_path / "t.csv")
     table.to_parquet(tmp_path / "t.parquet")
