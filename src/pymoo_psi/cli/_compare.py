@@ -15,11 +15,11 @@ from pymoo_psi.comparison import (
     INDICATORS,
     Comparison,
     Reference,
+    Run,
     compare,
     conclusions,
     report,
 )
-from pymoo_psi.comparison._runs import Run
 from pymoo_psi.pareto import listed
 from pymoo_psi.plots import save_comparison
 

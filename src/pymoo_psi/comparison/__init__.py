@@ -1,6 +1,6 @@
 """PSI against other algorithms: runs at equal cost, one reference, tests of what differs.
 
-When does an even investigation of the box beat an evolutionary search, and when not?
+When does an even investigation of the bounds beat an evolutionary search, and when not?
 :func:`compare` runs both at equal cost, counted by the problem, and measures all runs against one
 reference: hypervolume, IGD+, additive epsilon and the distance to the continuous Salukvadze
 optimum, with medians, quartiles, tests and effect sizes.
@@ -20,7 +20,8 @@ Example:
     nsga3 1.0 0.03125
 
 Other algorithms of pymoo take part, too (``algorithms={"mine": lambda n: NSGA2(pop_size=50)}``),
-``n_jobs`` runs seeds in parallel, and with ``folder=`` a comparison goes on after an interruption.
+``n_jobs`` runs seeds in parallel, and with ``folder=`` a comparison goes on after an interruption:
+each finished run is a study there, with all that it tested, which any command opens.
 ``pymoo-psi compare bnh --out comparison`` writes tables, a report in words and figures
 (:func:`pymoo_psi.plots.save_comparison`).
 
@@ -33,6 +34,7 @@ from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
 from pymoo_psi.comparison._comparison import Comparison, compare
 from pymoo_psi.comparison._reference import Reference
 from pymoo_psi.comparison._report import conclusions, report
+from pymoo_psi.comparison._runs import Run
 from pymoo_psi.comparison._statistics import INDICATORS, shift
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "INDICATORS",
     "Comparison",
     "Reference",
+    "Run",
     "compare",
     "conclusions",
     "report",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from pymoo_psi.comparison._algorithms import (
     named_algorithms,
 )
 from pymoo_psi.comparison._reference import Reference
-from pymoo_psi.comparison._runs import Run, RunStore, Task, perform, problem_text
+from pymoo_psi.comparison._runs import Run, Task, perform, problem_text, stored_runs
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.parallel import in_order, in_parallel, progress_bar
@@ -282,8 +283,9 @@ def compare(
             runs stands for it.
         reference: Measure against this one, such as ``Reference.load(path)``, and not against the
             union of these runs; so some rows of a larger comparison can be repeated.
-        folder: A folder in which every finished run is kept, as a file of its own; the same call
-            continues after an interruption, and further budgets, seeds or algorithms add to it.
+        folder: A folder in which every finished run is kept, as a study of all that it tested; the
+            same call continues after an interruption, and further budgets, seeds or algorithms add
+            to it.
             Runs go by the name of their algorithm: a changed algorithm wants a new name, and other
             versions of pymoo or this package, under which the same seed may give other designs, a
             new folder.
@@ -314,22 +316,22 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
-    if on_run is not None and not callable(on_run):
-        raise ArgumentTypeError(f"on_run must be a function, got {on_run!r:.80}")
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
-    layout = problem_layout(problem, design_space(problem))  # what it lacks is told at once
-    problem_text(problem)  # likewise what a reference cannot hold
+    # What the problem lacks, and what a reference cannot hold, is reported before any run.
+    layout, _ = problem_layout(problem, design_space(problem)), problem_text(problem)
     budgets = _integers("n_evaluations", n_evaluations, minimum=1)
-    count = (
-        range(1, 1 + integer("seeds", seeds, minimum=1)) if isinstance(seeds, Integral) else seeds
-    )
-    seeds = _integers("seeds", count, minimum=0)
+    if isinstance(seeds, Integral):
+        seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
+    seeds = _integers("seeds", seeds, minimum=0)
     assess = known_name("assess", assess, ASSESSED)
     polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
     if reference is not None:
         instance("reference", reference, Reference, "Reference.load(path) reads one")
-        _require_problem(reference, problem)
+        if reference.problem != problem_text(problem):
+            name = json.loads(reference.problem).get("problem")
+            shown = Received(f"one for {name}, or for other bounds or constants")
+            raise invalid("reference", f"one for {problem.name()}", shown)
     by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
     tasks = [
         Task(algorithm.name, budget, seed)
@@ -338,10 +340,20 @@ def compare(
         # A deterministic algorithm has one value a budget, and the tests know it by that.
         for seed in (seeds if algorithm.seeded else [None])
     ]
-    store = None if folder is None else RunStore.of(folder, problem)
+    place = None if folder is None else Path(folder)
+    known = {} if place is None else {run.task: run for run in stored_runs(place, problem)}
+    missing = [task for task in tasks if task not in known]
+    # The longest first, so that no process begins one when the others have done their last.
+    missing.sort(key=lambda task: -task.n_evaluations)
+
+    def performed(task: Task) -> Run:
+        # Kept by the process that does it, whatever becomes of the one that waits for it.
+        return perform(problem, by_name[task.algorithm], task, place)
+
     runs: dict[Task, Run] = {}
     with progress_bar(progress) as bar:
-        for run in _runs(problem, by_name, tasks, store, n_jobs):
+        done_now = (run for _, run in in_parallel(performed, missing, n_jobs))
+        for run in itertools.chain((known[task] for task in tasks if task in known), done_now):
             runs[run.task] = run
             bar(len(runs) / len(tasks))
             if on_run is not None:
@@ -353,54 +365,14 @@ def compare(
     return Comparison(problem.name(), problem.n_obj, done, assess, reference, measures, layout)
 
 
-def _require_problem(reference: Reference, problem: Any) -> None:
-    if reference.problem != problem_text(problem):
-        name = json.loads(reference.problem).get("problem")
-        shown = Received(f"one for {name}, or for other bounds or constants")
-        raise invalid("reference", f"one for {problem.name()}", shown)
-    if len(reference.points) == 0:
-        raise invalid("reference", "of one point or more", Received(repr(reference)))
-
-
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
     """Return one integer or several, each once, in rising order."""
     several = [values] if isinstance(values, Integral) else values
     if isinstance(several, str) or not isinstance(several, Iterable):
         raise ArgumentTypeError(f"{name} must be integers, got {values!r:.80}")
-    checked = sorted({integer(name, value, minimum=minimum) for value in several})
-    if not checked:
+    if not (checked := sorted({integer(name, value, minimum=minimum) for value in several})):
         raise invalid(name, "one or more integers", values)
-    if checked[-1] >= 2**63:  # the tables hold integers of 64 bits
-        raise invalid(name, "below 2**63", checked[-1])
     return checked
-
-
-def _runs(
-    problem: Any,
-    by_name: Mapping[str, NamedAlgorithm],
-    tasks: Sequence[Task],
-    store: RunStore | None,
-    n_jobs: int,
-) -> Iterator[Run]:
-    """Give every run as it is ready: those in the store first, the longest of the others next."""
-    missing = []
-    for task in tasks:
-        run = None if store is None else store.load(task)
-        if run is None:
-            missing.append(task)
-        else:
-            yield run
-    # The longest first, so that no process begins one when the others have done their last.
-    missing.sort(key=lambda task: -task.n_evaluations)
-
-    def performed(task: Task) -> Run:
-        run = perform(problem, by_name[task.algorithm], task)
-        # Kept by the process that did it, whatever becomes of the one that waits for it.
-        if store is not None:
-            store.save(run)
-        return run
-
-    yield from (run for _, run in in_parallel(performed, missing, n_jobs))
 
 
 def _counted_once(runs: Sequence[Run], by_name: Mapping[str, NamedAlgorithm]) -> Iterator[Run]:

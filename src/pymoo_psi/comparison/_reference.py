@@ -178,15 +178,11 @@ class Reference:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
                 points, n_union, optimum, spent, problem = (stored[name] for name in _STORED)
-            read = cls(frame, points, int(n_union), optimum, int(spent), str(problem))
-            json.loads(read.problem)
-            m = points.shape[1:]
-            if points.ndim != 2 or not m == optimum.shape == frame.ideal.shape == frame.nadir.shape:
-                raise ValueError("the points have different numbers of objectives")
+            json.loads(str(problem))
+            return cls(frame, points, int(n_union), optimum, int(spent), str(problem))
         except (KeyError, TypeError, ValueError, EOFError, BadZipFile, zlib.error) as error:
             remedy = "Reference.save and 'pymoo-psi compare --out' write one"
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
-        return read
 
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.

@@ -1,15 +1,15 @@
-"""Runs: an algorithm, a budget, a seed, and what came of it; done, kept and found again."""
+"""Runs: an algorithm, a budget, a seed, and what came of it; each kept as a study."""
 
 from __future__ import annotations
 
 import copy
+import json
 import re
 import time
-from collections.abc import Callable
+import zlib
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
-from hashlib import sha256
-from os import PathLike
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,26 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.problems.multi import BNH
 
-from pymoo_psi._files import whole_file
-from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import counted, identity_text
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
-from pymoo_psi.errors import (
-    EvaluationError,
-    PsiError,
-    RunError,
-    StudyCorruptError,
-    StudyMismatchError,
-)
-from pymoo_psi.pareto import competes, meets_constraints, nondominated
-from pymoo_psi.problems import evaluate_designs
-from pymoo_psi.problems._design_space import DesignSpace, design_space
-from pymoo_psi.problems._identity import problem_identity
+from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
+from pymoo_psi.problems import design_space, evaluate_designs
+from pymoo_psi.problems._identity import problem_identity, problem_layout
 from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.study import read_study, write_study
+from pymoo_psi.table import Layout, TestTable, columns_of, design_matrix, head_of, table_of
 
 Array = NDArray[np.float64]
-
-_NUMBERS = ("n_evaluated", "seconds", "evaluation_seconds")
 
 _warm: set[str] = set()  # names of the algorithms that have run once in this process
 
@@ -73,6 +63,12 @@ class Run:
         n_evaluated: Designs evaluated, counted by the problem.
         seconds: Wall time of the run, without the counting.
         evaluation_seconds: The part of it that was spent in the problem.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> compare(get_problem("bnh"), n_evaluations=16, algorithms=["psi"]).runs[0]
+        Run(psi, 16 evaluations: 11 non-dominated designs)
     """
 
     task: Task
@@ -87,13 +83,22 @@ class Run:
         """Return which run it is and how much it found."""
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
+    @classmethod
+    def of(cls, problem: Any, task: Task, tests: TestTable, **more: Any) -> Run:
+        """Return a run from all designs that it tested, and what they do not tell."""
+        best, space = tests.pareto(), design_space(problem)
+        free = [j for j, variable in enumerate(space.variables) if not variable.fixed]
+        returned = np.array(more.pop("returned"), dtype=np.float64).reshape(-1, problem.n_obj)
+        X = tests.X[best][:, free]
+        return cls(task, X, tests.F[best], returned, n_evaluated=len(tests), **more)
+
     def found(self, assess: str) -> Array:
         """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``."""
         return self.F if assess == "evaluated" else self.returned
 
 
-def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
-    """Do a run.
+def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | None = None) -> Run:
+    """Do a run, and keep it as a study in a folder.
 
     Raises:
         RunError: The problem or the algorithm raised; the message says in which run.
@@ -117,16 +122,13 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task) -> Run:
         reason = f"a design that failed: {observed.failure.reason}"
         raise RunError(str(task), reason) from observed.failure
     seconds = time.perf_counter() - began - observed.counting_seconds
-    X, F = observed.front()
-    return Run(
-        task,
-        design_space(problem).free.to_matrix(X),
-        F,
-        returned,
-        observed.n_evaluated,
-        seconds,
-        observed.evaluation_seconds,
-    )
+    tests = observed.tests()
+    more = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
+    more["returned"] = returned.tolist()
+    if folder is not None:
+        head = {**_head(tests, problem), "run": {**asdict(task), **more}}
+        write_study(folder / _file(task), head, columns_of(tests))
+    return Run.of(problem, task, tests, **more)
 
 
 def _warm_up(algorithm: NamedAlgorithm) -> None:
@@ -163,7 +165,7 @@ class ObservedProblem(WrappedProblem):
         self.failure: EvaluationError | None = None
         self.n_evaluated = 0
         self.evaluation_seconds = self.counting_seconds = 0.0
-        self._kept: list[tuple[Any, Array]] = []
+        self._kept: list[tuple[Any, dict[str, Any]]] = []
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
@@ -183,114 +185,73 @@ class ObservedProblem(WrappedProblem):
             raise
         answered = time.perf_counter()
         self.n_evaluated += len(X)
-        F, G, H = out["F"], out["G"], out["H"]
-        # Only those that can be in a front are kept, so that memory follows the feasible designs.
-        rows = np.flatnonzero(competes(F, meets_constraints(G, H)))
-        self._kept.append((designs[rows], F[rows]))
+        self._kept.append((designs, {name: out[name] for name in ("F", "G", "H", "failure")}))
         self.evaluation_seconds += answered - asked
         out |= dict.fromkeys({*return_values_of} - {*out})
         formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
         self.counting_seconds += asked - began + time.perf_counter() - answered
         return formatted
 
-    def front(self) -> tuple[Any, Array]:
-        """Return the feasible designs that no evaluated one dominates, and their objectives."""
+    def tests(self) -> TestTable:
+        """Return all designs that were evaluated, numbered from 1."""
+        layout, space = _layout(self.wrapped), design_space(self.wrapped)
         if not self._kept:
-            return np.zeros((0, self.n_var)), np.zeros((0, self.n_obj))
-        X, F = (np.concatenate(parts) for parts in zip(*self._kept, strict=True))
-        best = nondominated(F)
-        return X[best], F[best]
+            return TestTable.empty(layout)
+        designs, values = zip(*self._kept, strict=True)
+        F, G, H, failure = (
+            np.concatenate([out[name] for out in values]) for name in ("F", "G", "H", "failure")
+        )
+        X = space.to_matrix(np.concatenate(designs))
+        numbers = range(1, 1 + len(F))
+        reasons = {number: text for number, text in zip(numbers, failure, strict=True) if text}
+        X = design_matrix("X", X, layout.variables, layout.kinds)
+        return TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
 
 
 class BudgetSpentError(PsiError):
     """An algorithm asked for more evaluations than it was given."""
 
 
-@dataclass(frozen=True)
-class RunStore:
-    """A folder of runs on one problem, so that a comparison goes on after an interruption.
+# Runs as studies: each in a file of its own, written whole or not at all, so that processes side by
+# side need no lock. Beside the tests the head has a "run".
 
-    Each run is a file of its own, written whole or not at all, so that processes side by side
-    need no lock.
 
-    Attributes:
-        folder: The folder. Its file ``problem.json`` says which problem the runs are on.
-        space: The variables of the problem.
+def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
+    """Give the runs in a folder, which is made if there is none.
+
+    Raises:
+        StudyMismatchError: A study of the folder is no run on this problem.
+        StudyError: A file is damaged.
     """
-
-    folder: Path
-    space: DesignSpace
-
-    @classmethod
-    def of(cls, folder: str | PathLike[str], problem: Any) -> RunStore:
-        """Return the store in a folder, which is made if there is none.
-
-        Raises:
-            StudyMismatchError: The folder holds runs on another problem.
-        """
-        store = cls(Path(folder), design_space(problem).free)
-        store.folder.mkdir(parents=True, exist_ok=True)
-        asked = problem_text(problem)
-        path = store.folder / "problem.json"
-        if not path.exists():
-            with whole_file(path) as written:
-                written.write_text(asked, encoding="utf-8")
-        elif path.read_text(encoding="utf-8") != asked:
+    folder.mkdir(parents=True, exist_ok=True)
+    asked = _head(TestTable.empty(_layout(problem)), problem)
+    for path in sorted(folder.glob("*.db")):
+        head, columns = read_study(path)
+        run = head.pop("run", None)
+        if run is None or json.dumps(head, sort_keys=True) != json.dumps(asked, sort_keys=True):
             raise StudyMismatchError(
-                f"{folder} holds runs on another problem, or with other bounds or constants "
-                f"(see {path}); give another folder"
+                f"{path} is no run on this problem, but on another problem, or with other bounds "
+                "or constants; give another folder"
             )
-        return store
-
-    def load(self, task: Task) -> Run | None:
-        """Return a run if it is stored.
-
-        Raises:
-            StudyCorruptError: The file is no run, or damaged.
-        """
-        path = self._path(task)
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                numbers = (stored[name].item() for name in _NUMBERS)
-                X = stored["X"]
-                X = _values(self.space, X) if X.dtype.kind == "U" else X
-                return Run(task, X, stored["F"], stored["returned"], *numbers)
-        except FileNotFoundError:
-            return None
-        except Exception as error:  # whatever is wrong with a file that is no archive
-            raise StudyCorruptError(f"{path} is no stored run: {error}; remove it") from error
-
-    def save(self, run: Run) -> None:
-        """Write a run."""
-        numbers: dict[str, Any] = {name: getattr(run, name) for name in _NUMBERS}
-        X = run.X.astype(str) if run.X.dtype == object else run.X
-        with whole_file(self._path(run.task)) as path, path.open("wb") as file:
-            np.savez_compressed(file, X=X, F=run.F, returned=run.returned, **numbers)
-
-    def _path(self, task: Task) -> Path:
-        """Return a name that can be read, and that no other task has."""
-        plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)
-        # The user's names may differ in what no file name may hold, such as "a/b" and "a b", or
-        # be longer than one may be.
-        if plain != task.algorithm or len(plain) > 80:
-            name = task.algorithm.encode(errors="surrogatepass")
-            plain = f"{plain[:80]}.{sha256(name).hexdigest()[:8]}"
-        seed = "" if task.seed is None else f"_seed{task.seed}"
-        return self.folder / f"{plain}_{task.n_evaluations}{seed}.npz"
+        task = Task(*(run.pop(name) for name in ("algorithm", "n_evaluations", "seed")))
+        yield Run.of(problem, task, table_of(head, columns, path, TestTable), **run)
 
 
-def _values(space: DesignSpace, texts: NDArray[np.str_]) -> NDArray[np.object_]:
-    """Return designs of variables of several types, which are stored as texts."""
-    X = np.empty(texts.shape, dtype=object)
-    for j, (variable, column) in enumerate(zip(space.variables, texts.T, strict=True)):
-        read: dict[Kind, Callable[[str], Any]] = {
-            Kind.REAL: float,
-            Kind.INTEGER: int,
-            Kind.BINARY: "True".__eq__,
-            Kind.CHOICE: {str(option): option for option in variable.options}.__getitem__,
-        }
-        X[:, j] = [read[variable.kind](text) for text in column.tolist()]
-    return X
+def _file(task: Task) -> str:
+    """Return a name that can be read, and that no other task has."""
+    plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)[:80]
+    if plain != task.algorithm:  # "a/b" and "a b" have files of their own
+        plain += f".{zlib.crc32(task.algorithm.encode()):08x}"
+    seed = "" if task.seed is None else f"_seed{task.seed}"
+    return f"{plain}_{task.n_evaluations}{seed}.db"
+
+
+def _layout(problem: Any) -> Layout:
+    return problem_layout(problem, design_space(problem))
+
+
+def _head(tests: TestTable, problem: Any) -> dict[str, Any]:
+    return {**head_of(tests), "problem": problem_identity(problem, design_space(problem))}
 
 
 def problem_text(problem: Any) -> str:

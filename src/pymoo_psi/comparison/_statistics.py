@@ -124,6 +124,10 @@ def shift(a: Array, b: Array, *, fixed: bool) -> tuple[float, float, float]:
     Returns:
         The estimate, and the ends, NaN where so few runs reject nothing; all NaN where values are
         infinite on both sides.
+
+    Example:
+        >>> shift(np.arange(6.0), np.arange(6.0) + 10, fixed=False)
+        (10.0, 7.0, 13.0)
     """
     with np.errstate(invalid="ignore"):
         differences = np.sort((b[:, None] - a).ravel())
