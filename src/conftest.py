@@ -44,6 +44,7 @@ SHARED = {
     "plots/_comparison.py": ["comparison"],
     "comparison/_comparison.py": ["bnh", "result"],
     "comparison/_reference.py": ["bnh", "result"],
+    "comparison/_runs.py": ["result"],
     "paper/_reproduction.py": ["case"],
 }
 

@@ -44,14 +44,17 @@ from pymoo.optimize import minimize
 from pymoo.termination.default import DefaultTermination
 
 from pymoo_psi._validation import Received, invalid, known_name
-from pymoo_psi.algorithms import PSI, QMCSampling, investigate, nsga3
-from pymoo_psi.algorithms._nsga3 import (
+from pymoo_psi.algorithms import (
+    PSI,
+    QMCSampling,
+    UniformSampling,
+    investigate,
+    nsga3,
     operators,
     population_size,
     reference_directions,
     run_within_budget,
 )
-from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import competes, meets_constraints, nondominated
 

@@ -36,9 +36,7 @@ from pymoo_psi.comparison._runs import Run, Task, perform, problem_text, stored_
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.parallel import in_order, in_parallel, progress_bar
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._identity import problem_layout
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems import design_space, problem_layout, require_problem
 from pymoo_psi.table import Layout
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from pymoo_psi.pareto import (
     ranking_of,
     spread_subset,
 )
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems import design_space
 
 Array = NDArray[np.float64]
 

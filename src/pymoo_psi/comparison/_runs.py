@@ -20,9 +20,13 @@ from pymoo.problems.multi import BNH
 from pymoo_psi._validation import counted, identity_text
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
-from pymoo_psi.problems import design_space, evaluate_designs
-from pymoo_psi.problems._identity import problem_identity, problem_layout
-from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.problems import (
+    WrappedProblem,
+    design_space,
+    evaluate_designs,
+    problem_identity,
+    problem_layout,
+)
 from pymoo_psi.study import read_study, write_study
 from pymoo_psi.table import Layout, TestTable, columns_of, design_matrix, head_of, table_of
 
@@ -83,18 +87,24 @@ class Run:
         """Return which run it is and how much it found."""
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
-    @classmethod
-    def of(cls, problem: Any, task: Task, tests: TestTable, **more: Any) -> Run:
-        """Return a run from all designs that it tested, and what they do not tell."""
-        best, space = tests.pareto(), design_space(problem)
-        free = [j for j, variable in enumerate(space.variables) if not variable.fixed]
-        returned = np.array(more.pop("returned"), dtype=np.float64).reshape(-1, problem.n_obj)
-        X = tests.X[best][:, free]
-        return cls(task, X, tests.F[best], returned, n_evaluated=len(tests), **more)
-
     def found(self, assess: str) -> Array:
-        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``."""
+        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``.
+
+        Example:
+            Of the result in the example of :class:`Comparison`:
+
+            >>> result.runs[0].found("returned").shape
+            (15, 2)
+        """
         return self.F if assess == "evaluated" else self.returned
+
+
+def _run(problem: Any, task: Task, tests: TestTable, **more: Any) -> Run:
+    """Return a run from all designs that it tested, and what they do not tell."""
+    best = tests.pareto()
+    free = [j for j, variable in enumerate(design_space(problem).variables) if not variable.fixed]
+    returned = np.array(more.pop("returned"), dtype=np.float64).reshape(-1, problem.n_obj)
+    return Run(task, tests.X[best][:, free], tests.F[best], returned, len(tests), **more)
 
 
 def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | None = None) -> Run:
@@ -128,7 +138,7 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
     if folder is not None:
         head = {**_head(tests, problem), "run": {**asdict(task), **more}}
         write_study(folder / _file(task), head, columns_of(tests))
-    return Run.of(problem, task, tests, **more)
+    return _run(problem, task, tests, **more)
 
 
 def _warm_up(algorithm: NamedAlgorithm) -> None:
@@ -234,7 +244,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
                 "or constants; give another folder"
             )
         task = Task(*(run.pop(name) for name in ("algorithm", "n_evaluations", "seed")))
-        yield Run.of(problem, task, table_of(head, columns, path, TestTable), **run)
+        yield _run(problem, task, table_of(head, columns, path, TestTable), **run)
 
 
 def _file(task: Task) -> str:
