@@ -38,7 +38,7 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
     """
     numbers = points.numbers
     if points.rounds is not None:
-        out = {**out, PROPOSAL_ROUND: points.rounds}
+        out = {PROPOSAL_ROUND: points.rounds, **out}  # first, whatever the first design gives
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
     failed = np.isin(numbers, list(reasons)) if reasons else np.zeros(len(numbers), dtype=bool)
     taken = {*layout.columns, *RESERVED}
