@@ -204,7 +204,8 @@ def formulated(
     objectives = tuple(formulation.objectives) or layout.objectives
     for name in objectives:
         known_name("objectives", name, whole)
-        whole[name] = real_column(name, whole[name])
+        if name in layout.variables:  # other columns are of float64
+            whole[name] = real_column(name, whole[name])
     for group in ("maximize", "minimize"):
         for name in getattr(formulation, group):
             known_name(group, name, objectives, "only objectives have a direction")

@@ -607,13 +607,15 @@ class TestTable(Shown):
         for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
             block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
         named = dict(zip(layout.outputs, outputs.T, strict=True))
-        X = self.X[:, [self.layout.variables.index(name) for name in layout.variables]]
+        former = self.layout.variables
+        kept = [former.index(name) for name in layout.variables]
+        X = self.X if layout.variables == former else self.X[:, kept]
         table = TestTable.of(
             self.numbers, X, F, G, H, outputs=named, reasons=reasons, layout=layout,
             extra=self.extra,
         )  # fmt: skip
-        former = None if self.prototype is None else self._prototype_under(formulation)
-        return table._with(prototype=former, remarks=self.remarks)
+        prototype = None if self.prototype is None else self._prototype_under(formulation)
+        return table._with(prototype=prototype, remarks=self.remarks)
 
     def _prototype_under(self, formulation: Formulation) -> TestTable:
         """Return the existing designs under a formulation; outputs of theirs are not known."""
