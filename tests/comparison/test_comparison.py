@@ -3,7 +3,6 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
@@ -47,7 +46,7 @@ EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2", "unsga3", "spea2",
 
 
 @pytest.mark.parametrize("algorithm", EVERY)
-@pytest.mark.parametrize("budget", [1, 7, 100, 257])
+@pytest.mark.parametrize("budget", [1, 100, 257])
 def test_every_algorithm_spends_exactly_its_budget_inside_the_same_bounds(algorithm, budget):
     problem = Counted()
     result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm], polish=False)
@@ -218,25 +217,6 @@ def test_a_model_with_noise_is_compared_without_polishing():
     assert result.reference.optimum.sum() == 1
 
 
-def test_what_is_returned_can_be_measured_instead():
-    problem = VectorizedSphereChute(0.4)
-    runs = {
-        assess: compare(
-            problem,
-            n_evaluations=400,
-            seeds=2,
-            algorithms=["psi", "nsga3"],
-            assess=assess,
-            polish=False,
-        ).to_frame()
-        for assess in ("evaluated", "returned")
-    }
-    seen, returned = runs["evaluated"], runs["returned"]
-    assert seen["n_nondominated"].tolist()[0] == returned["n_nondominated"].tolist()[0]  # psi
-    assert (returned["hypervolume"] <= seen["hypervolume"]).all()
-    assert (returned["n_nondominated"][1:] < seen["n_nondominated"][1:]).all()
-
-
 def test_of_what_is_returned_only_the_feasible_counts():
     """RVEA keeps a design for each direction, feasible or not."""
     directions = get_reference_directions("das-dennis", 2, n_partitions=19)
@@ -299,15 +279,6 @@ def test_mixed_variables_are_compared_without_polishing_and_kept_with_their_type
 # Conclusions
 
 
-def test_too_few_runs_are_told():
-    arguments = {"n_evaluations": 64, "algorithms": ["psi", "nsga3"], "polish": False}
-    few = compare(get_problem("osy"), **arguments, seeds=5)  # 2 / 2^5 = 0.0625
-    enough = compare(get_problem("osy"), **arguments, seeds=6)
-    assert few.tests()["least_p"].item() == 0.0625
-    assert "take more seeds" in conclusions(few)[-1]
-    assert len(conclusions(enough)) == 1
-
-
 def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
     result = compare(
         get_problem("osy"), n_evaluations=1024, seeds=6, algorithms=["psi-scrambled", "nsga3"],
@@ -318,6 +289,8 @@ def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
         medians = result.to_frame().groupby("algorithm")[indicator].median() * sense
         assert medians[row["better"]] >= medians[row["worse"]], indicator
         assert 0.5 <= row["effect"] <= 1
+    few = dataclasses.replace(result, measures=result.measures[result.measures["seed"] < 3])
+    assert "take more seeds" in conclusions(few)[-1]
     sentence = conclusions(result)[0]
     assert sentence.startswith("1024 evaluations: nsga3 has the largest hypervolume")
     assert "better than psi-scrambled (effect 1.00, p = 0.002)" in sentence  # 2 / C(12, 6)
@@ -328,52 +301,16 @@ def measured(result, indicator, values):
     return dataclasses.replace(result, measures=result.measures.assign(**{indicator: values}))
 
 
-def test_words_follow_from_numbers():
+def test_sentences_follow_from_numbers():
+    algorithms = ["psi", "psi-scrambled", "nsga3"]
     result = compare(
-        get_problem("bnh"), n_evaluations=8, seeds=4, algorithms=["psi", "psi-scrambled", "nsga3"],
-        polish=False,
-    )  # fmt: skip
-    nothing = measured(result, "hypervolume", 0.0)
-    assert conclusions(nothing)[0] == (
-        "8 evaluations: no algorithm has a hypervolume above 0 in the median, and no difference "
-        "can be claimed."
+        get_problem("bnh"), n_evaluations=8, seeds=4, algorithms=algorithms, polish=False
     )
-    lost = measured(result, "igd_plus", np.inf)
-    assert "no algorithm has a feasible design in the median" in conclusions(lost, "igd_plus")[0]
+    nothing = conclusions(measured(result, "hypervolume", 0.0))[0]
+    assert "no algorithm has a hypervolume above 0 in the median, and no difference" in nothing
     # psi-scrambled and nsga3 have the same median; the one that is drawn from more is no better.
-    tied = measured(result, "hypervolume", [0.5, *[0.1, 0.6, 0.6, 0.9], *[0.6] * 4])
-    assert (
-        "psi-scrambled has the largest hypervolume (median 0.6), as has nsga3."
-        in (conclusions(tied)[0])
-    )
-    frame = result.measures
-    one = dataclasses.replace(
-        result, runs=result.runs[:1], measures=frame[frame["algorithm"] == "psi"]
-    )
-    assert conclusions(measured(one, "epsilon", 0.25), "epsilon") == (
-        "8 evaluations: psi has a median of 0.25, with no other beside it.",
-    )
-
-
-def test_a_rare_success_is_claimed_where_nobody_succeeds_in_the_median():
-    result = compare(
-        get_problem("bnh"), n_evaluations=4, seeds=20, algorithms=["psi-scrambled", "nsga2"],
-        polish=False,
-    )  # fmt: skip
-    # 9 of 20 runs against none: 2 C(31, 11) / C(40, 20) is 0.0012.
-    rare = measured(result, "hypervolume", [0.0] * 20 + [0.0] * 11 + [0.5] * 9)
-    assert conclusions(rare)[0] == (
-        "4 evaluations: no algorithm has a hypervolume above 0 in the median, but nsga2 is better "
-        "than psi-scrambled (effect 0.72, p = 0.001)."
-    )
-
-
-def test_a_count_of_designs_is_told_whole_and_a_bar_is_no_column():
-    result = compare(get_problem("bnh"), n_evaluations=1, algorithms={"a|b": "psi"}, polish=False)
-    assert r"| 1 | a\|b | 1 |" in report(result)
-    assert conclusions(result)[0].startswith("1 evaluation: ")
-    assert "| 12345 |" in report(measured(result, "n_nondominated", 12345))
-    assert repr(result) == "Comparison(BNH: a|b; 1 run)"
+    tied = conclusions(measured(result, "hypervolume", [0.5, *[0.1, 0.6, 0.6, 0.9], *[0.6] * 4]))[0]
+    assert "psi-scrambled has the largest hypervolume (median 0.6), as has nsga3." in tied
 
 
 # Keeping and continuing
@@ -432,14 +369,6 @@ def test_runs_on_another_problem_are_refused(tmp_path):
         compare(VectorizedSphereChute(0.4), **arguments)
 
 
-def test_the_report_tells_the_optimum_in_the_senses_of_the_criteria():
-    problem = get_problem("bnh")
-    problem.names, problem.maximize = {"f1": "mass", "f2": "gain"}, ["gain"]
-    result = compare(problem, n_evaluations=16, algorithms=["psi"], polish=False)
-    mass, minus_gain = result.reference.optimum
-    assert f"mass = {mass:.6g}, gain = {-minus_gain:.6g}." in report(result)
-
-
 def test_names_that_look_alike_have_files_of_their_own(tmp_path):
     algorithms = {"a b": "psi", "a_b": "nsga3", "a/b": "nsga2", "x" * 300: "psi"}
     compare(get_problem("bnh"), n_evaluations=16, seeds=[1], algorithms=algorithms, folder=tmp_path)
@@ -472,18 +401,12 @@ def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
         ({"n_evaluations": []}, "n_evaluations must be one or more integers"),
-        ({"n_evaluations": "256"}, "n_evaluations must be integers, got '256'"),
-        ({"seeds": 0}, "seeds must be an integer >= 1, got 0"),
         ({"seeds": [1.5]}, "seeds must be an integer >= 0, got 1.5"),
-        ({"algorithms": "psi"}, "algorithms must be names or a mapping, got 'psi'"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
         ({"algorithms": [str.lower]}, 'names, or a mapping .* such as {"mine": NSGA2'),
-        ({"algorithms": []}, "algorithms must be one or more, such as psi"),
         ({"algorithms": {"a": NSGA2}}, "got the class NSGA2; give lambda n: NSGA2"),
-        ({"assess": "all"}, "assess must be one of 'evaluated', 'returned', got 'all'"),
         ({"reference_front": [[1, 2, 3]]}, "reference_front must be of 2 objectives"),
         ({"reference": "x.npz"}, "reference must be a Reference, got str; Reference.load"),
-        ({"n_jobs": 0}, "n_jobs must be 1 or more, or -1"),
     ],
 )
 def test_wrong_arguments_are_named(change, message):
@@ -506,14 +429,6 @@ def test_files_that_are_no_reference_are_refused(tmp_path, change):
         Reference.load(tmp_path / "other.npz")
 
 
-def test_sentences_want_a_comparison():
-    for wrong in (conclusions, report):
-        with pytest.raises(
-            PsiError, match="comparison must be a Comparison, got DataFrame; compare"
-        ):
-            wrong(pd.DataFrame())
-
-
 def test_problems_that_cannot_be_compared_are_refused():
     with pytest.raises(PsiError, match="objectives of problem must be at least 2, got 1"):
         compare(get_problem("ackley"), n_evaluations=16)
@@ -524,17 +439,6 @@ def test_problems_that_cannot_be_compared_are_refused():
         PsiError, match="reference must be one for VectorizedSphereChute, got one for DTLZ2"
     ):
         compare(VectorizedSphereChute(), n_evaluations=8, reference=three.reference)
-
-
-def test_a_fingerprint_that_cannot_be_written_is_told_before_any_run():
-    class Marked(Counted):
-        def fingerprint(self):
-            return {"steps": np.int64(3)}
-
-    problem = Marked()
-    with pytest.raises(PsiError, match="fingerprint.. of a problem returns must hold plain values"):
-        compare(problem, n_evaluations=8, seeds=1)
-    assert not problem.calls
 
 
 def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
@@ -570,12 +474,6 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
             n_jobs=n_jobs,
         )  # fmt: skip
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
-
-
-def test_what_pymoo_refuses_is_the_error_of_a_run():
-    """MOEA/D of pymoo takes no constraints, and asserts it when it is set up."""
-    with pytest.raises(RunError, match="run of moead, 32 evaluations, seed 1 ended in Assertion"):
-        compare(get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=["moead"])
 
 
 class Careless(Problem):

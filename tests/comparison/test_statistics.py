@@ -66,25 +66,12 @@ def test_p_values_of_tied_runs_are_exact(a, b):
     assert p_value(np.array(b), np.array(a), fixed=(False, False)) == pytest.approx(p, rel=1e-14)
 
 
-def test_three_runs_against_three_cannot_be_surer_than_a_tenth():
-    for a, b in (([1, 1, 1], [2, 2, 2]), ([np.inf] * 3, [1, 2, 3]), ([0, 0, 0], [0.1, 0.2, 0.2])):
-        assert p_value(np.array(a), np.array(b), fixed=(False, False)) == pytest.approx(0.1)
-
-
 @pytest.mark.parametrize("n", [11, 40])
 def test_p_values_without_ties_are_scipys(n):
     rng = np.random.default_rng(n)
     a, b = rng.random(n), rng.random(n - 3) + 0.2
     p = p_value(a, b, fixed=(False, False))
     assert p == pytest.approx(mannwhitneyu(a, b, method="exact").pvalue, rel=1e-9)
-
-
-def test_p_values_of_many_runs_are_near_the_exact_ones(monkeypatch):
-    rng = np.random.default_rng(0)
-    a, b = rng.integers(0, 30, 45), rng.integers(1, 31, 45)
-    normal = p_value(a, b, fixed=(False, False))
-    monkeypatch.setattr("pymoo_psi.comparison._statistics._EXACT_RUNS", 45)
-    assert normal == pytest.approx(p_value(a, b, fixed=(False, False)), rel=0.1)
 
 
 @given(
@@ -95,10 +82,6 @@ def test_effect_sizes_of_two_directions_add_up_to_one(a, b):
     assert effect_size(a, b) + effect_size(b, a) == pytest.approx(1)
     wins = [1.0 if x > y else 0.5 if x == y else 0.0 for x, y in itertools.product(a, b)]
     assert effect_size(a, b) == pytest.approx(np.mean(wins))
-
-
-def test_infinite_values_have_effect_sizes():
-    assert effect_size(np.array([np.inf] * 3), np.array([1.0, np.inf])) == 0.75
 
 
 @pytest.mark.parametrize(("n_a", "n_b"), [(1, 7), (7, 1), (4, 4), (5, 8), (9, 3)])
@@ -112,19 +95,6 @@ def test_the_interval_of_a_shift_holds_what_the_test_does_not_reject(n_a, n_b):
     for candidate in (differences[1:] + differences[:-1]) / 2:  # the p value jumps in between
         rejected = p_value(a, b - candidate, fixed=fixed) <= 0.05
         assert rejected == (not low < candidate < high)
-
-
-@pytest.mark.parametrize(("n_a", "n_b"), [(41, 41), (45, 45), (60, 12)])
-def test_intervals_of_many_runs_are_near_the_exact_ones(monkeypatch, n_a, n_b):
-    rng = np.random.default_rng(n_a)
-    a, b = rng.normal(size=n_a), 0.3 + rng.normal(size=n_b)
-    normal = shift(a, b, fixed=False)
-    monkeypatch.setattr("pymoo_psi.comparison._statistics._EXACT_RUNS", 60)
-    exact = shift(a, b, fixed=False)
-    assert normal[0] == exact[0]
-    differences = np.sort((b[:, None] - a).ravel())
-    places = [np.searchsorted(differences, ends[1:]) for ends in (normal, exact)]
-    assert np.abs(places[0] - places[1]).max() <= 2  # of some hundred to two thousand
 
 
 def test_a_thousand_runs_have_p_values_and_intervals():
