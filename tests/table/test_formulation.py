@@ -175,20 +175,6 @@ def test_what_failed_in_its_evaluation_stays_failed_and_the_rest_is_as_without_i
     assert {anew.reasons[n] for n in failed} <= {"it broke"}
 
 
-@given(formulations=formulations())
-def test_a_formulation_of_a_formulated_table_forgets_neither_tests_nor_senses(formulations):
-    """What failed by the first criteria is judged by the second ones as if never looked at."""
-    table = beam_tests()
-    first = Formulation(objectives=formulations[0].objectives, computed=formulations[0].computed)
-    again = table.under(first).under(Formulation(objectives=["mass", "gain"]))
-    assert again.layout.maximize == ("gain",)
-    gone = sorted({*first.objectives}.intersection(CONSTRAINTS))
-    once = table.under(Formulation(objectives=["mass", "gain"], relaxed=gone))
-    np.testing.assert_array_equal(again.F, once.F)
-    np.testing.assert_array_equal(again.status, once.status)
-    assert again.reasons == once.reasons
-
-
 def test_every_column_stays_a_column():
     table = beam_tests()
     anew = table.under(

@@ -152,13 +152,6 @@ def test_a_table_is_read_only_and_survives_copying(table):
         table.F = None
 
 
-def test_a_table_does_not_share_its_makers_arrays():
-    F = np.array([[1.0]])
-    table = TestTable.of([1], [[0.0]], F)
-    F[0] = 7.0
-    assert table.F.tolist() == [[1.0]]
-
-
 @pytest.mark.parametrize(
     ("X", "dtype", "same"),
     [
@@ -206,19 +199,6 @@ def test_kinds_that_are_declared_hold_for_every_block():
     assert np.isnan(joined.refined_bounds()[0][2:]).all()
     whole = TestTable.of([1], [[2]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
     assert whole.X.dtype == np.float64
-
-
-def test_what_is_declared_goes_before_what_designs_tell():
-    declared = TestTable.of([1], [[0.5]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"]))
-    told = TestTable.of([2], [[1]], [[1.0]])
-    for joined in (declared.extended(told), told.extended(declared)):
-        assert joined.kinds == (Kind.REAL,)
-        assert joined.X.dtype == np.float64
-    other = TestTable.of([2], [[1]], [[1.0]], layout=Layout.of(1, 1, kinds=["integer"]))
-    with pytest.raises(
-        PsiError, match="of the table's layout, got kind of x1: real against integer"
-    ):
-        declared.extended(other)
 
 
 weird = st.recursive(
@@ -298,13 +278,6 @@ def test_soft_limit_of_a_bridge():
     assert costs.loc["mass"].tolist() == [-np.inf, 9.0, 1, 1, 8.0, 10.0]
     softer = freed(table, "stress")
     assert softer.numbers[softer.pareto({"stress": 0.1})].tolist() == [1, 2, 3]
-
-
-def test_more_than_64_constraints():
-    G = np.zeros((3, 150))
-    G[1, 149] = G[2, 70] = 1.0
-    table = TestTable.of([1, 2, 3], np.zeros((3, 1)), np.zeros((3, 1)), G)
-    assert violations(table) == {2: ("g150",), 3: ("g71",)}
 
 
 # Errors

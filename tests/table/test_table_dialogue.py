@@ -115,16 +115,6 @@ def test_a_section_moves_one_variable_only(design, data, n):
     np.testing.assert_array_equal(others, np.tile(np.delete(design, j), (n, 1)))
 
 
-def test_sections_through_a_tested_design():
-    points = section_points(RING, 2, "x2", 3)
-    assert points.tolist() == [[0.5, 0.0], [0.5, 0.5], [0.5, 1.0]]
-    np.testing.assert_array_equal(section_points(RING, [0.5, 0.1], 1, 3), points)
-    teeth = section_points(MIXED, 2, "teeth", 100)
-    assert teeth[:, 1].tolist() == list(range(10, 21))
-    assert all(type(t) is int for t in teeth[:, 1])
-    assert {tuple(np.delete(row, 1)) for row in teeth} == {(1.5, False, "C60", "1")}
-
-
 # The refined box
 
 
@@ -148,11 +138,6 @@ def test_refined_bounds_of_mixed_variables():
     lower, upper = MIXED.refined_bounds({"f1": 2.0}, margin=0.3)
     np.testing.assert_allclose(lower, [0.2, 10, np.nan, np.nan, np.nan])
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
-
-
-def test_without_a_box_nothing_is_clipped():
-    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]])
-    assert [b.tolist() for b in table.refined_bounds(margin=1.0)] == [[-1.0], [2.0]]
 
 
 # The prototype

@@ -201,7 +201,8 @@ def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
             # leaves line breaks within quoted texts to the parser.
             open(path, encoding="utf-8-sig", newline="")
             if text is None
-            else StringIO(text, newline="") as file
+            else StringIO(text, newline="") as file,
+            np.errstate(invalid="ignore"),  # of what is no integer, which is refused
         ):
             head, n, kinds = _parsed_head(path, comment_text(file.readline()))
             types = {name: DTYPES[kind] for name, kind in kinds.items()}
