@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Integer, Real
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, Restricted, TestTable, investigate
+from pymoo_psi import PSI, FailureTolerant, TestTable, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
@@ -67,33 +66,6 @@ def test_limits_on_a_maximised_criterion_are_the_least_value_allowed():
     assert (-limited.F[:, 1] >= 0.25).all()
     kept = investigate(Model(**TOLD), 64, limits={"gain": (0.25, None)}, keep="pareto")
     assert np.array_equal(np.sort(kept.numbers), np.sort(limited.opt.get("test_point")))
-
-
-def test_names_of_mixed_variables_are_their_own_and_can_be_others():
-    class Mixed(ElementwiseProblem):
-        def __init__(self):
-            variables = {"length": Real(bounds=(0, 1)), "teeth": Integer(bounds=(1, 9))}
-            super().__init__(vars=variables, n_obj=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = x["length"] * x["teeth"]
-
-    assert investigate(Mixed(), 4).layout.variables == ("length", "teeth")
-    table = investigate(Mixed(), 4, names={"teeth": "number of teeth"})
-    assert table.layout.variables == ("length", "number of teeth")
-
-
-def test_a_part_of_the_box_is_told_in_the_problems_names():
-    part = Restricted(Model(**TOLD), {"width": (0.25, 0.5)})
-    assert part.box == {"width": (0.25, 0.5)}
-    table = investigate(part, 16)
-    assert table.layout.variables == ("width", "x2")
-    assert table.column("width").min() == 0.25
-    assert table.equals(investigate(Restricted(Model(), {"x1": (0.25, 0.5)}), 16, **TOLD))
-    again = Restricted(Model(**TOLD), part.box | {"x2": 0.5})
-    assert Restricted(part, {"x2": 0.5}).box == again.box
-    with pytest.raises(ArgumentValueError, match="one of 'width', 'x2', got 'x1'"):
-        Restricted(Model(**TOLD), {"x1": 0.5})
 
 
 @pytest.mark.parametrize(
@@ -193,25 +165,6 @@ def test_what_is_not_kept_is_told(name, value, message):
     with pytest.warns(UserWarning, match=message):
         table = investigate(Further(), 4)
     assert table.layout.outputs == ("heat",)
-
-
-@pytest.mark.parametrize(
-    "nothing", [lambda n: [None] * n, lambda n: np.ma.masked_all(n), lambda n: np.ma.masked]
-)
-def test_an_output_without_any_value_is_nan(nothing):
-    class Silent(Problem):
-        def __init__(self):
-            super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = x
-            out["heat"] = nothing(len(x))
-            out["curve"] = [[0.0] * (i % 3) for i in range(len(x))]
-
-    with pytest.warns(UserWarning, match="'curve'.* not one number for each design"):
-        table = investigate(Silent(), 4)
-    assert table.layout.outputs == ("heat",)
-    assert np.isnan(table.outputs).all()
 
 
 def test_a_unit_of_no_column_is_told():

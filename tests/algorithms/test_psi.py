@@ -1,9 +1,5 @@
 """PSI as a pymoo algorithm: its results and pymoo's contracts."""
 
-import sys
-from contextlib import nullcontext
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from pymoo.core.evaluator import Evaluator
@@ -23,7 +19,6 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import progress_bar
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -122,12 +117,6 @@ def test_two_runs_continue_each_other():
     assert not first.equals(whole)
 
 
-def test_elementwise_and_vectorised_problems_agree():
-    slow = minimize(SphereChute(0.4, model="rolling"), PSI(50))
-    fast = minimize(CHUTE, PSI(50))
-    np.testing.assert_array_equal(slow.F, fast.F)
-
-
 def test_single_objective_returns_the_best():
     result = minimize(get_problem("sphere", n_var=3), PSI(128))
     assert result.F.shape == (1,)
@@ -144,13 +133,6 @@ def test_a_design_without_finite_objectives_is_not_pareto_optimal():
     assert (result.X[:, 0] >= 0.5).all()
 
 
-def test_verbose_and_progress(capsys):
-    minimize(CHUTE, PSI(200, block_size=100), verbose=True, progress=True)
-    out = capsys.readouterr().out
-    assert "feasible" in out
-    assert "200" in out
-
-
 def test_individuals_are_those_of_pymoos_own_loop():
     """Made from the table at the end, or evaluated one by one as pymoo does it."""
     ours = minimize(get_problem("osy"), PSI(100, block_size=30))
@@ -160,20 +142,6 @@ def test_individuals_are_those_of_pymoos_own_loop():
         np.testing.assert_array_equal(ours.pop.get(name), theirs.pop.get(name), err_msg=name)
     assert ours.opt.get("test_point").tolist() == theirs.opt.get("test_point").tolist()
     assert ours.algorithm.table.equals(theirs.algorithm.table)
-
-
-def test_individuals_stay_the_same_and_own_their_values():
-    algorithm = PSI(60, block_size=20)
-    algorithm.setup(CHUTE)
-    seen = []
-    while algorithm.has_next():
-        algorithm.next()
-        seen.append((algorithm.pop[0], algorithm.off[0]))
-    assert len({id(first) for first, _ in seen}) == 1
-    assert [off for _, off in seen] == [algorithm.pop[i] for i in (0, 20, 40)]
-    algorithm.pop[0].F[:] = 0.0
-    algorithm.pop[0].X[:] = 0.0
-    assert algorithm.table.equals(minimize(CHUTE, PSI(60)).algorithm.table)
 
 
 def test_asking_and_telling_can_take_turns_with_next():
@@ -189,18 +157,6 @@ def test_asking_and_telling_can_take_turns_with_next():
     assert algorithm.table.equals(direct.algorithm.table)
     assert algorithm.pop.get("mark").tolist() == [None] * 20 + [True] * 20 + [None] * 20
     assert algorithm.pop.get("n_gen").tolist() == direct.pop.get("n_gen").tolist()
-
-
-def test_nothing_comes_after_the_last_point():
-    algorithm = PSI(30)
-    result = minimize(CHUTE, algorithm, copy_algorithm=False)
-    algorithm.next()
-    assert algorithm.ask() is None
-    assert algorithm.n_gen == 2
-    assert [i.get("test_point") for i in algorithm.off] == list(range(1, 31))
-    assert algorithm.result().opt.get("test_point").tolist() == (
-        result.opt.get("test_point").tolist()
-    )
 
 
 def test_asking_stops_at_a_failure_where_the_run_would():
@@ -294,13 +250,6 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
     assert told.result().opt.get("test_point").tolist() == result.opt.get("test_point").tolist()
 
 
-def test_a_limit_on_what_the_model_does_not_give_ends_the_run():
-    with pytest.raises(PsiError, match="a limit must be one of .* got 'head'; did you mean 'heat'"):
-        minimize(Heated(), PSI(64, limits={"head": 2.0}))
-    with pytest.raises(PsiError, match="a limit must be one of"):
-        investigate(Heated(), 64, limits={"head": 2.0})
-
-
 class Gauged(ElementwiseProblem):
     """A model with a further output, which only designs beyond a place have."""
 
@@ -367,52 +316,6 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     mask = {"all": np.ones(300, bool), "feasible": whole.feasible(), "pareto": whole.pareto()}[keep]
     table = investigate(problem, 300, first=3, keep=keep, block_size=block_size)
     assert table.equals(whole.rows(mask))
-
-
-@pytest.mark.parametrize("where", ["terminal", "notebook", "file"])
-def test_investigate_shows_progress_where_it_is_seen_and_closes_the_bar(monkeypatch, where):
-    seen = []
-
-    class Bar:
-        set = seen.append
-
-        def __init__(self, **options):
-            self.obj = SimpleNamespace(text=lambda text: None)
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *error):
-            seen.append("closed")
-
-    monkeypatch.setattr("pymoo.util.display.progress.ProgressBar", Bar)
-    monkeypatch.setattr("sys.stdout.isatty", lambda: where == "terminal")
-    shell = SimpleNamespace(kernel=None) if where == "notebook" else None
-    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
-    investigate(CHUTE, 200, block_size=80, progress=True)
-    assert seen == ([] if where == "file" else [0.4, 0.8, 1.0, "closed"])
-
-
-def test_the_time_left_is_that_of_the_tests_of_this_run(monkeypatch):
-    """Known tests are there at once; of the other half a quarter took 30 s, and 90 s are left."""
-    clock, texts = iter([0.0, 0.5, 30.5]), []
-
-    bar = SimpleNamespace(set=lambda share: None, obj=SimpleNamespace(text=texts.append))
-    name = "pymoo.util.display.progress.ProgressBar"
-    monkeypatch.setattr(name, lambda **options: nullcontext(bar))
-    monkeypatch.setattr("time.monotonic", lambda: next(clock))
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
-    with progress_bar(True) as show:
-        show(0.5)
-        show(0.625)
-    assert texts[-1] == "0:01:30 left"
-
-
-def test_investigate_mixed_variables_and_limits():
-    whole = minimize(Mixed(), PSI(200)).algorithm.table
-    assert investigate(Mixed(), 200, block_size=64).equals(whole)
-    limited = investigate(Mixed(), 200, limits={"f1": 9.0}, keep="pareto", block_size=64)
-    assert limited.equals(whole.rows(whole.pareto({"f1": 9.0})))
 
 
 @pytest.mark.parametrize(
@@ -510,38 +413,6 @@ def test_mixed_variables():
     assert ok.tolist() == (table.X[:, 1] <= 6).tolist()
     for f in result.F:
         assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
-
-
-class Whole(Problem):
-    def __init__(self, vtype, **bounds):
-        super().__init__(n_var=2, n_obj=2, vtype=vtype, **bounds)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = np.column_stack([x[:, 0], 9 - x[:, 0] + x[:, 1]])
-
-
-def test_integer_and_binary_vectors():
-    """Every value comes equally often; a bound between integers counts as the one inside."""
-    table = minimize(Whole(int, xl=[-2, 0.5], xu=[1, 4]), PSI(64)).algorithm.table
-    assert table.X.dtype == np.int64
-    values, counts = np.unique(table.X[:, 0], return_counts=True)
-    assert values.tolist() == [-2, -1, 0, 1]
-    assert counts.tolist() == [16] * 4
-    assert np.unique(table.X[:, 1]).tolist() == [1, 2, 3, 4]
-    assert minimize(Whole(bool), PSI(64)).algorithm.table.X.dtype == bool
-
-
-def test_other_variables_are_refused():
-    with pytest.raises(
-        TypeError, match="vtype of Whole must be float, int or bool, got <class 'str'>"
-    ):
-        minimize(Whole(str, xl=0, xu=1), PSI(10))
-    problem = Mixed()
-    problem.vars["metal"] = Choice(options=[])
-    with pytest.raises(
-        TypeError, match="variable 'metal' of Mixed must be Real, Integer, Binary or"
-    ):
-        minimize(problem, PSI(10))
 
 
 def test_more_variables_than_lp_tau_has():

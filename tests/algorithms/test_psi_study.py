@@ -5,12 +5,9 @@ import os
 import random
 import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 
 import numpy as np
 import pytest
@@ -20,8 +17,6 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
-    FailureTolerant,
-    JoblibRunner,
     PsiError,
     QMCSampling,
     SphereChute,
@@ -29,8 +24,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
 )
-from pymoo_psi.errors import EvaluationError, StudyCorruptError, StudyMismatchError
-from pymoo_psi.study import Study
+from pymoo_psi.errors import EvaluationError, StudyMismatchError
 
 
 class Counted(ElementwiseProblem):
@@ -75,16 +69,6 @@ def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
     assert TestTable.read_study(path).equals(whole)
 
 
-def test_the_result_of_a_continued_study_is_that_of_one_run(tmp_path):
-    path = tmp_path / "s.db"
-    run(Counted(), 50, path)
-    result = minimize(Counted(), PSI(120, study=path))
-    direct = minimize(Counted(), PSI(120))
-    np.testing.assert_array_equal(result.F, direct.F)
-    np.testing.assert_array_equal(result.opt.get("test_point"), direct.opt.get("test_point"))
-    assert result.algorithm.evaluator.n_eval == 70
-
-
 def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
     """Bit for bit, however the run is cut: the values of a design do not depend on its company."""
     problem = VectorizedSphereChute(0.4)
@@ -113,29 +97,6 @@ def test_another_problem_is_refused(tmp_path, other, options, message):
     with pytest.raises(StudyMismatchError, match=message):
         run(other, 16, path, **options)
     assert path.read_bytes() == before
-
-
-def test_a_foreign_file_is_refused_untouched(tmp_path):
-    path = tmp_path / "s.db"
-    path.write_text("f1,f2\n1,2\n")
-    with pytest.raises(StudyCorruptError):
-        run(Counted(), 16, path)
-    assert path.read_text() == "f1,f2\n1,2\n"
-
-
-class Watched(JoblibRunner):
-    """A runner that notes how many designs it is given at a time."""
-
-    def __call__(self, f, X):
-        self.given = [*getattr(self, "given", []), len(X)]
-        return [f(x) for x in X]
-
-
-def test_a_slow_model_keeps_every_worker_busy(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)  # every model is slow
-    problem = SphereChute(0.4, elementwise_runner=Watched(n_jobs=3))
-    run(problem, 16, tmp_path / "s.db")
-    assert problem.elementwise_runner.given == [3, 3, 3, 3, 3, 1]
 
 
 @pytest.mark.parametrize("seconds", [0.0, 1e9])
@@ -178,25 +139,11 @@ def test_failed_designs_are_recorded_and_retried(tmp_path):
     assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
 
 
-def test_a_failure_tolerant_problem_is_guarded_once():
-    table = minimize(FailureTolerant(Counted(broken={3})), PSI(16)).algorithm.table
-    assert table.reasons[3].startswith("RuntimeError")
-    assert table.layout.constraints == ("g1",)
-
-
 def test_points_that_depend_on_their_number_are_another_study(tmp_path):
     lhs = QMCSampling("lhs")
     investigate(Counted(), 16, sampling=lhs, seed=1, study=tmp_path / "s.db")
     with pytest.raises(StudyMismatchError, match="lhs of 16 points"):
         investigate(Counted(), 32, sampling=lhs, seed=1, study=tmp_path / "s.db")
-
-
-def test_nothing_of_a_failed_design_is_pareto_optimal():
-    result = minimize(Counted(broken={1, 5}), PSI(64))
-    assert not np.isin(result.opt.get("test_point"), [1, 5]).any()
-    failed = result.pop[[0, 4]]
-    assert not failed.get("feas").any()
-    assert all(reason for reason in failed.get("failure"))
 
 
 class Holed(Problem):
@@ -248,42 +195,6 @@ def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
     assert run(rest, 64, path, retry="failed").equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 
-def test_a_study_says_where_designs_come_from_and_what_they_took(tmp_path):
-    class Slow(Counted):
-        def _evaluate(self, x, out, *args, **kwargs):
-            time.sleep(0.02)
-            super()._evaluate(x, out)
-
-    run(Slow(), 8, tmp_path / "s.db")
-    investigate(Slow(), 8, sampling=QMCSampling("lhs"), seed=1, study=tmp_path / "lhs.db")
-    for name, origin in (("s.db", "LP-tau"), ("lhs.db", "lhs of 8 points, seed 1")):
-        with closing(sqlite3.connect(tmp_path / name)) as db:
-            found = db.execute("SELECT DISTINCT origin, seconds >= 0.02 FROM tests").fetchall()
-        assert found == [(origin, 1)]
-
-
-def test_each_test_is_written_once(tmp_path, written):
-    run(Counted(broken={7}), 50, tmp_path / "s.db")
-    assert sum(written) == 50
-    investigate(Counted(), 60, study=tmp_path / "s.db")
-    assert sum(written) == 60
-    run(Counted(), 60, tmp_path / "s.db", retry="failed")
-    assert sum(written) == 61
-
-
-@pytest.fixture
-def written(monkeypatch):
-    """How many tests each transaction writes."""
-    counts, append = [], Study.append
-
-    def noted(study, columns, **of):
-        counts.append(append(study, columns, **of))
-        return counts[-1]
-
-    monkeypatch.setattr(Study, "append", noted)
-    return counts
-
-
 @pytest.mark.parametrize("first_by", ["psi", "investigate"])
 @pytest.mark.parametrize("then_by", ["psi", "investigate"])
 def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, then_by):
@@ -298,27 +209,6 @@ def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, 
     go[then_by](again)
     assert again.seen == []
     assert state == (path.read_bytes(), path.stat().st_mtime_ns, tmp_path.stat().st_mtime_ns)
-
-
-def test_a_fast_vectorised_model_is_stored_in_large_blocks(tmp_path, monkeypatch, written):
-    """A commit takes some milliseconds, as many as a thousand of its tests."""
-    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 1e9)
-    investigate(get_problem("zdt1", n_var=2), 20_000, study=tmp_path / "s.db")
-    assert written == [64, 6400, 13_536]
-
-
-def test_a_slow_vectorised_model_loses_little(tmp_path, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)
-
-    class Interrupted(Holed):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if len(TestTable.read_study(tmp_path / "s.db")) == 128:
-                raise KeyboardInterrupt
-            out["F"] = x
-
-    with pytest.raises(KeyboardInterrupt):
-        investigate(Interrupted(), 1000, study=tmp_path / "s.db")
-    assert len(TestTable.read_study(tmp_path / "s.db")) == 128
 
 
 @pytest.mark.parametrize("by", ["psi", "investigate"])
@@ -354,11 +244,6 @@ def test_a_study_that_is_replaced_while_a_run_reads_it_is_noticed(tmp_path):
     with pytest.raises(StudyMismatchError, match="another study has taken its place"):
         run(Counted(), 64, path, callback=replace)
     assert len(TestTable.read_study(path)) == 64
-
-
-def test_history_copies_and_pickles_hold_no_connection(tmp_path):
-    result = minimize(Counted(), PSI(48, study=tmp_path / "s.db", block_size=16), save_history=True)
-    assert [entry.n_tested for entry in result.history] == [16, 32, 48]
 
 
 # The modules are imported once: every run is a fork of this script, begun by the name of its log,
@@ -510,10 +395,3 @@ def _evaluated(log, by_design):
 def test_bad_arguments(options, message):
     with pytest.raises(PsiError, match=message):
         PSI(8, **options)
-
-
-def test_randomised_points_need_a_seed(tmp_path):
-    with pytest.raises(
-        PsiError, match="seed must be given where a study has randomised points, got None"
-    ):
-        run(Counted(), 8, tmp_path / "s.db", sampling=QMCSampling("sobol"))

@@ -3,16 +3,12 @@
 import copy
 import os
 import pickle
-import sqlite3
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
 
-import cloudpickle
 import dill
 import numpy as np
 import pytest
@@ -27,11 +23,9 @@ from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, PsiError, Recorded, TestTable
-from pymoo_psi.algorithms import _recorded
+from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded, TestTable
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
-from pymoo_psi.problems._evaluation import stream_designs
 
 
 class Model(ElementwiseProblem):
@@ -128,69 +122,6 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     assert numbers.dtype == np.int64
     F = problem.table.F[[rows[number] for number in numbers]]
     np.testing.assert_array_equal(F, result.pop.get("F"))
-
-
-@pytest.mark.skipif(os.name == "nt", reason="there a signal is no question")
-def test_workers_end_if_a_result_cannot_be_stored(tmp_path, monkeypatch):
-    """At once: a notebook keeps the error, and with it all that was under way."""
-    monkeypatch.setattr(_recorded, "SECONDS", 0.0)
-
-    class Told(ElementwiseProblem):
-        def __init__(self):
-            runner = JoblibRunner(1, timeout=1e3)
-            super().__init__(n_var=1, xl=0, xu=1, elementwise_runner=runner)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            (tmp_path / "worker").write_text(str(os.getpid()))
-            out["F"] = x
-
-    problem = Recorded(Told(), study=tmp_path / "s.db")
-    full = "SELECT RAISE(ABORT, 'database or disk is full')"
-    with closing(sqlite3.connect(tmp_path / "s.db")) as db:
-        db.execute(f"CREATE TRIGGER full BEFORE INSERT ON tests BEGIN {full}; END")
-    with pytest.raises(PsiError, match="disk is full") as kept:
-        problem.evaluate(np.linspace(0, 1, 9)[:, None])
-    with pytest.raises(ProcessLookupError):
-        os.kill(int((tmp_path / "worker").read_text()), 0)
-    del kept
-
-
-def test_what_has_arrived_of_a_batch_is_stored_when_a_run_is_stopped(tmp_path, monkeypatch):
-    """And within a second if it is killed; here at once."""
-    monkeypatch.setattr(_recorded, "SECONDS", 0.0)
-    X, stored = batch(9), []
-
-    class Watched(Model):
-        def name(self):
-            return "Model"
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            stored.append(len(TestTable.read_study(tmp_path / "s.db")))
-            time.sleep(0.002)  # dear enough not to be evaluated together with others
-            super()._evaluate(x, out, *args, **kwargs)
-
-    with pytest.raises(KeyboardInterrupt):
-        recorded(Watched(stop=5), tmp_path / "s.db").evaluate(X)
-    assert stored == [0, 1, 2, 3, 4, 5]
-    model = Model()
-    problem = recorded(model, tmp_path / "s.db")
-    problem.evaluate(X)
-    assert model.seen == [x.tobytes() for x in X[5:]]
-    np.testing.assert_array_equal(problem.table.X, X)
-
-
-def test_more_generations_and_other_seeds_add_to_the_study(tmp_path):
-    path = tmp_path / "s.db"
-    solved(recorded(Model(), path), nsga3(), 3)
-    model = Model()
-    more = solved(recorded(model, path), nsga3(), 6)
-    assert population(more) == population(solved(FailureTolerant(Model()), nsga3(), 6))
-    before = TestTable.read_study(path)
-    assert len(before) == len(set(model.seen)) + 30
-    minimize(recorded(Model(), path), NSGA2(10), ("n_gen", 2), seed=6)
-    after = TestTable.read_study(path)
-    assert after.rows(np.arange(len(before))).equals(before)
-    assert after.numbers.tolist() == list(range(1, len(before) + 21))
 
 
 @pytest.mark.parametrize("kills", [3])
@@ -403,16 +334,6 @@ def test_failures_are_tried_again_if_asked_for(tmp_path, retry):
 # The study
 
 
-def test_the_table_is_that_of_the_study(tmp_path):
-    problem = recorded(Model(fails=True), tmp_path / "s.db")
-    solved(problem, nsga3())
-    table = problem.table
-    assert table.equals(TestTable.read_study(tmp_path / "s.db"))
-    assert {"ok", "infeasible", "failed"} == set(table.status)
-    assert table.layout.upper.tolist() == [1, 1, 1]
-    assert table.pareto({"f1": 0.9}).any()
-
-
 def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
     path, points = tmp_path / "s.db", tmp_path / "psi.db"
     Recorded(Model(), study=path, study_key="a")
@@ -481,35 +402,6 @@ def test_ask_and_tell_and_checkpoints(tmp_path):
     while algorithm.has_next():
         algorithm.next()
     assert population(algorithm.result()) == population(solved(FailureTolerant(Model()), nsga3()))
-
-
-def test_a_runner_is_sent_the_problem_within(tmp_path):
-    def copying(f, X):  # as processes get them
-        sent = cloudpickle.dumps(f)
-        assert str(tmp_path).encode() not in sent  # neither the study nor what is known of it
-        return [cloudpickle.loads(sent)(x) for x in X]
-
-    here = recorded(Model(fails=True), tmp_path / "here.db")
-    solved(here, nsga3(), 3)
-    model = Model(fails=True, elementwise_runner=copying)
-    there = recorded(model, tmp_path / "there.db")
-    solved(there, nsga3(), 3)
-    assert model.seen == []
-    assert there.table.equals(here.table)
-
-
-@pytest.mark.parametrize("seconds", [0.0, 1.0])
-def test_results_may_come_in_any_order(tmp_path, monkeypatch, seconds):
-    def backwards(*arguments, **options):
-        yield from reversed(list(stream_designs(*arguments, **options)))
-
-    here = recorded(Model(fails=True), tmp_path / "here.db")
-    solved(here, nsga3(), 3)
-    monkeypatch.setattr(_recorded, "stream_designs", backwards)
-    monkeypatch.setattr(_recorded, "SECONDS", seconds)
-    there = recorded(Model(fails=True, elementwise_runner=JoblibRunner(1)), tmp_path / "there.db")
-    solved(there, nsga3(), 3)
-    assert there.table.equals(here.table)
 
 
 def test_an_investigation_of_a_recorded_problem_has_numbers_of_its_own(tmp_path):

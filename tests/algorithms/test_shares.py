@@ -1,18 +1,17 @@
 """Shares of a run on many machines, and vectorised models on many cores."""
 
 import os
-import warnings
 
 import numpy as np
 import pytest
 from joblib import parallel_config
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.algorithms import _engine
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError, WorkerError
+from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -114,35 +113,6 @@ def test_a_merged_table_goes_on_as_a_study(tmp_path):
     assert sum(calls) == 50
 
 
-def test_a_file_keeps_what_problem_its_tests_are_of(tmp_path):
-    table = of_psi(64)
-    table.to_csv(tmp_path / "t.csv")
-    again = TestTable.read_csv(tmp_path / "t.csv")
-    assert again.problem == table.problem is not None
-    other = investigate(VectorizedSphereChute(0.2), 8)
-    with pytest.raises(PsiError, match="a table of the same problem"):
-        table.merge(other)
-
-
-def test_tables_of_different_constants_are_not_merged():
-    """Names, bounds and sizes are the same here; the parameter alone tells them apart."""
-    a, b = (
-        investigate(VectorizedSphereChute(mu, upper=(1.0, 6.0)), 8, first=first)
-        for mu, first in ((0.3, 1), (0.4, 9))
-    )
-    with pytest.raises(PsiError, match=r"got parameters.mu 0.3 against 0.4$"):
-        a.merge(b)
-
-
-def test_a_study_of_nobody_knows_what_is_not_continued(tmp_path):
-    known = of_psi(8)
-    table = TestTable.of(known.numbers, known.X, known.F, known.G, layout=known.layout)
-    table.to_study(tmp_path / "s.db")
-    assert TestTable.read_study(tmp_path / "s.db").equals(table)
-    with pytest.raises(StudyMismatchError, match="problem is null in the study"):
-        of_psi(8, study=tmp_path / "s.db")
-
-
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
 def test_many_cores_give_the_table_of_one(keep):
     limits = {"f1": 2.2}
@@ -203,20 +173,3 @@ def test_a_problem_that_cannot_be_sent_is_told():
     problem.generator = (number for number in ())
     with pytest.raises(WorkerError, match="pickle"):
         investigate(problem, 1000, n_jobs=2)
-
-
-def test_a_problem_of_one_design_at_a_time_has_a_runner_instead():
-    class One(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=1, n_obj=1, xl=0.0, xu=1.0)
-
-    with pytest.raises(PsiError, match="elementwise_runner=JoblibRunner"):
-        investigate(One(), 8, n_jobs=2)
-
-
-def test_a_complete_folder_does_not_warn(tmp_path):
-    for k in (1, 2):
-        of_psi(16, share=(k, 2), study=tmp_path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        TestTable.read_study(tmp_path)

@@ -171,16 +171,6 @@ def test_a_run_is_the_beginning_of_a_longer_one(undisturbed, n, options):
     np.testing.assert_array_equal(other.X[:shared], undisturbed.table.X[:shared])
 
 
-def test_seed_batch_and_points_make_a_difference(undisturbed):
-    others = (
-        minimize(Mixed(), SurrogatePSI(28), seed=2).algorithm,
-        run(Mixed(), 28, batch=4),
-        run(Mixed(), 28, n_points=10),
-    )
-    for other in others:
-        assert (other.table.X[10:28] != undisturbed.table.X[10:28]).any()
-
-
 def test_workers_and_asking_and_telling_make_no_difference(undisturbed):
     parallel = run(Mixed(elementwise_runner=JoblibRunner(2)), 44)
     assert parallel.table.equals(undisturbed.table)
@@ -252,12 +242,6 @@ def _environment():
 
     root = Path(__file__).parents[2]
     return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), str(root / "src")])}
-
-
-def test_a_run_that_ends_among_the_points_goes_on_like_any_other(tmp_path, undisturbed):
-    run(Mixed(), 5, study=tmp_path / "run.db")
-    table = run(Mixed(), 24, study=tmp_path / "run.db").table
-    np.testing.assert_array_equal(table.X, undisturbed.table.X[:24])
 
 
 def test_a_study_of_other_proposals_is_refused(tmp_path):
@@ -341,19 +325,3 @@ def test_predictions_and_errors_are_in_the_users_sense():
     assert (errors["cross_validated"] < 0.2).all()
     assert (errors["proposals"] < 0.5).all()
     assert sorted(set(errors["output"])) == ["f2", "gain"]
-
-
-def test_nothing_can_be_judged_before_there_are_tests():
-    algorithm = SurrogatePSI(3, n_points=3)
-    minimize(get_problem("bnh"), algorithm, copy_algorithm=False)
-    assert algorithm.predictions().empty
-    with pytest.raises(PsiError, match="tests with values must be 4 or more, got 3"):
-        algorithm.errors()
-
-
-@pytest.mark.parametrize("name", ["round", "f1_predicted"])
-def test_a_criterion_is_not_overwritten_by_what_is_told_of_others(name):
-    algorithm = SurrogatePSI(3, n_points=3, names={"f2": name})
-    minimize(get_problem("bnh"), algorithm, copy_algorithm=False)
-    with pytest.raises(PsiError, match=f"named unlike the columns of predictions, got '{name}'"):
-        algorithm.predictions()

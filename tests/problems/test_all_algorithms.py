@@ -136,23 +136,6 @@ def test_penalties_are_finite(most):
     assert F[0] >= F[1]
 
 
-def test_real_constraints_are_kept_with_penalties():
-    class Bounded(Half):
-        def __init__(self):
-            super().__init__(0.5)
-            self.n_ieq_constr = 1
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            super()._evaluate(x, out)
-            out["G"] = x[0] - 0.5
-
-    problem = FailureTolerant(Bounded(), failed_as="penalty")
-    result = minimize(problem, made(ALGORITHMS["NSGA2"]), ("n_gen", 5), seed=1)
-    assert result.G.shape[1] == 1
-    assert (result.X[:, 0] <= 0.5).all()
-    assert (result.X[:, 1] >= 0.5).all()
-
-
 def test_an_algorithm_with_failures_is_copied_and_pickled():
     algorithm = made(ALGORITHMS["RVEA"])
     algorithm.setup(FailureTolerant(Half(0.5)), termination=("n_gen", 6), seed=1)

@@ -14,17 +14,13 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.algorithms.soo.nonconvex.isres import ISRES
 from pymoo.algorithms.soo.nonconvex.nelder import NelderMead
 from pymoo.algorithms.soo.nonconvex.pso import PSO
-from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.repair import Repair
-from pymoo.core.variable import Choice, Integer, Real
 from pymoo.indicators.igd import IGD
 from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute, investigate
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner, investigate
+from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems._failures import _VIOLATION
 
 
@@ -163,26 +159,6 @@ def test_a_stand_in_for_nan_is_respected():
     assert problem.evaluate(X[2])[0].tolist() == [99.0, 1.0]
 
 
-def test_mixed_variables():
-    class Mixed(ElementwiseProblem):
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = {"s": X["a"], "l": np.nan, "x": 1 / 0 if X["b"] == 3 else 2.0}[X["c"]]
-
-    variables = {
-        "a": Real(bounds=(0, 1)),
-        "b": Integer(bounds=(0, 3)),
-        "c": Choice(options=["s", "l", "x"]),
-    }
-    problem = FailureTolerant(Mixed(vars=variables, n_obj=1))
-    result = minimize(problem, MixedVariableGA(pop_size=20), ("n_gen", 5), seed=1)
-    assert result.X["c"] == "s"
-    assert {f.reason for f in problem.failures} == {
-        "F is [nan]",
-        "ZeroDivisionError: division by zero",
-    }
-    assert all(set(f.design) == set("abc") for f in problem.failures)
-
-
 # Front and box
 
 
@@ -255,62 +231,7 @@ def test_no_algorithm_warns_or_returns_a_failed_design(algorithm, n_obj, hole):
         assert (np.atleast_1d(result.opt.get("failure")) == "").all()
 
 
-def test_a_run_ends_by_itself_where_everything_fails():
-    minimize(FailureTolerant(Holed(2.0, 1)), GA(pop_size=10), seed=1)
-    minimize(FailureTolerant(Holed(2.0)), NSGA2(pop_size=10), seed=1)
-
-
-def test_individuals_carry_their_reasons():
-    result = minimize(FailureTolerant(Holed(0.5)), PSI(64), seed=1)
-    failed = result.pop.get("X")[:, 1] < 0.5
-    np.testing.assert_array_equal(result.pop.get("failure") != "", failed)
-    np.testing.assert_array_equal(result.pop.get("feas"), ~failed)
-
-
-def test_nothing_changes_where_nothing_fails():
-    for algorithm in (NSGA2(pop_size=20), NSGA3(DIRECTIONS), PSI(60)):
-        problems = Holed(-1.0), FailureTolerant(Holed(-1.0))
-        fronts = [minimize(p, algorithm, ("n_gen", 10), seed=1).F for p in problems]
-        if isinstance(algorithm, PSI):
-            np.testing.assert_array_equal(*fronts)
-        assert fronts[0].shape == fronts[1].shape
-
-
 # The wrapper
-
-
-def test_it_looks_like_the_problem():
-    plain = get_problem("zdt1")
-    problem = FailureTolerant(plain)
-    assert (problem.name(), problem.n_var, problem.n_obj) == ("ZDT1", 30, 2)
-    np.testing.assert_array_equal(problem.bounds(), plain.bounds())
-    np.testing.assert_array_equal(problem.pareto_front(), plain.pareto_front())
-    np.testing.assert_array_equal(problem.ideal_point(), plain.ideal_point())
-    assert FailureTolerant(SphereChute(0.4)).parameters.mu == 0.4
-    with pytest.raises(AttributeError, match="mistyped"):
-        problem.mistyped  # noqa: B018
-
-
-def test_a_repair_finds_what_it_needs():
-    class Items(Together):
-        most = 4.0
-
-    class AtMost(Repair):
-        def _do(self, problem, X, **kwargs):
-            return np.minimum(X, problem.most)
-
-    result = minimize(
-        FailureTolerant(Items()), NSGA2(pop_size=10, repair=AtMost()), ("n_gen", 2), seed=1
-    )
-    assert result.pop.get("X").max() <= 4.0
-
-
-def test_callback_and_data_are_the_problems():
-    calls = []
-    problem = OneByOne(callback=lambda X, out: calls.append(len(X)), licence="x")
-    FailureTolerant(problem).evaluate(X)
-    assert calls == [12]
-    assert FailureTolerant(problem).data == {"licence": "x"}
 
 
 def test_copies_and_pickles():
@@ -321,29 +242,6 @@ def test_copies_and_pickles():
         other.evaluate(X[1:2])
         assert (len(other.failures), len(problem.failures)) == (8, 7)
         np.testing.assert_array_equal(other.evaluate(X[GOOD])[0], X[GOOD])
-
-
-def test_a_history_shares_the_failures():
-    problem = FailureTolerant(Holed(0.5))
-    result = minimize(problem, NSGA2(pop_size=10), ("n_gen", 3), seed=1, save_history=True)
-    first = result.history[0].problem.failures
-    assert first[0] is problem.failures[0]
-    assert len(first) < len(problem.failures)
-
-
-def test_arguments():
-    with pytest.raises(
-        ArgumentTypeError, match="problem must be a pymoo Problem, got .*not the class"
-    ):
-        FailureTolerant(SphereChute)
-    with pytest.raises(
-        ArgumentValueError, match="on_failure must be one of 'raise', 'record', got 'ignore'"
-    ):
-        FailureTolerant(Together(), on_failure="ignore")
-    with pytest.raises(
-        ArgumentValueError, match="failed_as must be one of 'constraint', 'penalty', got 'nan'"
-    ):
-        FailureTolerant(Together(), failed_as="nan")
 
 
 @pytest.mark.parametrize("solve", [lambda p: minimize(p, PSI(16)), lambda p: investigate(p, 16)])

@@ -4,21 +4,16 @@ A case is a model, for one design or for all at once, and the reason of design 2
 design, as a pattern; where there is none, all values must be right: F = (x1, 10 - x1), G = -1.
 """
 
-import asyncio
 import os
 import re
-from decimal import Decimal
-from fractions import Fraction
 
 import numpy as np
-import pandas as pd
 import pytest
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
-from scipy import sparse
 
 from pymoo_psi import PSI, FailureTolerant, lp_tau
 from pymoo_psi.problems import evaluate_designs
@@ -94,11 +89,6 @@ def wanders_off(self, x, out):
     os.chdir("/")
 
 
-def sets_numpy_to_raise(self, x, out):
-    out["F"], out["G"] = right(x), -1.0
-    np.seterr(all="raise")
-
-
 def forks_and_both_come_back(self, x, out):
     child = os.fork()
     if child:
@@ -111,75 +101,37 @@ def gives_more(self, x, out):
     out["path"] = [1.0] * int(x[0])  # of another length for every design
 
 
-def warns(self, x, out):
-    with np.errstate(all="warn"):
-        out["F"], out["G"] = right(x), np.float64(-1.0)
-
-
 FOR_ONE = {
     "raises": (raising(ZeroDivisionError("by zero")), "ZeroDivisionError: by zero"),
     "raises without a message": (raising(AssertionError()), "AssertionError"),
-    "raises over several lines": (raising(ValueError("a\n  b\tc")), "ValueError: a b c"),
-    "raises with a message of no end": (raising(OSError("x" * 9999)), r"OSError: x{300,400}\.\.\."),
     "raises what cannot be read": (
         raising(SilentError()),
         "SilentError: its message cannot be read: .*",
     ),
     "exits": (raising(SystemExit(3)), "SystemExit: 3"),
-    "panics": (raising(Panic("overflow")), "Panic: overflow"),
-    "is cancelled": (raising(asyncio.CancelledError()), "CancelledError"),
-    "ends an iteration": (raising(StopIteration("over")), "StopIteration: over"),
-    "recurses without end": (raising(RecursionError("too deep")), "RecursionError: too deep"),
-    "has no memory": (raising(MemoryError()), "MemoryError"),
     "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),
     "gives infinity": (giving("F", [np.inf, 1.0]), r"F is \[inf, 1.0\] though .* feasible"),
-    "gives minus infinity": (giving("F", [1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
     "gives None": (giving("F", None), "F is missing"),
-    "gives a None": (giving("F", [None, 1.0]), r"F is \[nan, 1.0\]|F is not an array.*"),
     "gives nothing": (giving("F", []), r"F has shape \(0,\) instead of \(2,\)"),
     "gives one objective": (giving("F", 1.0), r"F has shape \(\) instead of \(2,\)"),
     "gives three objectives": (giving("F", [1, 2, 3]), r"F has shape \(3,\) instead of \(2,\)"),
-    "gives a square": (giving("F", np.ones((2, 2))), r"F has shape \(2, 2\) instead of \(2,\)"),
     "gives text": (giving("F", ["low", "high"]), "F is not an array of numbers: .*"),
-    "gives lists of two lengths": (giving("F", [[1], [2, 3]]), "F is not an array of numbers.*"),
-    "gives a dictionary": (giving("F", {"a": 1.0}), "F is not an array of numbers.*"),
-    "gives a set": (giving("F", {1.0, 2.0}), "F is not an array of numbers.*"),
-    "gives a generator": (giving("F", (i for i in "ab")), "F is not an array of numbers.*"),
-    "gives a class": (giving("F", float), "F is not an array of numbers.*"),
-    "gives times": (giving("F", np.array(["2020", "2021"], "M8[s]")), "F is not .* datetime64.*"),
-    "gives a sparse matrix": (giving("F", sparse.eye(2)), "F is not an array of numbers.*"),
     "gives complex values": (giving("F", [1 + 2j, 1.0]), "F is not .* complex128"),
     "gives masked values": (
         giving("F", np.ma.array([1.0, 2.0], mask=[0, 1])),
         r"F is \[1.0, nan\]",
     ),
-    "gives too large a number": (
-        giving("F", [10**400, 1]),
-        "F is not an array of numbers.*large.*",
-    ),
     "forgets F": (forgetting("F"), "F is missing"),
-    "forgets G": (forgetting("G"), "G is missing"),
     "gives NaN for a constraint": (giving("G", np.nan), r"G is \[nan\]"),
-    "gives two constraints": (giving("G", [-1, -1]), r"G has shape \(2,\) instead of \(1,\)"),
-    "gives a complex constraint": (giving("G", -1j), "G is not .* complex128"),
-    "gives an equality too many": (giving("H", [0.0]), r"H has shape \(1,\) instead of \(0,\)"),
     "changes its design": (changes_its_design, None),
     "returns its design": (returns_its_design, None),
     "reuses an array": (reuses_an_array, None),
     "reuses a list": (reuses_a_list, None),
     "wanders off": (wanders_off, None),
-    "sets NumPy to raise": (sets_numpy_to_raise, None),
     "forks, and both come back": (forks_and_both_come_back, None),
     "gives more, of many lengths": (gives_more, None),
-    "claims a failure": (giving("failure", "I think not"), None),
-    "gives a column": (giving("F", np.array([[2.0], [8.0]])), None),
-    "gives fractions": (giving("F", [Fraction(2), Decimal(8)]), None),
     "gives texts of numbers": (giving("F", ["2", "8.0"]), None),
-    "gives integers": (giving("F", np.array([2, 8], dtype=np.uint8)), None),
-    "gives a series": (giving("F", pd.Series([2.0, 8.0], index=["a", "b"])), None),
     "gives real complex values": (giving("F", np.array([2 + 0j, 8 + 0j])), None),
-    "gives an unmasked array": (giving("F", np.ma.array([2.0, 8.0])), None),
-    "gives a tuple": (giving("F", (2.0, np.array(8.0))), None),
     "is infeasible and infinite": (
         at_culprit(lambda x, out: out.update(F=[np.inf, 1.0], G=1.0)),
         "infeasible",
@@ -208,11 +160,6 @@ def replacing(name, make):
 def raises_for_all(self, X, out, culprit):
     if len(culprit):
         raise FloatingPointError("underflow")
-
-
-def panics_for_all(self, X, out, culprit):
-    if len(culprit):
-        raise Panic("overflow")
 
 
 def cell(value, dtype=float):
@@ -250,21 +197,11 @@ def leaves_out_the_failed(F, culprit):
 
 FOR_ALL = {
     "raises": (together(raises_for_all), "FloatingPointError: underflow"),
-    "panics": (together(panics_for_all), "Panic: overflow"),
     "gives NaN": (replacing("F", cell(np.nan)), r"F is \[2.0, nan\]"),
     "gives infinity": (replacing("F", cell(np.inf)), r"F is \[2.0, inf\] though .* feasible"),
     "gives complex values": (replacing("F", cell(1j, complex)), "F is not .* complex128"),
     "gives objects": (replacing("F", cell("high", object)), "F is not an array .*'high'"),
     "gives masked values": (replacing("F", mask), r"F is \[nan, 8.0\]"),
-    "gives columns, one masked": (
-        replacing("F", lambda F, culprit: [*mask(F, culprit).T]),
-        r"F is \[nan, 8.0\]",
-    ),
-    "gives too large a number": (replacing("F", cell(10**400, object)), "F is not .*large.*"),
-    "gives too large a long double": (
-        replacing("F", cell(np.longdouble("1e4000"), np.longdouble)),
-        r"F is \[2.0, inf\] though .* feasible",
-    ),
     "gives NaN for a constraint": (
         replacing(
             "G", lambda G, culprit: np.where(np.arange(len(G))[:, None] == culprit, np.nan, G)
@@ -276,38 +213,12 @@ FOR_ALL = {
         replacing("F", lambda F, culprit: F.T),
         (r"F has shape \(2, 1\) instead of \(1, 2\)",),
     ),
-    "gives a list of designs": (
-        replacing("F", lambda F, culprit: F.tolist()),
-        (r"F has shape \(2, 1\) instead of \(1, 2\)",),
-    ),
-    "gives one long vector": (
-        replacing("F", lambda F, culprit: F.ravel()),
-        (r"F has shape \(2,\) instead of \(1, 2\)",),
-    ),
-    "gives a third dimension": (
-        replacing("F", lambda F, culprit: F[:, :, None]),
-        (r"F has shape \(1, 2, 1\) instead of \(1, 2\)",),
-    ),
-    "gives one value": (replacing("F", lambda F, culprit: 1.0), (r"F has shape \(\) instead .*",)),
-    "gives times": (
-        replacing("F", lambda F, culprit: F.astype("m8[s]")),
-        ("F is not an array of numbers: it holds timedelta64.*",),
-    ),
     "forgets F": (replacing("F", lambda F, culprit: None), ("F is missing",)),
-    "forgets G": (replacing("G", lambda G, culprit: None), ("G is missing",)),
-    "gives a constraint in a row": (
-        replacing("G", lambda G, culprit: np.vstack([G.T, G.T])),
-        (r"G has shape \(2, 1\) instead of \(1, 1\)",),
-    ),
     "changes its designs": (together(changes_its_designs), None),
     "returns its designs": (together(returns_its_designs), None),
     "reuses arrays": (together(reuses_arrays), None),
     "gives columns": (replacing("F", lambda F, culprit: [*F.T]), None),
-    "gives a frame": (replacing("F", lambda F, culprit: pd.DataFrame(F)), None),
-    "gives a matrix": (replacing("F", lambda F, culprit: np.asmatrix(F)), None),
     "gives the constraint as a vector": (replacing("G", lambda G, culprit: G[:, 0]), None),
-    "gives small floats": (replacing("F", lambda F, culprit: F.astype(np.float16)), None),
-    "gives objects of numbers": (replacing("F", cell(Fraction(8), object)), None),
     "gives one note for all": (
         together(lambda self, X, out, culprit: out.update(note="calm", table=np.ones((3, 5)))),
         None,

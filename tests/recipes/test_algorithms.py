@@ -21,7 +21,6 @@ from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.individual import Individual
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.population import Population
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.repair import Repair
 from pymoo.core.termination import NoTermination
@@ -34,7 +33,6 @@ from pymoo.termination import get_termination
 from pymoo.termination.collection import TerminationCollection
 from pymoo.termination.default import (
     DefaultMultiObjectiveTermination,
-    DefaultSingleObjectiveTermination,
 )
 from pymoo.termination.ftol import MultiObjectiveSpaceTermination
 from pymoo.termination.max_gen import MaximumGenerationTermination
@@ -46,7 +44,6 @@ from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.display.output import Output
 from pymoo.util.display.single import SingleObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
-from pymoo.util.running_metric import RunningMetric
 
 try:
     from pymoo.parallelization import (
@@ -140,13 +137,6 @@ def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make):
     np.testing.assert_array_equal(first.F, first.opt.get("F"))
 
 
-def test_the_algorithm_itself_may_run(make):
-    algorithm = make()
-    result = minimize(BNH, algorithm, seed=1, copy_algorithm=False)
-    assert result.algorithm is algorithm
-    assert algorithm.table.equals(table_of(make))
-
-
 def test_the_next_function(make):
     algorithm = make()
     algorithm.setup(BNH, seed=1, verbose=False)
@@ -229,13 +219,6 @@ def test_a_callback_and_the_history_see_every_iteration(make):
     assert (history[0].opt.get("CV") <= 0).all()
 
 
-def test_the_running_metric(make):
-    metric = RunningMetric()
-    minimize(BNH, make(), seed=1, callback=metric)
-    assert len(metric.delta_f) == ITERATIONS
-    assert metric.delta_f[-1] == 0 < metric.delta_f[0]
-
-
 class Spread(Output):
     def __init__(self):
         super().__init__()
@@ -295,17 +278,6 @@ def test_terminations(make, termination, iterations):
     assert table_of(make).rows(np.arange(len(table))).equals(table)
 
 
-def test_a_termination_of_its_own(make):
-    result = minimize(BNH, make(termination=get_termination("n_gen", 2)), seed=1)
-    assert len(result.algorithm._blocks) == 2
-
-
-def test_a_termination_for_one_objective(make):
-    result = minimize(Plane(), make(), DefaultSingleObjectiveTermination(n_max_gen=2), seed=1)
-    assert len(result.algorithm._blocks) == 2
-    assert result.F.shape == (1,)
-
-
 # misc/checkpoint
 
 
@@ -342,17 +314,6 @@ def test_copies_go_their_own_way(make, copied):
     assert (algorithm.n_tested, other.n_tested) == (tested, N)
     assert other.table.equals(table_of(make))
     assert algorithm.run().F.tolist() == other.result().F.tolist()
-
-
-def test_a_text_file_starts_another_algorithm(make, tmp_path):
-    """Designs that were evaluated before cost the new run nothing."""
-    table_of(make).to_csv(tmp_path / "tests.csv")
-    stored = type(table_of(make)).read_csv(tmp_path / "tests.csv")
-    population = Population.new("X", stored.X)
-    Evaluator().eval(StaticProblem(BNH, F=stored.F, G=stored.G), population)
-    result = minimize(BNH, NSGA2(pop_size=10, sampling=population), ("n_gen", 1), seed=1)
-    assert result.algorithm.evaluator.n_eval == 0
-    assert {tuple(f) for f in result.F} <= {tuple(f) for f in stored.F}
 
 
 # customization/initialization, getting_started/part_3
@@ -415,18 +376,6 @@ def test_a_repair_is_refused_as_it_would_move_test_points(make):
 # parallelization
 
 
-class Pooled(Problem):
-    """The vectorised problem of the page on custom parallelisation."""
-
-    def __init__(self, pool):
-        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, xl=0, xu=2)
-        self.pool = pool
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        out["F"] = np.array(self.pool.starmap(lambda x: (x**2).sum(), [[x] for x in X]))
-        out["G"] = 1 - X.sum(axis=1)
-
-
 @pytest.fixture(scope="module")
 def pool():
     with ThreadPool(2) as threads:
@@ -451,8 +400,3 @@ def test_runners_change_no_result(make, runners, name, wrap):
     problem = Plane(elementwise_runner=runners[name])
     table = minimize(wrap(problem) if wrap else problem, make(), seed=1).algorithm.table
     assert table.equals(table_of(make, PLANE))
-
-
-def test_a_vectorised_problem_with_a_pool_of_its_own(make, pool):
-    pooled = minimize(Pooled(pool), make(), seed=1, copy_algorithm=False).algorithm.table
-    np.testing.assert_allclose(pooled.F, table_of(make, PLANE).F, rtol=1e-14)

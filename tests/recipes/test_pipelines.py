@@ -1,50 +1,32 @@
 """Our parts in pymoo's pipelines: samplings, problems that wrap others, choices from a front."""
 
-import warnings
 from functools import partial
 
 import dill
-import matplotlib.pyplot
 import numpy as np
 import pytest
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.mixed import (
-    MixedVariableDuplicateElimination,
     MixedVariableGA,
-    MixedVariableMating,
 )
 from pymoo.core.problem import Problem
-from pymoo.decomposition.asf import ASF
 from pymoo.indicators.hv import Hypervolume
 from pymoo.indicators.igd_plus import IGDPlus
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from pymoo.visualization.pcp import PCP
-from pymoo.visualization.petal import Petal
-from pymoo.visualization.radar import Radar
-from pymoo.visualization.radviz import Radviz
-from pymoo.visualization.scatter import Scatter
-from pymoo.visualization.star_coordinate import StarCoordinate
 from scipy.stats import qmc
 
 from pymoo_psi import (
     PSI,
-    CompromiseProgramming,
     FailureTolerant,
-    Lexicographic,
     LPTauSampling,
-    PsiError,
     QMCSampling,
     Recorded,
     Restricted,
     Robust,
-    SalukvadzeOptimum,
-    VectorizedSphereChute,
     compare,
     investigate,
     lp_tau,
@@ -129,21 +111,6 @@ def test_nsga3_takes_variables_of_every_kind(name):
     np.testing.assert_array_equal(problem.evaluate(results[0].X), results[0].F)
 
 
-def test_nsga3_of_mixed_variables_takes_a_start_and_operators_of_the_users():
-    start = minimize(Mixed(), PSI(30)).pop
-    result = nsga3(Mixed(), n_evaluations=60, seed=1, sampling=start)
-    assert result.algorithm.evaluator.n_eval == 60
-    mating = MixedVariableMating(eliminate_duplicates=MixedVariableDuplicateElimination())
-    assert nsga3(Mixed(), n_evaluations=60, mating=mating).algorithm.mating is mating
-
-
-def test_integers_with_bounds_between_are_refused():
-    problem = Whole(int)
-    problem.xl = problem.xl + 0.5
-    with pytest.raises(PsiError, match="bounds of integer variables must be whole .* got 0.5"):
-        nsga3(problem, n_evaluations=10)
-
-
 # getting_started, algorithms/usage
 
 
@@ -173,58 +140,10 @@ def test_more_points_never_worsen_pymoos_indicators():
     assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
 
 
-def drawn(kind, F):
-    """How many points, lines and areas are drawn."""
-    plot = kind(bounds=(0, 1)).add(F)
-    plot.do()
-    artists = [artist for axes in plot.fig.axes for artist in axes.get_children()]
-    points = sum(len(artist.get_offsets()) for artist in artists if hasattr(artist, "get_offsets"))
-    matplotlib.pyplot.close(plot.fig)
-    return points + sum(isinstance(artist, (Line2D, Patch)) for artist in artists)
-
-
-@pytest.mark.parametrize("kind", [Scatter, PCP, Petal, Radar, Radviz, StarCoordinate])
-def test_pymoos_pictures_show_every_design(kind):
-    """visualization: each design adds as much to the picture as the one before."""
-    F = minimize(VectorizedSphereChute(0.4, model="rolling"), PSI(32)).F
-    F = (F - F.min(axis=0)) / np.ptp(F, axis=0)
-    counts = np.diff([drawn(kind, F[:k]) for k in (2, 3, 4)])
-    assert counts[0] == counts[1] > 0
-
-
 def test_the_result_holds_every_test_and_the_callers_own_problem(tested):
     assert tested.problem is PROBLEM
     assert tested.pop.get("test_point").tolist() == list(range(1, 201))
     assert set(tested.opt.get("test_point")) < set(range(1, 201))
-
-
-def test_lexicographic_order_is_that_of_pymoos_page(tested):
-    """misc/lexicographic_pareto_selection"""
-    for order in ([0, 1], [1, 0]):
-        expected = np.lexsort(tuple(tested.F[:, i] for i in reversed(order)))[0]
-        assert Lexicographic(order).do(tested.F).tolist() == [expected]
-        assert Lexicographic(order)(tested.F).tolist() == [expected]
-
-
-def test_a_compromise_is_the_one_of_pymoos_decomposition(tested):
-    """mcdm: the least weighted maximum, from the same utopian point and in the same units."""
-    low, high = tested.F.min(axis=0), tested.F.max(axis=0)
-    weights = np.array([0.3, 0.7])
-    least = ASF().do((tested.F - low) / (high - low), 1 / weights, utopian_point=np.zeros(2))
-    chosen = CompromiseProgramming(np.inf, weights=weights).do(tested.F)
-    assert least[chosen] == pytest.approx(least.min())
-
-
-def test_selectors_and_pymoos_decision_makers_take_turns(tested):
-    with warnings.catch_warnings():  # the import pulls a module that SciPy has deprecated
-        warnings.simplefilter("ignore")
-        from pymoo.mcdm.pseudo_weights import PseudoWeights
-    low, high = tested.F.min(axis=0), tested.F.max(axis=0)
-    normalised = (tested.F - low) / (high - low)
-    for selector in (SalukvadzeOptimum(), PseudoWeights(np.array([0.5, 0.5]))):
-        chosen = normalised[selector.do(normalised)].reshape(-1, 2)
-        assert len(chosen) >= 1
-        assert (chosen < 1).all()
 
 
 # Problems that wrap others, in every way of running
@@ -280,21 +199,6 @@ def test_every_way_of_running_gives_one_result(make, name, way, tmp_path):
 
 
 # Comparison
-
-
-def test_algorithms_as_they_are_take_part_in_a_comparison():
-    """Each run has a copy, so that the seeds make a difference and the user's stays untouched."""
-    algorithm = NSGA2(pop_size=10)
-    options = {"n_evaluations": 40, "seeds": 2, "polish": False}
-    given = {"mine": algorithm, "made": lambda n: NSGA2(pop_size=10), "points": PSI(40)}
-    frame = compare(PROBLEM, algorithms=given, **options).to_frame().set_index("algorithm")
-    assert frame["evaluated"].tolist() == [40] * 5  # no seed changes points: one run of them counts
-    assert frame.loc["mine", "hypervolume"].tolist() == frame.loc["made", "hypervolume"].tolist()
-    assert frame.loc["mine", "hypervolume"].nunique() == 2
-    assert algorithm.problem is None
-    algorithm.setup(PROBLEM)
-    with pytest.raises(PsiError, match=r"algorithms\['mine'\] must be an algorithm that has not"):
-        compare(PROBLEM, algorithms={"mine": algorithm}, **options)
 
 
 def test_all_algorithms_of_a_comparison_take_mixed_variables():

@@ -1,9 +1,9 @@
 r"""Algorithms: sampling, Parameter Space Investigation, NSGA-III as the alternative, refinement.
 
 Parameter Space Investigation, the method of Sobol' and Statnikov, tests designs spread evenly over
-the whole box of variables, the points of the LPτ sequence, and keeps every test in a table. You
-read the table, set limits on the criteria as you see what they cost, and refine the box or test
-more points. Only then the feasible Pareto-optimal designs are taken, and one of them chosen.
+all bounds of the variables, the points of the LPτ sequence, and keeps every test in a table. You
+read the table, set limits on the objectives as you see what they cost, and refine the bounds or
+test more points. Only then the feasible Pareto-optimal designs are taken, and one of them chosen.
 
 Use it where you do not know yet what can be had: to learn which limits can be met, where feasible
 designs lie, and which constraint costs what; with few variables; with a model that is slow or
@@ -42,7 +42,7 @@ Example:
     >>> res.algorithm.evaluator.n_eval
     1000
 
-A study refuses another problem: another name, box, number of objectives or constraints. What it
+A study refuses another problem: another name, bounds, number of objectives or constraints. What it
 cannot see is the inside of the model: after a change of a constant or of the program it wants
 another ``study_key`` (or the problem a method ``fingerprint()`` that returns its constants as a
 dictionary), or old and new results would stand in one table. Failed designs stay failed until
@@ -61,7 +61,7 @@ array of Slurm, in which a job that was killed is submitted again and goes on:
         --study runs --share "$SLURM_ARRAY_TASK_ID/64"
 
     pymoo-psi rank runs                    # when some or all of it is there
-    pymoo-psi merge runs --out study.db    # one study, which goes on by --study study.db
+    pymoo-psi export runs --out study.db   # one study, which goes on by --study study.db
 
 A cluster of Dask is one run; its tests come back to this process, which may keep a study:
 

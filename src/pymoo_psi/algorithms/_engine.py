@@ -145,8 +145,8 @@ class Engine:
         integer("n_points", n_points, minimum=1)
         self.problem, self._stop = untolerant(problem, options.on_failure == "raise")
         self.space = design_space(self.problem)
-        told = options.names, options.maximize, options.units
-        layout = problem_layout(self.problem, self.space, *told)
+        columns = options.names, options.maximize, options.units
+        layout = problem_layout(self.problem, self.space, *columns)
         n_dim = len(self.space.free.variables)
         sampling = options.sampling or default_sampling(n_dim)
         points = Sequence(options, n_points, sampling, n_dim)

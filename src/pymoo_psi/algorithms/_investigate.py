@@ -9,8 +9,6 @@ from __future__ import annotations
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pymoo_psi._validation import invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import Engine, Keep, by_number
 from pymoo_psi.algorithms._options import run_options

@@ -38,7 +38,8 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
     """
     numbers = points.numbers
     if points.rounds is not None:
-        out = {PROPOSAL_ROUND: points.rounds, **out}  # first, whatever the first design gives
+        # First, whatever the first design gives; a repeated design has the round of its own point.
+        out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
     failed = np.isin(numbers, list(reasons)) if reasons else np.zeros(len(numbers), dtype=bool)
     taken = {*layout.columns, *RESERVED}

@@ -51,8 +51,8 @@ class PSI(Algorithm):
     ``res.algorithm.table`` the table of all tests.
 
     Asking and telling works as for every pymoo algorithm; ``ask()`` returns the same block until
-    it is told, and ``None`` when no points are left. The table has the further outputs of told
-    designs if the algorithm's own ``evaluator`` has evaluated them.
+    its values are told, and ``None`` when no points are left. The table has its further outputs if
+    the algorithm's own ``evaluator`` has evaluated them.
 
     Where a problem has a :class:`~pymoo_psi.JoblibRunner`, its workers do not wait for each other
     at the end of a block: while one is at the slowest design of it, the others are at the next
@@ -62,7 +62,7 @@ class PSI(Algorithm):
 
     The model is taken to be deterministic: a design that occurs again, which only variables that
     are not real can bring about, is not evaluated again but takes the known result, also that of
-    a study (:attr:`TestTable.repeats`). Designs that a user evaluates and tells are as told.
+    a study (:attr:`TestTable.repeats`). Values that a user tells are taken as they are.
 
     Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
     column of the table; ``res.pop.get("temperature")`` gives it, too.
@@ -202,7 +202,7 @@ class PSI(Algorithm):
         return self.block_size
 
     def _infill(self) -> Population | None:
-        """Return the next designs, those of a study evaluated; ``None`` when all are told."""
+        """Return the next designs, those of a study evaluated; ``None`` when none is left."""
         self._engine.close()  # from here on the user evaluates
         rows = self._rows(self._block())
         if len(rows) == 0:

@@ -124,8 +124,8 @@ class Recorded(WrappedProblem):
             remedy = "what is stored would be wrong for the next call"
             raise invalid("problem", rule, Received(self._model.name()), remedy)
         self._space, self._store = design_space(self._model), Store(run)
-        told = run.names, run.maximize, run.units
-        layout = problem_layout(self._model, self._space, *told)
+        columns = run.names, run.maximize, run.units
+        layout = problem_layout(self._model, self._space, *columns)
         identity = problem_identity(self._model, self._space)
         identity |= {"sampling": _SAMPLING, "key": run.study_key}
         self._store.begin(identity, layout)

@@ -51,10 +51,10 @@ _one_thread: Callable[[Method], Method] = threadpool_limits.wrap(limits=1, user_
 class SurrogatePSI(PSI):
     """Few evaluations spent well: test points first, then designs that surrogates propose.
 
-    It begins as :class:`PSI`. Then surrogates of all criteria and constraints are made from all
+    It begins as :class:`PSI`. Then surrogates of all objectives and constraints are made from all
     tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
-    Gaussian processes and radial functions by turns, searched everywhere and near the best tests by
-    turns. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
+    alternating Gaussian processes and radial functions, searched everywhere and near the best tests
+    in turn. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
     can be set afterwards. The tests of the sequence come first; the output ``proposal_round`` of
     the table is 0 for them and the number of the round for proposals. :meth:`predictions` has what
     was expected of each proposal, and :meth:`errors` how far the surrogates can be trusted.
@@ -63,7 +63,7 @@ class SurrogatePSI(PSI):
     that was interrupted or killed makes the same tests when it is called again, and a larger
     ``n_evaluations`` adds to them. Proposals are stored before they are tested.
 
-    Where a model gives infinity, or one large number, for a criterion of designs without a sense,
+    Where a model gives infinity, or one large number, for an objective of designs without meaning,
     surrogates take the worst value of the others for it, if several tests of the sequence show it.
 
     It pays where a test takes seconds or more, and where many variables leave most of the space
@@ -134,8 +134,8 @@ class SurrogatePSI(PSI):
             size, what = 1, f", not tested, but {len(given)} tests given"
         else:
             n_var = len(design_space(problem).free.variables)
-            # Twice as many as variables let lengths be told apart; 20 are a sample from which a
-            # heavy tail is told; beyond 64 proposals tell more than points.
+            # Twice as many as variables tell lengths apart; 20 are a sample that shows a heavy
+            # tail; beyond 64 proposals say more than points.
             size = self._asked or min(max(2 * n_var + 2, 20), 64)
             what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
@@ -205,7 +205,7 @@ class SurrogatePSI(PSI):
         return replace(made, predicted=made.predicted[:, kept], deviation=made.deviation[:, kept])
 
     def _goal(self) -> tuple[Goal, list[str]]:
-        """Return what is sought, and the further outputs that have limits."""
+        """Return what is searched for, and the further outputs that have limits."""
         layout, space = self.table.layout, self._engine.space
         names, known = [v.name for v in space.free.variables], len(_outputs(self.table))
         low, high = np.zeros(len(names)), np.ones(len(names))
@@ -262,13 +262,13 @@ class SurrogatePSI(PSI):
     def predictions(self) -> pd.DataFrame:
         """Return what was expected of each proposal that is tested, and what was found.
 
-        Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each criterion
-        and constraint, in its own sense, what was found under its name, and with ``_predicted`` and
-        ``_deviation`` behind it what was expected, and how surely: NaN where it is not known, as
-        for radial functions. The surrogate is empty where too few tests were known to make one.
+        Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each objective
+        and constraint, in the original direction, what was found under its name, and with
+        ``_predicted`` and ``_deviation`` behind it what was expected, and how surely: NaN where it is not
+        known, as for radial functions. The surrogate is empty where too few tests were known to make one.
 
         Raises:
-            ArgumentValueError: A criterion or constraint has the name of one of these columns.
+            ArgumentValueError: An objective or constraint has the name of one of these columns.
 
         Example:
             >>> from pymoo.optimize import minimize
@@ -281,10 +281,10 @@ class SurrogatePSI(PSI):
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
         n, names, sign = len(table), _outputs(table), _signs(table)
         rounds, sizes = self._rounds, [len(made.points) for made in self._rounds]
-        told = {f"{name}_{what}" for name in names for what in ("predicted", "deviation")}
-        if taken := [name for name in names if name in {"round", "surrogate", *told}]:
+        shown = {f"{name}_{what}" for name in names for what in ("predicted", "deviation")}
+        if taken := [name for name in names if name in {"round", "surrogate", *shown}]:
             rule = "named unlike the columns of predictions"
-            raise invalid("the criteria and constraints", rule, taken[0])
+            raise invalid("the objectives and constraints", rule, taken[0])
         columns: dict[str, Any] = {"test_point": table.numbers}
         columns["round"] = np.repeat([k + 1 for k in range(len(rounds))], sizes)[:n]
         columns["surrogate"] = np.repeat([made.kind for made in rounds], sizes)[:n]
@@ -304,7 +304,7 @@ class SurrogatePSI(PSI):
     def errors(self) -> pd.DataFrame:
         """Return how far surrogates of the present tests can be trusted.
 
-        One row for each criterion and constraint and kind of surrogate. Errors are root mean
+        One row for each objective and constraint and kind of surrogate. Errors are root mean
         squares, in units of the standard deviation of the tests' values, on the scale on which the
         surrogate works: 1 is as bad as always expecting the mean, 0.1 is good.
 
@@ -361,7 +361,7 @@ def _outputs(table: TestTable) -> tuple[str, ...]:
 
 
 def _signs(table: TestTable) -> Array:
-    """``(q,)`` -1 for criteria that are maximised, 1 for all others."""
+    """``(q,)`` -1 for objectives that are maximised, 1 for all others."""
     return np.append(table.layout.sign, np.ones(len(table.layout.constraints)))
 
 

@@ -18,11 +18,16 @@ from pymoo.optimize import minimize
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.algorithms import QMCSampling, Recorded, nsga3
-from pymoo_psi.algorithms._engine import Engine, by_number
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sampling import UniformSampling
-from pymoo_psi.algorithms._store import stored_at_termination
+from pymoo_psi.algorithms import (
+    Engine,
+    QMCSampling,
+    Recorded,
+    RunOptions,
+    UniformSampling,
+    by_number,
+    nsga3,
+    stored_at_termination,
+)
 from pymoo_psi.cli._choice import say_choice
 from pymoo_psi.cli._groups import ColumnOptions
 from pymoo_psi.cli._options import box_text, formulation_of, judged, numbers_in, share_in
