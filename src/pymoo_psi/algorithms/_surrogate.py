@@ -264,8 +264,9 @@ class SurrogatePSI(PSI):
 
         Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each objective
         and constraint, in the original direction, what was found under its name, and with
-        ``_predicted`` and ``_deviation`` behind it what was expected, and how surely: NaN where it is not
-        known, as for radial functions. The surrogate is empty where too few tests were known to make one.
+        ``_predicted`` and ``_deviation`` behind it what was expected, and how surely: NaN where it
+        is not known, as for radial functions. The surrogate is empty where too few tests were known
+        to make one.
 
         Raises:
             ArgumentValueError: An objective or constraint has the name of one of these columns.
