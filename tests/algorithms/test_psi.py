@@ -13,7 +13,6 @@ from pymoo_psi import (
     PsiError,
     QMCSampling,
     SphereChute,
-    SurrogatePSI,
     VectorizedSphereChute,
     investigate,
     lp_tau,
@@ -63,26 +62,10 @@ def check_pareto_set(result, problem):
     assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "zdt1",
-        "zdt2",
-        "zdt3",
-        "zdt6",
-        "dtlz2",
-        "dtlz5",
-        "dtlz7",
-        "bnh",
-        "osy",
-        "tnk",
-        "welded_beam",
-        "truss2d",
-        "mw1",
-        "mw7",
-        "mw14",
-    ],
-)
+PROBLEMS = "zdt1 zdt2 zdt3 zdt6 dtlz2 dtlz5 dtlz7 bnh osy tnk welded_beam truss2d mw1 mw7 mw14"
+
+
+@pytest.mark.parametrize("name", PROBLEMS.split())
 @pytest.mark.parametrize("block_size", [None, 7])
 def test_pareto_set_of_pymoos_problems(name, block_size):
     problem = get_problem(name)
@@ -263,14 +246,6 @@ class Gauged(ElementwiseProblem):
             out["heat"] = self.gauge
 
 
-@pytest.mark.parametrize("gauge", [np.nan, np.inf, -np.inf])
-def test_a_design_whose_limited_output_is_not_finite_is_no_result(gauge):
-    result = minimize(Gauged(gauge, -1), PSI(16, limits={"heat": (0.0, 2.0)}))
-    assert not result.algorithm.table.feasible({"heat": (0.0, 2.0)}).any()
-    assert result.F is None
-    assert not result.pop.get("FEAS").any()
-
-
 @pytest.mark.filterwarnings("ignore:out.'heat'. is not kept in the table:UserWarning")
 @pytest.mark.parametrize("other", ["n/a", [1.0, 2.0], np.ma.array([1.0], mask=[True])])
 def test_what_is_no_number_for_one_design_costs_no_other_its_number(other):
@@ -415,17 +390,6 @@ def test_mixed_variables():
         assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
 
 
-def test_more_variables_than_lp_tau_has():
-    problem = get_problem("zdt1", n_var=60)
-    result = minimize(
-        problem, PSI(100, sampling=QMCSampling("sobol", scramble=False), block_size=30)
-    )
-    np.testing.assert_array_equal(
-        result.algorithm.table.X, QMCSampling("sobol", scramble=False).unit_points(100, 60)
-    )
-    check_pareto_set(result, problem)
-
-
 @pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
 def test_randomised_points_follow_the_seed(engine):
     runs = [minimize(CHUTE, PSI(50, sampling=QMCSampling(engine)), seed=s).F for s in (1, 1, 2)]
@@ -458,11 +422,3 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
         algorithm.setup(get_problem("bnh"))
     assert algorithm.result().X.shape[1] == 2
-
-
-@pytest.mark.parametrize("algorithm", [PSI, SurrogatePSI])
-def test_a_limit_on_a_choice_of_texts_is_refused_before_any_test(algorithm):
-    problem = Mixed()
-    problem._evaluate = None  # must not be called
-    with pytest.raises(TypeError, match="only columns of numbers can be limited"):
-        minimize(problem, algorithm(8, limits={"metal": 1}, on_failure="raise"))

@@ -17,7 +17,7 @@ from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.core.mixed import MixedVariableGA
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
@@ -219,26 +219,6 @@ def test_designs_of_any_variables_are_found_again(tmp_path, named):
     again = Recorded(model, study=tmp_path / "s.db").evaluate(batches[1], return_values_of=["F"])
     np.testing.assert_array_equal(first, again)
     assert len(model.seen) == 2
-
-
-def test_a_vectorised_problem_is_asked_for_what_is_missing(tmp_path):
-    asked = []
-
-    class Vectorised(Problem):
-        def __init__(self):
-            super().__init__(n_var=3, n_obj=2, n_eq_constr=1, xl=0, xu=1)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            asked.append(len(X))
-            out["F"], out["H"] = np.column_stack([X.sum(axis=1), X[:, 0]]), X[:, [1]]
-
-    problem = Recorded(Vectorised(), study=tmp_path / "s.db")
-    X = batch(7)
-    problem.evaluate(X[:4])
-    F, H = problem.evaluate(X[2:], return_values_of=["F", "H"])
-    assert asked == [4, 3]
-    np.testing.assert_array_equal(F, np.column_stack([X.sum(axis=1), X[:, 0]])[2:])
-    np.testing.assert_array_equal(H, X[2:, [1]])
 
 
 def test_what_is_returned_is_pymoos(tmp_path):

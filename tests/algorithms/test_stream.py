@@ -1,7 +1,6 @@
 """The designs of a run as one stream: no barriers, no design twice, nothing lost."""
 
 import copy
-import importlib
 import os
 import signal
 import subprocess
@@ -9,7 +8,6 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 
 import joblib
 import numpy as np
@@ -262,12 +260,6 @@ def test_repeats_are_marked_and_sets_count_designs():
     assert result.algorithm.evaluator.n_eval == 24
 
 
-def test_measurements_of_a_design_that_differ_are_no_repeats():
-    table = TestTable.of([1, 2, 3], X=[[1], [1], [1]], F=[[3, 4], [4, 3], [3, 4]])
-    assert table.repeats.tolist() == [0, 0, 1]
-    assert table.pareto().tolist() == [True, True, False]
-
-
 @pytest.mark.parametrize("by", ["psi", "investigate"])
 def test_a_vectorised_model_is_given_each_design_once(by):
     class Whole(Problem):
@@ -287,17 +279,3 @@ def test_a_vectorised_model_is_given_each_design_once(by):
     assert len(problem.rows) == 16
     np.testing.assert_array_equal(table.F[:, 0], table.X[:, 0])
     np.testing.assert_array_equal(table.F[:, 1], 9 - table.X[:, 0] + table.X[:, 1])
-
-
-def test_progress_moves_with_every_test_that_arrives_not_by_blocks(monkeypatch):
-    module = importlib.import_module("pymoo_psi.algorithms._investigate")
-    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", 0.0)
-    seen = []
-
-    @contextmanager
-    def progress_bar(progress):
-        yield seen.append
-
-    monkeypatch.setattr(module, "progress_bar", progress_bar)
-    investigate(Sum(), 10, block_size=10, progress=True, on_failure="raise")
-    assert seen == [k / 10 for k in range(1, 11)]

@@ -79,20 +79,6 @@ def test_limits_may_be_on_variables_and_outputs():
     assert made["weight"].between(3, 5).mean() > 0.8
 
 
-@pytest.mark.parametrize("options", [[10, 20, 30, 40], np.array([40, 20, 30, 10])])
-def test_limits_may_be_on_a_choice_of_numbers(options):
-    class Sizes(ElementwiseProblem):
-        def __init__(self):
-            sizes, part = Choice(options=options), Real(bounds=(0, 1))
-            super().__init__(vars={"size": sizes, "part": part}, n_obj=2)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = [x["size"] + x["part"], (x["part"] - 0.3) ** 2 - x["size"] * x["part"]]
-
-    table = run(Sizes(), 36, limits={"size": (15, 35)}).table
-    assert set(table.column("size")[20:].tolist()) <= {20, 30}
-
-
 def test_where_everything_fails_designs_are_spread_and_tests_go_on():
     class Fragile(ElementwiseProblem):
         def __init__(self):

@@ -19,7 +19,7 @@ from pymoo.indicators.igd import IGD
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, investigate
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems._failures import _VIOLATION
 
@@ -244,26 +244,11 @@ def test_copies_and_pickles():
         np.testing.assert_array_equal(other.evaluate(X[GOOD])[0], X[GOOD])
 
 
-@pytest.mark.parametrize("solve", [lambda p: minimize(p, PSI(16)), lambda p: investigate(p, 16)])
-def test_psi_stops_at_a_failure_if_the_problem_is_to_stop(solve):
-    problem = OneByOne(0, 0)
-    assert solve(FailureTolerant(problem)) is not None
-    with pytest.raises(EvaluationError, match="cannot be evaluated"):
-        solve(FailureTolerant(problem, on_failure="raise"))
-
-
 def test_a_problem_is_made_tolerant_once():
     problem = Together()
     twice = FailureTolerant(FailureTolerant(problem))
     assert twice.wrapped is problem
     assert twice.n_ieq_constr == problem.n_ieq_constr + 1
-
-
-def test_the_runner_is_the_problems_also_where_it_is_changed_later():
-    problem = FailureTolerant(OneByOne())
-    problem.elementwise_runner = lambda f, X: [f.lost(x, "no worker") for x in X]
-    problem.evaluate(X)
-    assert {failure.reason for failure in problem.failures} == {"no worker"}
 
 
 @pytest.mark.parametrize("options", [{}, {"in_process": False}], ids=str)

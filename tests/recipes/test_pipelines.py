@@ -140,12 +140,6 @@ def test_more_points_never_worsen_pymoos_indicators():
     assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
 
 
-def test_the_result_holds_every_test_and_the_callers_own_problem(tested):
-    assert tested.problem is PROBLEM
-    assert tested.pop.get("test_point").tolist() == list(range(1, 201))
-    assert set(tested.opt.get("test_point")) < set(range(1, 201))
-
-
 # Problems that wrap others, in every way of running
 
 WRAPPED = {

@@ -252,13 +252,15 @@ class Engine:
         end = min(start + count, len(self.points))
         first, last = self.points.at(np.array([start, end - 1])).numbers
         self._end, self._left = end, sum(row < end for row in self._under_way)
+        complete = None
         with stored_at_termination():
             try:
                 while True:
-                    self._take()
-                    numbers = self._hand.numbers
-                    mine = (numbers >= first) & (numbers <= last)
-                    complete = int(mine.sum()) == end - start
+                    if self._ready or complete is None:
+                        self._take()
+                        numbers = self._hand.numbers
+                        mine = (numbers >= first) & (numbers <= last)
+                        complete = int(mine.sum()) == end - start
                     # Where nothing is under way the lock is given back; workers are kept.
                     if complete and (self._steps is None or self._under_way):
                         break

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Collection
 from contextlib import closing
 from itertools import count
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.algorithms._options import run_options
-from pymoo_psi.algorithms._outputs import NO_OUTPUTS, table_of_values, values_of_table
+from pymoo_psi.algorithms._outputs import table_of_values, values_of_table
 from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
 from pymoo_psi.errors import EvaluationError
@@ -169,7 +168,6 @@ class Recorded(WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        _require_kept(return_values_of, NO_OUTPUTS - {*"FGH"})
         layout = self._store.layout
         matrix = design_matrix("X", self._space.to_matrix(X), layout.variables, layout.kinds)
         keys = design_keys(matrix)
@@ -186,7 +184,11 @@ class Recorded(WrappedProblem):
                     self._evaluate(X, matrix, sorted(first.values()))
         numbers, values = zip(*(known[key] for key in keys), strict=True)
         out = columns_of_values(self._model, list(values)) | {"test_point": np.array(numbers)}
-        _require_kept(return_values_of, {*return_values_of} - {*out})
+        for name in return_values_of:  # pymoo would fill in infinity
+            if name == "failure" or name not in out:
+                rule = "of what Recorded keeps: F, G, H and further numbers of the model"
+                remedy = "evaluate the problem within for gradients and other values"
+                raise invalid("return_values_of", rule, name, remedy)
         if "test_point" not in return_values_of:
             del out["test_point"]
         if self._tolerant is not None:
@@ -298,12 +300,3 @@ class _Answers:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _Answers, ()  # the file has them
-
-
-def _require_kept(return_values_of: Collection[str], unknown: Collection[str]) -> None:
-    """Refuse to return what no study keeps, where pymoo would fill in infinity."""
-    for name in return_values_of:
-        if name in unknown:
-            rule = "of what Recorded keeps: F, G, H and further numbers of the model"
-            remedy = "evaluate the problem within for gradients and other values"
-            raise invalid("return_values_of", rule, name, remedy)
