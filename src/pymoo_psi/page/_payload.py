@@ -186,7 +186,7 @@ def _cells(name: str, table: TestTable) -> list[Any]:
 def _labels(table: TestTable) -> list[Any]:
     label = table.layout.label
     if label is None:
-        return table.numbers.tolist()
+        return [*table.numbers.tolist()]
     return [cell if type(cell) is int else str(cell) for cell in table.extra[label].tolist()]
 
 

@@ -191,21 +191,20 @@ const Charts = (() => {
       const at = (e) => [e.clientX - box.left, e.clientY - box.top]
       const job = down(...at(event))
       let moved = false // a hand that shakes by a pixel does not drag
+      const listeners = new AbortController()
       const move = (e) => {
         moved ||= Math.hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
         if (moved) job.move(...at(e))
       }
       const end = (e) => {
-        element.removeEventListener("pointermove", move)
-        element.removeEventListener("pointerup", end)
-        element.removeEventListener("pointercancel", end)
+        listeners.abort()
         job.up(...at(e), moved)
       }
       event.preventDefault()
       element.setPointerCapture(event.pointerId)
-      element.addEventListener("pointermove", move)
-      element.addEventListener("pointerup", end)
-      element.addEventListener("pointercancel", end)
+      for (const [name, listener] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) {
+        element.addEventListener(name, listener, listeners)
+      }
     })
   }
 
@@ -565,36 +564,23 @@ const Charts = (() => {
       value === value ? Math.min(BINS - 1, Math.max(0, Math.floor(share(value) * BINS))) : 255)
   }
 
-  // A histogram: all designs behind, what is left in front.
-  function histogram(canvas) {
-    const g = canvas.getContext("2d")
-    let [width, height, shown] = [0, 0, null]
-    // The frame of a notebook that is scrolled out of sight gets its width late.
-    const fit = () => {
-      const [wide, high] = [canvas.clientWidth, canvas.clientHeight]
-      if (wide === width && high === height) return
-      width = wide
-      height = high
-      canvas.width = Math.round(width * devicePixelRatio)
-      canvas.height = Math.round(height * devicePixelRatio)
-      g.scale(devicePixelRatio, devicePixelRatio)
-      if (shown) draw(...shown)
-    }
+  // A histogram that fills its parent: all designs behind, what is left in front.
+  function histogram(parent) {
+    let shown = null
+    const {size, clean} = layers(parent, 1, () => shown && draw(...shown))
     const draw = (all, left) => {
       shown = [all, left]
-      g.clearRect(0, 0, width, height)
+      const g = clean(0)
       const most = Math.max(...all, 1)
       for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
         g.fillStyle = colour
         counts.forEach((count, k) => {
           // Square roots: one design in a bin is still seen beside a thousand.
-          const bar = count ? Math.max(1.5, Math.sqrt(count / most) * height) : 0
-          g.fillRect((k * width) / BINS, height - bar, width / BINS - 0.6, bar)
+          const bar = count ? Math.max(1.5, Math.sqrt(count / most) * size.height) : 0
+          g.fillRect((k * size.width) / BINS, size.height - bar, size.width / BINS - 0.6, bar)
         })
       }
     }
-    new ResizeObserver(fit).observe(canvas)
-    fit()
     return draw
   }
 

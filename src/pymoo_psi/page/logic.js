@@ -66,37 +66,62 @@ const values = (data, ranking, column) => column.role === "geometric" ? ranking[
 // ------------------------------------------------------------------------ order, rounding, dominance
 
 // The rows in the order of their values, NaN last; equal ones stay as they are. A radix sort of the
-// bits: a comparing function takes ten times as long for 100 000 rows.
+// bits, as a comparing function takes ten times as long. The upper halves of the numbers tell nearly
+// all apart: the lower halves are sorted before only if insertion would take long.
 function argsort(values, rows) {
   const n = rows.length
   const numbers = new Float64Array(n)
   for (let k = 0; k < n; k++) numbers[k] = values[rows[k]] + 0 // + 0: -0 equals 0
-  const words = new Uint32Array(numbers.buffer)
-  let [places, next] = [upTo(n), new Int32Array(n)]
-  const keys = new Uint32Array(n)
-  const ends = new Uint32Array(1 << 11)
-  for (const half of [0, 1]) {
-    for (let k = 0; k < n; k++) {
-      // As unsigned integers floats stand in order once negative ones are turned, others lifted.
-      const high = words[2 * k + 1]
-      const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
-      keys[k] = words[2 * k + half] ^ mask
-    }
-    for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
-      ends.fill(0)
-      for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
-      if (n === 0 || ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
-      for (let d = 0, sum = 0; d < ends.length; d++) {
-        const count = ends[d]
-        ends[d] = sum
-        sum += count
-      }
-      for (let k = 0; k < n; k++) next[ends[(keys[places[k]] >>> shift) & 2047]++] = places[k]
-      ;[places, next] = [next, places]
-    }
+  const places = upTo(n)
+  radix(numbers, places, 1)
+  if (!inserted(numbers, places)) {
+    places.set(upTo(n))
+    radix(numbers, places, 0)
+    radix(numbers, places, 1)
   }
-  for (let k = 0; k < n; k++) next[k] = rows[places[k]]
-  return next
+  for (let k = 0; k < n; k++) places[k] = rows[places[k]]
+  return places
+}
+
+// Sort places by the upper (1) or lower (0) halves of numbers.
+function radix(numbers, places, half) {
+  const n = places.length
+  const words = new Uint32Array(numbers.buffer)
+  const keys = new Uint32Array(n)
+  for (let k = 0; k < n; k++) {
+    // As unsigned integers floats stand in order once negative ones are turned, others lifted.
+    const high = words[2 * k + 1]
+    const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
+    keys[k] = words[2 * k + half] ^ mask
+  }
+  const ends = new Uint32Array(1 << 11)
+  for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
+    ends.fill(0)
+    for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
+    if (n === 0 || ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
+    for (let d = 0, total = 0; d < ends.length; d++) {
+      const count = ends[d]
+      ends[d] = total
+      total += count
+    }
+    const before = places.slice()
+    for (let k = 0; k < n; k++) places[ends[(keys[before[k]] >>> shift) & 2047]++] = before[k]
+  }
+}
+
+// Sort places that are nearly in order by insertion; false if it would take long.
+function inserted(numbers, places) {
+  let moves = 4 * places.length
+  for (let k = 1; k < places.length; k++) {
+    const place = places[k]
+    let at = k
+    for (; at > 0 && numbers[places[at - 1]] > numbers[place]; at--) {
+      places[at] = places[at - 1]
+      if (--moves < 0) return false
+    }
+    places[at] = place
+  }
+  return true
 }
 
 function upTo(n) {
@@ -123,10 +148,23 @@ function concat(...lists) {
   return result
 }
 
-const sum = (list) => list.reduce((a, b) => a + b, 0)
+function sum(array) {
+  let total = 0
+  for (let k = 0; k < array.length; k++) total += array[k]
+  return total
+}
 
-const leastOf = (array) => array.reduce((a, b) => (b < a ? b : a), Infinity)
-const greatestOf = (array) => array.reduce((a, b) => (b > a ? b : a), -Infinity)
+function leastOf(array) {
+  let least = Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
+  return least
+}
+
+function greatestOf(array) {
+  let greatest = -Infinity
+  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
+  return greatest
+}
 
 // How far a group of equal values reaches from its least one.
 const reachOf = (least, tolerance) =>
@@ -304,26 +342,28 @@ class Frame {
     const longest = line.indexOf(Math.max(...line))
     const unit = line[longest] || 1
     const acrossUnit = Math.max(0, ...line.filter((_, j) => j !== longest)) || unit
+    const [perUnit, perAcross] = [1 / unit, 1 / acrossUnit]
     const mu = [0, 1, 2].map(() => new Float64Array(size).fill(NaN))
+    const [mu1, mu2, mu3] = mu
     const m = F.length
     const d = new Float64Array(m)
     for (let k = 0; k < rows.length; k++) {
       const i = rows[k]
       for (let j = 0; j < m; j++) d[j] = (F[j][i] - ideal[j]) / scale[j]
-      const share = d[longest] / unit
+      const share = d[longest] * perUnit
       let along = 0
       for (let j = 0; j < m; j++) along += (d[j] - share * line[j]) * e[j]
       let [square, squareAcross, onLine] = [0, 0, 0]
       for (let j = 0; j < m; j++) {
-        const across = (d[j] - share * line[j] - along * e[j]) / acrossUnit
-        const whole = d[j] / unit
+        const across = (d[j] - share * line[j] - along * e[j]) * perAcross
+        const whole = d[j] * perUnit
         square += whole * whole
         squareAcross += across * across
         onLine += whole * e[j]
       }
-      mu[0][i] = farIfNaN(Math.sqrt(square))
-      mu[1][i] = farIfNaN(Math.sqrt(squareAcross))
-      mu[2][i] = farIfNaN(onLine)
+      mu1[i] = farIfNaN(Math.sqrt(square))
+      mu2[i] = farIfNaN(Math.sqrt(squareAcross))
+      mu3[i] = farIfNaN(onLine)
     }
     return [mu, [unit, acrossUnit, unit]]
   }
@@ -343,23 +383,23 @@ class Frame {
   }
 }
 
-// Mark the points (a, b) that no other dominates; of equal ones those of the least `other`. `order`
-// are the points by a.
-function nondominatedPair(order, a, b, other) {
-  const mask = new Uint8Array(a.length)
+// Mark the rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
+// All are levels, small integers.
+function nondominatedPair(rows, a, b, other) {
+  const first = new Int32Array(rows.length).fill(-1) // by a, the row of the least b, then other
+  for (const i of rows) {
+    const j = first[a[i]]
+    if (j < 0 || b[i] < b[j] || (b[i] === b[j] && other[i] < other[j])) first[a[i]] = i
+  }
   let low = Infinity
-  for (let k = 0; k < order.length; k++) {
-    let least = b[order[k]]
-    if (least >= low) continue // only what is better than all before
-    let end = k + 1
-    for (; end < order.length && a[order[end]] === a[order[k]]; end++) {
-      least = Math.min(least, b[order[end]])
-    }
-    const group = order.subarray(k, end).filter((i) => b[i] === least)
-    const first = group.reduce((one, i) => Math.min(one, other[i]), Infinity)
-    for (const i of group) if (other[i] === first) mask[i] = 1
-    low = least
-    k = end - 1
+  for (const j of first) {
+    if (b[j] < low) low = b[j]
+    else if (j >= 0) first[a[j]] = -1
+  }
+  const mask = new Uint8Array(a.length)
+  for (const i of rows) {
+    const j = first[a[i]]
+    if (j >= 0 && b[i] === b[j] && other[i] === other[j]) mask[i] = 1
   }
   return mask
 }
@@ -392,9 +432,9 @@ function ranked(data, mask) {
   const noise = frame.noise(units)
   const orders = mu.map((column) => argsort(column, front))
   const [l1, l2, l3] = mu.map((column, k) => numbered(column, orders[k], noise[k]))
-  const p12 = nondominatedPair(orders[0], l1, l2, l3)
-  const p13 = nondominatedPair(orders[0], l1, l3, l2)
-  const p23 = nondominatedPair(orders[1], l2, l3, l1)
+  const p12 = nondominatedPair(front, l1, l2, l3)
+  const p13 = nondominatedPair(front, l1, l3, l2)
+  const p23 = nondominatedPair(front, l2, l3, l1)
   for (let k = 0; k < rows.length; k++) rank[rows[k]] = 0
   for (let k = 0; k < front.length; k++) {
     const i = front[k]
@@ -498,7 +538,9 @@ function order(data, ranking, state) {
     return concat(prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
   const nearest = picked(ranking.byMu1, shows)
-  const byRank = [...RANKS].reverse().map((r) => picked(nearest, (i) => rank[i] === r))
+  const efficient = picked(nearest, (i) => rank[i] > 0)
+  const byRank = [6, 5, 4, 3].map((r) => picked(efficient, (i) => rank[i] === r))
+  byRank.push(picked(nearest, (i) => rank[i] === 0))
   return concat(prototypes, turned(concat(...byRank)), turned(argsort(ranking.mu1, dominated)))
 }
 
@@ -705,16 +747,25 @@ function explain(data, ranking, row) {
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const distance = new Float64Array(n)
   V.forEach((column, j) => {
-    for (let k = 0; k < n; k++) distance[k] += ((column[k] - own[j]) / lengths[j]) ** 2
+    const [value, length] = [own[j], lengths[j]]
+    for (let k = 0; k < n; k++) {
+      const d = (column[k] - value) / length
+      distance[k] += d * d
+    }
   })
   for (let k = 0; k < n; k++) distance[k] = farIfNaN(Math.sqrt(distance[k]))
   // Of the nearest designs that gain `step` in a column, if several tie, the least there; or -1.
   const nearest = (column, value, step) => {
-    let [best, reach] = [-1, Infinity]
-    const gains = (k) => value - column[k] > 0 && value - column[k] >= step
-    for (let k = 0; k < n; k++) if (gains(k) && distance[k] < reach) reach = distance[k]
-    for (let k = 0; k < n; k++) {
-      if (gains(k) && distance[k] <= reach * (1 + TIE) && !(column[best] <= column[k])) best = k
+    let best = -1
+    let reach = Infinity
+    for (const ties of [false, true]) {
+      for (let k = 0; k < n; k++) {
+        const gain = value - column[k]
+        if (!(distance[k] <= reach && gain > 0 && gain >= step)) continue
+        if (!ties) reach = distance[k]
+        else if (best < 0 || column[k] < column[best]) best = k
+      }
+      reach *= 1 + TIE
     }
     return best
   }

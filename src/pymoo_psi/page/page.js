@@ -455,12 +455,12 @@ const page = (() => {
       return input
     })
     control.note = make("p.hint.note", {id: `note-${column.field}`})
-    control.canvas = make("canvas", {"aria-hidden": "true"})
+    control.bars = make("div.bars", {})
     const sense = role === "objective" || maximize ? make("span.hint", {}, maximize ? "more is better" : "less is better") : null
     const [[least, most], thumbs] = [control.fields, control.thumbs]
     return make("div.limit", {role: "group", "aria-label": `Limits on ${label}`},
       make("div.name", {}, make("span", {}, Charts.broken(label)), sense),
-      make("div.ends", {}, least, make("div.slider", {}, control.canvas, thumbs), most), control.note)
+      make("div.ends", {}, least, make("div.slider", {}, control.bars, thumbs), most), control.note)
   }
 
   const MOST_BOXES = 200 // names of designs have no boxes: nobody ticks them, and thousands slow every step
@@ -547,7 +547,7 @@ const page = (() => {
       return counts
     }
     control.all ??= counted(data.whole.front)
-    control.draw ??= Charts.histogram(control.canvas)
+    control.draw ??= Charts.histogram(control.bars)
     control.draw(control.all, counted(ranking.front))
   }
 
@@ -842,23 +842,14 @@ const page = (() => {
       return cell
     }
 
-    const heads = columns.map((column, k) => {
-      const head = make("button", {tabIndex: k === 1 ? 0 : -1, title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order}, Charts.broken(column.text))
+    const heads = columns.map((column) => {
+      const head = make("button", {title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order}, Charts.broken(column.text))
       head.addEventListener("click", () => {
         change({order: {...column.order, down: isSorted(column) && !state.order.down}})
         box.scrollTop = 0
         cursor = 0
       })
-      head.addEventListener("keydown", (event) => {
-        const next = heads[k + ({ArrowLeft: -1, ArrowRight: 1}[event.key] ?? NaN)]?.firstChild
-        if (event.key === "Enter" || event.key === " ") return event.stopPropagation()
-        if (!next || next.disabled) return
-        event.stopPropagation()
-        event.preventDefault()
-        head.tabIndex = -1
-        next.tabIndex = 0
-        next.focus()
-      })
+      head.addEventListener("keydown", (event) => event.stopPropagation())
       return cellOf(column, "columnheader", head)
     })
     head.append(...heads)
