@@ -1,31 +1,17 @@
 """Ranks of efficiency: their invariances, obvious cases, and what is refused."""
 
-from unittest import mock
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import _dominance, nondominated
+from pymoo_psi.pareto import nondominated
 
-# A coarse grid makes dominated rows, duplicates and ties common; its values are far apart
-# compared with rounding.
-matrices = st.tuples(st.integers(1, 25), st.integers(1, 5)).flatmap(
-    lambda shape: arrays(float, shape, elements=st.integers(0, 8).map(float))
-)
 generic = st.tuples(st.integers(2, 60), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
     lambda t: np.random.default_rng(t[2]).random(t[:2])
 )
-
-
-def dominates(a, b):
-    return all(x <= y for x, y in zip(a, b, strict=True)) and any(
-        x < y for x, y in zip(a, b, strict=True)
-    )
 
 
 @given(F=generic, normalize=st.booleans())
@@ -64,33 +50,22 @@ def test_given_ideal_and_nadir():
     assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
 
 
-@given(F=matrices)
-def test_nondominated_agrees_with_all_pairs(F):
-    rows = F.tolist()
-    expected = [not any(dominates(other, row) for other in rows) for row in rows]
-    assert nondominated(F).tolist() == expected
-
-
 @given(
     seed=st.integers(0, 2**32 - 1),
-    m=st.integers(4, 6),
+    m=st.integers(1, 6),
     levels=st.sampled_from([2, 5, 1000]),
-    slab=st.sampled_from([1, 3, 16]),
-    threads=st.sampled_from([1, 3]),
-    infinite=st.sampled_from([0.02, 0.4]),
+    infinite=st.sampled_from([0.0, 0.02, 0.4]),
 )
-def test_slabs_keep_what_no_row_dominates(seed, m, levels, slab, threads, infinite):
-    """Many values are equal, also where slabs meet, and some are infinite or a zero with a sign."""
+def test_nondominated_agrees_with_all_pairs(seed, m, levels, infinite):
+    """Many values are equal, and some are infinite or a zero with a sign."""
     rng = np.random.default_rng(seed)
-    F = np.round(rng.dirichlet(np.ones(m), size=70) * levels)
+    F = np.round(rng.dirichlet(np.ones(m), size=rng.integers(0, 70)) * levels)
     F[rng.random(F.shape) < infinite] = np.inf
     F[rng.random(F.shape) < infinite / 20] = -np.inf
     F[rng.random(F.shape) < 0.02] = -0.0
     no_worse = (F[:, None] <= F).all(axis=2)
     better = (F[:, None] < F).any(axis=2)
-    with mock.patch.multiple(_dominance, _SLAB=slab, _MOST_SHADOW=1.0):
-        found = nondominated(F, threads=threads)
-    assert (found == ~(no_worse & better).any(axis=0)).all()
+    assert (nondominated(F) == ~(no_worse & better).any(axis=0)).all()
     with pytest.raises(ArgumentValueError, match="F must be without NaN"):
         nondominated(np.array([[1.0, np.nan]]))
 

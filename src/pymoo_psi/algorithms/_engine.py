@@ -83,15 +83,15 @@ class Keep:
     what: str = "all"
     limits: Limits | None = None
 
-    def mask(self, tests: TestTable, threads: int = 1) -> NDArray[np.bool_]:
-        """``(n,)`` which tests are kept; a Pareto set is found by so many threads."""
+    def mask(self, tests: TestTable) -> NDArray[np.bool_]:
+        """``(n,)`` which tests are kept."""
         if self.what == "all":
             return np.ones(len(tests), dtype=bool)
         if lacking(self.limits, tests.layout):
             return np.zeros(len(tests), dtype=bool)
         if self.what == "feasible":
             return tests.feasible(self.limits)
-        return tests.pareto(self.limits, threads=threads)
+        return tests.pareto(self.limits)
 
 
 class Block(NamedTuple):

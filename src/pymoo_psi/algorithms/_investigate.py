@@ -13,7 +13,7 @@ from pymoo_psi._validation import invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import Engine, Keep, by_number
 from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import active_workers, progress_bar
+from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import require_problem
 from pymoo_psi.table import TestTable, bounds_of
 
@@ -82,8 +82,6 @@ def investigate(
     kept = Keep(known_name("keep", keep, ("all", "feasible", "pareto")), run.limits)
     engine = Engine(problem, n_points, run, keep=kept, n_jobs=n_jobs)
     n = len(engine.points)
-    workers = active_workers(n_jobs)
-    threads = 1 if workers.kind == "cluster" else workers.count  # a cluster's are elsewhere
     tables, done = [engine.table], 0
     size = least = 0  # how many rows there are, and had been left when they were filtered last
     with (
@@ -97,11 +95,11 @@ def investigate(
             bar(done / n)
             if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
                 front = by_number(tables)
-                tables = [front.rows(kept.mask(front, threads))]
+                tables = [front.rows(kept.mask(front))]
                 size = least = len(tables[0])
     found = by_number(tables)
     if keep == "pareto":
-        found = found.rows(kept.mask(found, threads))
+        found = found.rows(kept.mask(found))
     # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
     if keep != "all" or (found.status != "failed").any():
         bounds_of(run.limits, found.layout)

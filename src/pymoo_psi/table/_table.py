@@ -407,11 +407,10 @@ class TestTable(Shown):
         """
         return competes(self.F, self.feasible(limits))
 
-    def pareto(self, limits: Limits | None = None, *, threads: int = 1) -> Mask:
+    def pareto(self, limits: Limits | None = None) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
-        Of tests with the same design, see :attr:`repeats`, the first stands for all. Hundreds of
-        thousands of tests can be filtered by several threads.
+        Of tests with the same design, see :attr:`repeats`, the first stands for all.
 
         Example:
             Without a limit on f1 no design beats another; with one there are fewer to compare.
@@ -424,7 +423,7 @@ class TestTable(Shown):
         """
         mask = self.eligible(limits)
         if self.F.shape[1] > 0:  # without objectives no design is better than another
-            mask[mask] = nondominated(self.F[mask], threads=threads)
+            mask[mask] = nondominated(self.F[mask])
         if self._recurs():
             first = first_rows(self.X[mask], self.F[mask])
             mask[mask] = first == np.arange(len(first))
