@@ -329,26 +329,6 @@ def test_categories_and_ranks_are_ticked(reader):
     assert set(reader.shown) == labels(frame, rows[shown]) | {"prototype"}
 
 
-def test_preferences_are_an_order_beside_the_ranks(reader):
-    verdict = reader.text(".best")
-    reader.click("#preferences summary")
-    reader.field("mass [kg], weight").fill("50")
-    reader.field("mass [kg], weight").press("Enter")
-    reader.click("#by-preference")
-    reader.settle()
-    frame = beams()
-    ranking = rank_of_efficiency(minimised(frame))
-    F = minimised(frame).to_numpy()
-    # The achievement function over the ranges, from the best values.
-    value = ([50, 1, 1] * (F - ranking.ideal) / (ranking.nadir - ranking.ideal)).max(axis=1)
-    value[~ranking.pareto] = np.inf
-    best = str(frame["number"][int(np.argmin(value))])
-    assert reader.shown[1] == best
-    assert f"First by your preferences: {best}" in reader.text("#preferences")
-    assert reader.text(".best") == verdict
-    reader.click("#preferences summary")
-
-
 # Comparison
 
 
@@ -502,37 +482,22 @@ def test_a_decision_is_saved_and_opened_again(reader, tmp_path):
 
 def test_a_hostile_address_or_file_changes_only_the_view(fresh, tmp_path):
     attack = "<img src=x onerror=\"document.title='run'\">"
-    hostile = {
-        "limits": {"mass": ["1", {}], "__proto__": [0, 1], attack: [0, 1], "constructor": 7},
-        "categories": {"material": 3, attack: [attack]},
-        "pins": [attack, 3, None, "B1001"],
-        "chosen": attack,
-        "order": {"by": attack},
-        "ranks": "6",
-        "reason": attack,
-        "axes": {"order": [attack, "mass"], "hidden": 3, "zoom": "yes"},
-    }
-    title = fresh.page.title()
-    base = fresh.page.url.partition("#")[0]
-    for k, text in enumerate((json.dumps(hostile), "{", "null", "%", "1" * 100_000)):
-        if k == 0:  # at the start, the others while the page is open
-            fresh.page.goto("about:blank")
-        fresh.open(base + "#" + text.replace("%", "%25").replace("#", "%23"))
+    hostile = {"limits": {attack: [0, 1]}, "chosen": attack, "reason": attack, "pins": [attack]}
+    title, base = fresh.page.title(), fresh.page.url.partition("#")[0]
+    for text in (json.dumps(hostile), "{", "%25", "1" * 100_000):
+        fresh.open(f"{base}#{text}")
         fresh.settle()
-        assert fresh.state["limits"] == {}
-        assert fresh.state["pins"] in ([], ["B1001"])
+        assert (fresh.state["limits"], fresh.state["pins"]) == ({}, [])
         assert len(fresh.shown) > 100
-    (tmp_path / "d.json").write_text(json.dumps({"objectives": 7, **hostile}), "utf-8")
-    fresh.page.set_input_files("#file", tmp_path / "d.json")
-    fresh.page.wait_for_selector("#messages p")
-    assert fresh.state["limits"] == {}
+    fresh.type_limit("mass [kg], at most", "0.7")
+    for content in (json.dumps({"objectives": attack, "page": hostile}), "no JSON"):
+        (tmp_path / "d.json").write_text(content, "utf-8")
+        fresh.page.set_input_files("#file", tmp_path / "d.json")
+        fresh.until("document.getElementById('messages').textContent.includes('not opened')")
+        fresh.click("#messages button")
+    assert fresh.state["limits"] == {"mass": [None, 0.7]}
     assert fresh.page.title() == title
     assert fresh.page.locator("main img, #messages img").count() == 0
-    fresh.type_limit("mass [kg], at most", "0.7")
-    (tmp_path / "e.json").write_text("no JSON", "utf-8")
-    fresh.page.set_input_files("#file", tmp_path / "e.json")
-    fresh.until("document.getElementById('messages').textContent.includes('no decision')")
-    assert fresh.state["limits"] == {"mass": [None, 0.7]}
 
 
 # Charts and selections
@@ -702,52 +667,29 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
 # Everyone
 
 
-def test_the_keyboard_reaches_every_control_and_leaves_the_table(laid_open):
+def test_the_keyboard_reaches_every_control_each_of_which_has_a_name(laid_open):
     wanted = laid_open.page.evaluate(
         """() => { let k = 0
         for (const e of document.querySelectorAll('button, input, select, textarea, summary, [tabindex]'))
             if (!e.disabled && e.tabIndex >= 0 && e.getClientRects().length) e.dataset.stop = k++
         return k }"""
     )
-    seen = []
+    name = """(() => { const e = document.activeElement
+        return [e.dataset.stop ?? '', e.ariaLabel ?? e.labels?.[0]?.textContent ?? e.textContent] })()"""
+    names = {}
     for _ in range(wanted + 5):
         laid_open.page.keyboard.press("Tab")
-        stop = laid_open.page.evaluate("document.activeElement.dataset.stop ?? ''")
-        if stop in seen:
+        stop, text = laid_open.page.evaluate(name)
+        if stop in names:
             break
         if stop:
-            seen.append(stop)
-    assert len(seen) == wanted > 50
+            names[stop] = text
+    assert len(names) == wanted > 50
+    assert all(names.values())
     laid_open.page.locator("#table").focus()
     laid_open.page.keyboard.press("ArrowDown")
     laid_open.page.keyboard.press("Shift+Tab")
     assert laid_open.page.evaluate("document.activeElement.id") != "table"
-
-
-def test_every_control_has_a_name(laid_open):
-    nodes = laid_open.context.new_cdp_session(laid_open.page).send("Accessibility.getFullAXTree")[
-        "nodes"
-    ]
-    roles = [
-        "button",
-        "checkbox",
-        "combobox",
-        "grid",
-        "slider",
-        "textbox",
-        "table",
-        "DisclosureTriangle",
-        "img",
-    ]
-    controls = [node for node in nodes if node.get("role", {}).get("value") in roles]
-    names = {}
-    for node in controls:
-        role, name = node["role"]["value"], node.get("name", {}).get("value", "").strip()
-        assert name, node
-        names.setdefault(role, []).append(name)
-    for role in ("slider", "textbox", "checkbox", "combobox"):
-        distinct = {*names[role]}  # nobody asks which of two
-        assert len(distinct) >= len(names[role]) - (role == "checkbox") * 6, role
 
 
 CONTRAST = """() => {
@@ -904,35 +846,6 @@ def test_exported_texts_are_no_formulas(visit, tmp_path):
     assert {float(row["'-a"]) for row in exported} == set(a)
     assert {row["note"] for row in exported} == {INERT[cell] for cell in CELLS[:half]}
     assert {row["id"] for row in exported} == {INERT[cell] for cell in CELLS[half:]}
-
-
-@pytest.mark.parametrize(
-    ("frame", "objectives"),
-    [
-        (pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 1.0]}), ["a", "b"]),
-        (pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 2.0]}), ["a"]),
-        (pd.DataFrame({"a": [1.0, 2.0], "b": [2.0, 1.0], "c": [3.0, 3.0]}), ["a", "b", "c"]),
-    ],
-    ids=["two", "one objective", "a constant one"],
-)
-def test_small_sets(visit, tmp_path, frame, objectives):
-    decision_page(frame, objectives).save(tmp_path / "page.html")
-    reader = visit(tmp_path / "page.html")
-    assert len(reader.shown) == rank_of_efficiency(frame[objectives]).pareto.sum()
-    assert ("c: 3 for all" in reader.text("#limits")) == ("c" in objectives)
-
-
-def test_texts_that_name_designs_have_no_boxes(visit, tmp_path):
-    """Nobody ticks hundreds of them, and thousands would slow every step."""
-    a = np.linspace(0, 1, 250)
-    frame = pd.DataFrame({"a": a, "b": 1 - a, "drawing": [f"Z{k}" for k in range(250)]})
-    decision_page(frame, ["a", "b"]).save(tmp_path / "p.html")
-    reader = visit(tmp_path / "p.html")
-    assert "250 different texts, too many to tick" in reader.text("#limits")
-    assert reader.page.locator("fieldset.categories input").count() == 0
-    reader.set(categories={"drawing": ["Z7", "Z9"]})  # of a decision or an address
-    assert sorted(reader.shown) == ["row 10", "row 8"]
-    assert "rejects 248" in reader.text("#limits")
 
 
 def test_many_designs_are_a_stable_sample_with_all_that_rank(visit, tmp_path):

@@ -285,16 +285,6 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
     assert freed > 1000
 
 
-def test_a_design_may_be_rejected_by_any_number_of_limits():
-    """The last design is beyond none of 256 limits, the first beyond all."""
-    names = [f"o{j}" for j in range(256)]
-    frame = pd.DataFrame({"f1": [1, 2], "f2": [2, 1], **{name: [0, 1] for name in names}})
-    page = decision_page(frame, ["f1", "f2"])
-    limits = {name: [0.5, None] for name in names}
-    [[found]] = in_node([{"payload": payload_of(page), "states": [{"limits": limits}]}])
-    assert found["front"] == [1]
-
-
 def test_designs_are_sorted_by_any_column(drags):
     for drag, answers in drags:
         heat = drag.frame["heat"].to_numpy()
@@ -358,35 +348,6 @@ def test_cautions_are_those_of_python(rankings):
         assert found["cautions"] == [str(caution) for caution in expected]
         kinds.update(caution.kind for caution in expected)
     assert len(kinds) >= 9
-
-
-def test_there_is_always_something_to_compare_with(rankings):
-    kinds = set()
-    for case, k, found, rows, ranking in rankings:
-        n, state = case.payload["n"], case.states[k]
-        best = rows[ranking.salukvadze[0]]
-        whole = case.whole.salukvadze
-        bare, full, based = found["beside"]
-        if case.seed % 2:
-            base, kind = n, "prototype"
-        elif best in whole:
-            base, kind = best, "next"
-        else:
-            base, kind = whole[0], "whole"
-        kinds.add(kind)
-        assert bare[0]["row"] == base
-        assert best in [one["row"] for one in bare]
-        assert len(bare) == 2 - (kind == "next" and ranking.pareto.sum() == 1)
-        if kind == "next" and len(bare) > 1:
-            others = np.flatnonzero(ranking.pareto & (rows != best))
-            assert ranking.rank[rows == bare[1]["row"]] == ranking.rank[others].max()
-            assert bare[1]["roles"] == ["next by rank"]
-        row_of = {name: row for row, name in enumerate(case.payload["names"])}
-        pins = [row_of[label] for label in state["pins"]]
-        assert full[0]["row"] == (n if case.seed % 2 else pins[0])
-        assert {one["row"] for one in full} >= {best, *pins}
-        assert based[0]["row"] == row_of[state["chosen"]]
-    assert kinds == {"prototype", "next", "whole"}
 
 
 def test_numbers_of_two_readings_are_refused(answers):
@@ -458,15 +419,6 @@ def test_hostile_addresses_change_nothing(cases, answers):
             unknown = '"__proto__": {' in text  # an entry that no state has is not even looked at
             assert bool(found["remarks"]) != unknown, text
         assert not answer["polluted"]
-
-
-def test_a_column_may_be_called_as_what_every_object_has(cases, answers):
-    """Its limit is kept and obeyed, as that of any other."""
-    case, answer = cases[1], answers[1]
-    assert case.names[0] == "__proto__"
-    limited = [k for k, state in enumerate(case.states) if "__proto__" in state["limits"]]
-    assert all("__proto__" in answer["states"][k]["state"]["limits"] for k in limited)
-    assert limited
 
 
 def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_path):

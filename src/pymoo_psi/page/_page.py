@@ -133,8 +133,8 @@ def decision_page(
             choice and its reason. Or names of the objectives, all minimised.
         variables: Names of the columns with design variables; as the source tells unless given.
         units: Units of columns by name, beside those that the source tells.
-        prototype: Existing designs to compare with, a source likewise; as the table has them unless
-            given. They are not ranked and stay on the page whatever the limits.
+        prototype: Existing designs to compare with, a source as above; as the table has them
+            unless given. They are not ranked and stay on the page whatever the limits.
         limits: Further limits that the page opens with and that its reader can move, ``(lower,
             upper)`` with ``None`` for an open end, or an upper one.
         decision: A decision file that the page saved, a formulation: the page opens with it.

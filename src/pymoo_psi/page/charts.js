@@ -146,7 +146,7 @@ const Charts = (() => {
       for (const canvas of canvases) {
         canvas.width = Math.round(width * devicePixelRatio)
         canvas.height = Math.round(height * devicePixelRatio)
-        // Once: a font makes the browser style the whole page, as it may be told by styles.
+        // Once: a font makes the browser style the whole page.
         Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
       }
       redraw()

@@ -874,7 +874,8 @@ function cautions(data, ranking) {
   const name = (k) => data.names[front[k]]
   const found = []
   const say = (key, parts) => found.push(sentence(data, key, {count: n, ...parts}))
-  const D = V.map((column, j) => column.map((value) => (value - leastOf(column)) / lengths[j]))
+  const low = V.map(leastOf)
+  const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
   const varying = columns.filter((j) => greatestOf(D[j]) > 0)
   if (!varying.length) {
     if (count > 1 && V.length > 1) say(n > 1 ? "alike" : "alone", {})
@@ -889,7 +890,7 @@ function cautions(data, ranking) {
     rest = rest.filter((j) => !same.includes(j))
   }
   if (groups.length) say("redundant", {groups: groups.join("; ")})
-  const ranges = V.map((column) => greatestOf(column) - leastOf(column))
+  const ranges = V.map((column, j) => greatestOf(column) - low[j])
   const widest = varying.reduce((a, j) => (ranges[j] > ranges[a] ? j : a))
   const least = varying.reduce((a, j) => (ranges[j] < ranges[a] ? j : a))
   if (!data.normalize && ranges[widest] >= OUTWEIGHED * ranges[least]) {

@@ -463,7 +463,7 @@ const page = (() => {
       make("div.ends", {}, least, make("div.slider", {}, control.bars, thumbs), most), control.note)
   }
 
-  const MOST_BOXES = 200 // names of designs have no boxes: nobody ticks them, and thousands slow every step
+  const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
   function categoryControl(column) {
     const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
     const found = column.texts.filter((_, k) => known.has(k))
