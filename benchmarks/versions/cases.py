@@ -73,6 +73,8 @@ def fields(thing, names):
 def numbers_in(texts):
     """The numbers of sentences, whose words may differ."""
     plain = " ".join(map(str, texts)).replace("to within 1 %", "")
+    # Parts of sentences that 0.2.0 had.
+    plain = re.sub("; the same as all in [^.]*|, the (best|worst) in [^,]*,", "", plain)
     return [float(number) for number in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", plain)]
 
 
@@ -331,9 +333,12 @@ def explanations(rng, folder):
         return fields(psi.compare_designs(frame, rows, **options), "rows gains shares")
 
     def cautioned():
+        # After 0.2.0 two kinds are gone, and the counts of two others.
+        gone, numberless = ("edge", "unselective"), ("alone", "near tie")
         said = psi.cautions(psi.rank_of_efficiency(frame, **options))
-        kinds = [caution.kind for caution in said]
-        return {"kinds": kinds, "numbers": numbers_in([caution.sentence for caution in said])}
+        said = [caution for caution in said if caution.kind not in gone]
+        texts = [caution.sentence for caution in said if caution.kind not in numberless]
+        return {"kinds": [caution.kind for caution in said], "numbers": numbers_in(texts)}
 
     attempt(found, "explain", explained)
     attempt(found, "compare", compared)

@@ -37,7 +37,7 @@ _CHARACTERS |= {
 
 
 class Shown:
-    """What a notebook shows as its name, its sentences, if it has any, and a short table."""
+    """What a notebook shows as its name and a short table."""
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         """Return the first n rows, for a reader, and how many there are."""
@@ -46,7 +46,7 @@ class Shown:
 
     def _repr_html_(self) -> str:
         """Return what Jupyter shows; names are data, and no markup of theirs is."""
-        lines = [repr(self), *getattr(self, "sentences", ())]
+        lines = [repr(self)]
         table = ""
         with suppress(PsiError):  # of names that do not fit into one table
             frame, n = self._first_rows(ROWS)

@@ -15,7 +15,7 @@ const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for th
 const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
-const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
+const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER] = [0.01, 0.1, 0.01, 10, 2]
 const PARTS = 64 // of the order of each objective, see `Dominators`
 const MOST_PINS = 5
 const RANKS = [0, 1, 2, 3, 4, 5, 6]
@@ -835,12 +835,10 @@ function distances(data, {frame}, ordered, behind, shares, weakest) {
   if (!away.length) return sentence(data, "all best", {})
   const changes = away.map((j, k) => changed(data, j, behind[j], shares[j], k === 0)).join(", ")
   const best = names((j) => behind[j] === 0 && frame.lengths[j] !== Infinity)
-  const same = names((j) => behind[j] === 0 && frame.lengths[j] === Infinity)
   return `${[
     sentence(data, "behind", {changes}),
     away.length > 1 && weakest.length ? sentence(data, "weakest", {objectives: listed(weakest)}) : "",
     best && sentence(data, "best", {objectives: best}),
-    same && sentence(data, "same", {objectives: same}),
   ].filter(Boolean).join("; ")}.`
 }
 
@@ -866,7 +864,7 @@ function verdict(data, ranking) {
 // What speaks against relying on the optimum, in sentences (pareto's cautions). It ranks anew up to
 // twice for each objective, so not for every step of a slider.
 function cautions(data, ranking) {
-  const {front, frame: {lengths}, V, best, isBest, rank, count} = ranking
+  const {front, frame: {lengths}, V, best, isBest, count} = ranking
   if (count === 0) return []
   const n = front.length
   const columns = V.map((_, j) => j)
@@ -878,7 +876,7 @@ function cautions(data, ranking) {
   const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
   const varying = columns.filter((j) => greatestOf(D[j]) > 0)
   if (!varying.length) {
-    if (count > 1 && V.length > 1) say(n > 1 ? "alike" : "alone", {})
+    if (count > 1 && V.length > 1) say("alone", {})
     return found
   }
   const constant = columns.filter((j) => !varying.includes(j))
@@ -919,18 +917,14 @@ function cautions(data, ranking) {
     if (others.length) {
       const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
       const [share, j] = apart(other)
-      say(others.length > 1 ? "near ties" : "near tie", {design: capital(name(other)), count: others.length,
+      say("near tie", {design: capital(name(other)),
         farther: percent(mu[other] / mu[optimum] - 1), share: percent(share), objective: names([j])})
     }
     const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
-    if (worst.length && n >= 3) say(data.normalize ? "extreme" : "plain extreme", {objectives: names(worst)})
-    const edge = varying.filter((j) => D[j][optimum] <= EDGE)
-    if (edge.length && n >= 3) say("edge", {objectives: names(edge)})
+    if (worst.length && n >= 3) say("extreme", {objectives: names(worst)})
     const single = hangingOn(data, ranking, D, varying)
     if (single) say(...single)
   }
-  const efficient = front.filter((i) => rank[i] > 0).length
-  if (n >= FEW && 2 * efficient > n) say("unselective", {ranked: efficient})
   return found
 }
 
@@ -938,15 +932,15 @@ function cautions(data, ranking) {
 // null if it moves without none.
 function hangingOn(data, ranking, D, varying) {
   const {front, best, isBest, V} = ranking
-  const extremes = new Map()
+  const extremes = new Set()
   for (const j of varying) {
-    for (const [key, share] of [["best unstable", 0], ["worst unstable", 1]]) {
+    for (const share of [0, 1]) {
       const at = upTo(front.length).filter((k) => D[j][k] === share)
-      if (at.length === 1 && !isBest[front[at[0]]] && !extremes.has(at[0])) extremes.set(at[0], [key, j])
+      if (at.length === 1 && !isBest[front[at[0]]]) extremes.add(at[0])
     }
   }
   let [moved, found] = [ELSEWHERE, null]
-  for (const [k, [key, extreme]] of extremes) {
+  for (const k of extremes) {
     const without = ranking.mask.slice()
     without[front[k]] = 0
     const rows = frontOf(data, without, picked(ranking.rows, (i) => i !== front[k]))
@@ -968,8 +962,8 @@ function hangingOn(data, ranking, D, varying) {
     const most = Math.max(...times)
     const {objectives, names} = data
     const who = names[front[k]]
-    found = [most >= OUTLIER ? "outlier" : key, {
-      design: most >= OUTLIER ? capital(who) : who, extreme: objectives[extreme].name,
+    found = [most >= OUTLIER ? "outlier" : "unstable", {
+      design: most >= OUTLIER ? capital(who) : who,
       stretched: objectives[times.indexOf(most)].name, times: short(most, 3), other: names[closest.row],
       share: percent(closest.share), objective: objectives[closest.j].name,
     }]

@@ -8,8 +8,7 @@ Each check here is one such condition.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +33,7 @@ most, so that a near tie beyond a tenth means a front that is curved or in piece
 """
 
 EDGE = 0.01
-"""Within 1 % of its range from the best or the worst, an objective is at its edge."""
+"""Within 1 % of its range two values of an objective are alike."""
 
 OUTWEIGHED = 10.0
 """Of ranges that differ by this factor, the smaller adds 1 % at most to a plain distance."""
@@ -42,8 +41,9 @@ OUTWEIGHED = 10.0
 OUTLIER = 2.0
 """A design that doubles a range lies farther from all others than they from each other."""
 
-_FEW = 20  # of fewer designs many may have a rank, and all can be looked at
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
+
+Found = tuple[str, dict[str, Any]]  # the kind of a caution, and the values of its template
 
 
 class Caution(NamedTuple):
@@ -51,8 +51,8 @@ class Caution(NamedTuple):
 
     Attributes:
         kind: ``"alone"``, ``"constant"``, ``"redundant"``, ``"scale"``, ``"equidistant"``,
-            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``, ``"outlier"``, ``"unstable"`` or
-            ``"unselective"``; see :func:`cautions`.
+            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"`` or ``"unstable"``; see
+            :func:`cautions`.
         sentence: What is the case, in one sentence.
 
     Example:
@@ -75,7 +75,7 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     =============== ============================================================================
     kind            what is the case
     =============== ============================================================================
-    ``alone``       All Pareto-optimal designs are the same one: there is nothing to weigh.
+    ``alone``       All Pareto-optimal designs have the same values: there is nothing to weigh.
     ``constant``    Objectives are equal for all Pareto-optimal designs.
     ``redundant``   Objectives agree to within 1 % of their ranges, and so count more than once.
     ``scale``       Without normalising, a range is at least 10 times another, which then decides
@@ -85,15 +85,13 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     ``tie``         Several designs that differ by more than 1 % of a range are the optimum.
     ``near tie``    A design that differs by more than a tenth of a range is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
-                    compromise. The set bulges away from the ideal point.
-    ``edge``        The optimum is best in an objective, as above: the set may extend further.
+                    compromise. If normalised, the set bulges away from the ideal point.
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
     ``unstable``    The same, without such a range.
-    ``unselective`` More than half of the designs have a rank.
     =============== ============================================================================
 
-    ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
+    What follows ``equidistant`` is left out for such sets, where all of it holds.
     Leaving out a design means to rank the others anew, those that it dominated among them. Left out
     in turn are the designs that are alone the best or the worst in an objective, but for the
     optimum itself. In a Pareto set no other can move the optimum; beside dominated designs one
@@ -119,183 +117,111 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
         which differs by 60 % of the range in f2.
     """
     instance("ranking", ranking, EfficiencyRanking)
-    front = _Front.of(ranking)
-    if front.varying.any():
-        return tuple(front.cautions())
-    # One design, or one objective, is nothing to be weighed from the start.
-    if 1 in ranking.objectives.values.shape:
-        return ()
-    kind = "alike" if len(front.rows) > 1 else "alone"
-    return (Caution("alone", sentence(kind, count=len(front.rows))),)
+    return tuple(Caution(kind, sentence(kind, **values)) for kind, values in _found(ranking))
 
 
-@dataclass(frozen=True, eq=False)
-class _Front:
-    """The Pareto-optimal designs of a ranking.
+def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
+    """What is the case, in the order of the table."""
+    objectives, normalize = ranking.objectives, ranking.frame.normalize
+    names = np.array([str(name) for name in objectives.names], dtype=object)
+    rows, values = front_of(ranking)
+    low, n = values.min(axis=0), len(rows)
+    d = (values - low) / unit_lengths(low, values.max(axis=0))  # 0 in a constant objective
+    varying = d.any(axis=0)
+    if not varying.any():
+        # One design, or one objective, is nothing to be weighed from the start.
+        if 1 not in objectives.values.shape:
+            yield "alone", {}
+        return
+    if not varying.all():
+        yield "constant", {"objectives": listed(names[~varying])}
+    left, groups = np.flatnonzero(varying), []
+    while len(left):
+        same = np.abs(d[:, left] - d[:, left[:1]]).max(axis=0) <= EDGE
+        if same.sum() > 1:
+            groups.append(listed(names[left[same]]))
+        left = left[~same]
+    if groups and n > 2:  # of two designs any two objectives are the same or opposite
+        yield "redundant", {"groups": "; ".join(groups)}
+    ranges, of = np.ptp(values, axis=0)[varying], names[varying]
+    wide, narrow = ranges.argmax(), ranges.argmin()
+    if not normalize and ranges[wide] >= OUTWEIGHED * ranges[narrow]:
+        most, least = number(ranges[wide], 3), number(ranges[narrow], 3)
+        yield "scale", {"objective": of[wide], "range": most, "other": of[narrow], "least": least}
 
-    Attributes:
-        ranking: The ranking.
-        rows: ``(n,)`` which designs they are.
-        values: ``(n, m)`` their objectives, minimised; those equal up to rounding are the same.
-        d: ``(n, m)`` distances from the best in units of the ranges; 0 in a constant objective.
-        mu: ``(n,)`` distances to the ideal point, as they were ranked.
-        best: The positions of the Salukvadze optimum among the rows.
-    """
-
-    ranking: EfficiencyRanking
-    rows: Rows
-    values: Array
-    d: Array
-    mu: Array
-    best: Rows
-
-    @classmethod
-    def of(cls, ranking: EfficiencyRanking) -> _Front:
-        rows, values = front_of(ranking)
-        low = values.min(axis=0)
-        d = (values - low) / unit_lengths(low, values.max(axis=0))
-        best = np.searchsorted(rows, ranking.salukvadze)
-        return cls(ranking, rows, values, d, ranking.criteria[rows, 0], best)
-
-    @property
-    def varying(self) -> NDArray[np.bool_]:
-        """``(m,)`` which objectives are not constant."""
-        return np.asarray(self.d.any(axis=0))
-
-    def cautions(self) -> Iterator[Caution]:
-        yield from self.weights()
-        near = self.mu <= self.mu[self.best[0]] * (1 + NEAR)
-        n, k = len(self.rows), int(near.sum())
-        # More than half of the designs, and from all over the set; not two ends that tie.
-        if k >= 3 and 2 * k > n and np.ptp(self.d[near], axis=0).max() > 0.5:
-            yield self.caution("equidistant", near=k, count=n)
-        else:
-            yield from self.ties(np.flatnonzero(near))
-            if n >= 3:  # of two designs each is an extreme
-                yield from self.extremes()
-            yield from self.dependence()
-        ranked = int((self.ranking.rank[self.rows] > 0).sum())
-        if n >= _FEW and 2 * ranked > n:
-            yield self.caution("unselective", ranked=ranked, count=n)
-
-    def weights(self) -> Iterator[Caution]:
-        """Objectives that count for nothing, or more than others."""
-        varying = np.flatnonzero(self.varying)
-        if len(equal := np.flatnonzero(~self.varying)):
-            yield self.caution("constant", objectives=self.names(equal))
-        left, groups = varying, []
-        while len(left):
-            apart = np.abs(self.d[:, left] - self.d[:, left[:1]]).max(axis=0)
-            if (same := apart <= EDGE).sum() > 1:
-                groups.append(self.names(left[same]))
-            left = left[~same]
-        if groups and len(self.rows) > 2:  # of two designs any two are the same or opposite
-            yield self.caution("redundant", groups="; ".join(groups))
-        ranges = np.ptp(self.values, axis=0)
-        most, least = (int(varying[pick(ranges[varying])]) for pick in (np.argmax, np.argmin))
-        if not self.ranking.frame.normalize and ranges[most] >= OUTWEIGHED * ranges[least]:
-            yield self.caution(
-                "scale",
-                objective=self.name(most),
-                range=number(ranges[most], 3),
-                other=self.name(least),
-                least=number(ranges[least], 3),
-            )
-
-    def ties(self, near: Rows) -> Iterator[Caution]:
-        """Other designs as near to the ideal point as the optimum, or nearly."""
-        apart = np.abs(self.d - self.d[self.best[0]]).max(axis=1)
-        different = self.best[apart[self.best] > EDGE]
-        if len(different):
-            others = [self.design(different[0])]
-            others += [f"{len(different) - 1} more"] if len(different) > 1 else []
-            first = capital(self.design(self.best[0]))
-            yield self.caution("tie", design=first, others=listed(others))
-        near = np.setdiff1d(near, self.best)
-        near = near[apart[near] > ELSEWHERE]
-        if len(near):
-            i = int(near[self.mu[near].argmin()])
-            yield Caution(
-                "near tie",
-                sentence(
-                    "near tie" if len(near) == 1 else "near ties",
-                    design=capital(self.design(i)),
-                    count=len(near),
-                    farther=percent(self.mu[i] / self.mu[self.best[0]] - 1),
-                    share=percent(apart[i]),
-                    objective=self.name(int(np.abs(self.d[i] - self.d[self.best[0]]).argmax())),
-                ),
-            )
-
-    def extremes(self) -> Iterator[Caution]:
-        """Objectives in which the optimum is the worst or the best."""
-        own = self.d[self.best[0]]
-        if len(worst := np.flatnonzero(own >= 1 - EDGE)):
-            template = "extreme" if self.ranking.frame.normalize else "plain extreme"
-            yield Caution("extreme", sentence(template, objectives=self.names(worst)))
-        if len(best := np.flatnonzero(self.varying & (own <= EDGE))):
-            yield self.caution("edge", objectives=self.names(best))
-
-    def dependence(self) -> Iterator[Caution]:
-        """The single design without which the optimum would move farthest."""
-        roles: dict[int, tuple[str, int]] = {}
-        for j in np.flatnonzero(self.varying).tolist():
-            for role, share in (("best", 0.0), ("worst", 1.0)):
-                at = np.flatnonzero(self.d[:, j] == share)
-                if len(at) == 1 and at[0] not in self.best:  # of two the other one stays
-                    roles.setdefault(int(at[0]), (role, j))
-        moves = [self.without(i, *role) for i, role in roles.items()]
-        moved, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
-        if caution is not None and moved > ELSEWHERE:
-            yield caution
-
-    def without(self, i: int, role: str, extreme: int) -> tuple[float, Caution]:
-        """Return how far the optimum moves without a design, and the caution about it."""
-        objectives, frame = self.ranking.objectives, self.ranking.frame
-        rows, values = np.delete(self.rows, i), np.delete(self.values, i, axis=0)
-        dominated = np.flatnonzero(~self.ranking.pareto)
-        F = objectives.values[dominated] * objectives.sign
-        freed = (self.values[i] <= F).all(axis=1)
-        if freed.any():  # what it dominates may be Pareto optimal without it
-            rows = np.concatenate([rows, dominated[freed]])
-            values = settled(np.vstack([values, F[freed]]))
-            optimal = nondominated(values)
-            rows, values = rows[optimal], values[optimal]
-        # A point that the user has set stays.
-        low, high = values.min(axis=0), values.max(axis=0)
-        U = np.where(frame.ideal == self.values.min(axis=0), low, frame.ideal)
-        N = np.where(frame.nadir == self.values.max(axis=0), high, frame.nadir)
-        mu = UtopianFrame(U, N, frame.normalize).measured(values)[0][:, 0]
-        new = np.flatnonzero(mu <= mu.min() * (1 + _ROUNDING))
-        lengths = unit_lengths(low, high)
-        steps = np.abs(values[new, None] - self.values[self.best]) / lengths
-        if np.isin(rows[new], self.rows[self.best]).any():
-            steps[:] = 0.0
-        moved = steps.max(axis=2)
-        k, b = np.unravel_index(moved.argmin(), moved.shape)
-        stretched = np.ptp(self.values, axis=0) / lengths  # of a constant objective 0
-        most = int(stretched.argmax())
-        outlier = stretched[most] >= OUTLIER
-        text = sentence(
-            "outlier" if outlier else f"{role} unstable",
-            design=capital(self.design(i)) if outlier else self.design(i),
-            stretched=self.name(most),
-            times=number(stretched[most], 3),
-            extreme=self.name(extreme),
-            other=self.ranking.name_of(int(rows[new[k]])),
-            share=percent(moved[k, b]),
-            objective=self.name(int(steps[k, b].argmax())),
+    mu, best = ranking.criteria[rows, 0], np.searchsorted(rows, ranking.salukvadze)
+    near = np.flatnonzero(mu <= mu[best[0]] * (1 + NEAR))
+    # More than half of the designs, and from all over the set; not two ends that tie.
+    if len(near) >= 3 and 2 * len(near) > n and np.ptp(d[near], axis=0).max() > 0.5:
+        yield "equidistant", {"near": len(near), "count": n}
+        return
+    steps = np.abs(d - d[best[0]])
+    apart = steps.max(axis=1)
+    if len(different := best[apart[best] > EDGE]):
+        others = [ranking.name_of(int(rows[different[0]]))]
+        others += [f"{len(different) - 1} more"] if len(different) > 1 else []
+        design = capital(ranking.name_of(int(rows[best[0]])))
+        yield "tie", {"design": design, "others": listed(others)}
+    near = np.setdiff1d(near, best)
+    if len(near := near[apart[near] > ELSEWHERE]):
+        i = near[mu[near].argmin()]
+        yield (
+            "near tie",
+            {
+                "design": capital(ranking.name_of(int(rows[i]))),
+                "farther": percent(mu[i] / mu[best[0]] - 1),
+                "share": percent(apart[i]),
+                "objective": names[steps[i].argmax()],
+            },
         )
-        return float(moved[k, b]), Caution("outlier" if outlier else "unstable", text)
+    if n > 2 and (worst := d[best[0]] >= 1 - EDGE).any():  # of two designs each is an extreme
+        yield "extreme", {"objectives": listed(names[worst])}
+    # Those alone at an end; of two the other one stays.
+    ends = [np.flatnonzero(column == share) for column in d.T for share in (0.0, 1.0)]
+    alone = dict.fromkeys(int(at[0]) for at in ends if len(at) == 1 and at[0] not in best)
+    moves = [_without(i, ranking, rows, values, best) for i in alone]
+    moved, found = max(moves, key=lambda move: move[0], default=(0.0, ("", {})))
+    if moved > ELSEWHERE:
+        yield found
 
-    def caution(self, kind: str, **values: object) -> Caution:
-        return Caution(kind, sentence(kind, **values))
 
-    def design(self, i: int) -> str:
-        return self.ranking.name_of(int(self.rows[i]))
-
-    def name(self, j: int) -> str:
-        return str(self.ranking.objectives.names[j])
-
-    def names(self, columns: Rows) -> str:
-        return listed([self.name(j) for j in columns.tolist()])
+def _without(
+    i: int, ranking: EfficiencyRanking, rows: Rows, values: Array, best: Rows
+) -> tuple[float, Found]:
+    """Return how far the optimum moves without a design of the front, and what is then found."""
+    objectives, frame = ranking.objectives, ranking.frame
+    others, left = np.delete(rows, i), np.delete(values, i, axis=0)
+    dominated = np.flatnonzero(~ranking.pareto)
+    F = objectives.values[dominated] * objectives.sign
+    freed = (values[i] <= F).all(axis=1)
+    if freed.any():  # what it dominates may be Pareto optimal without it
+        others = np.concatenate([others, dominated[freed]])
+        left = settled(np.vstack([left, F[freed]]))
+        optimal = nondominated(left)
+        others, left = others[optimal], left[optimal]
+    # A point that the user has set stays.
+    low, high = left.min(axis=0), left.max(axis=0)
+    U = np.where(frame.ideal == values.min(axis=0), low, frame.ideal)
+    N = np.where(frame.nadir == values.max(axis=0), high, frame.nadir)
+    mu = UtopianFrame(U, N, frame.normalize).measured(left)[0][:, 0]
+    new = np.flatnonzero(mu <= mu.min() * (1 + _ROUNDING))
+    lengths = unit_lengths(low, high)
+    steps = np.abs(left[new, None] - values[best]) / lengths
+    if np.isin(others[new], rows[best]).any():
+        steps[:] = 0.0
+    moved = steps.max(axis=2)
+    k, b = np.unravel_index(moved.argmin(), moved.shape)
+    stretched = np.ptp(values, axis=0) / lengths  # of a constant objective 0
+    outlier = stretched.max() >= OUTLIER
+    name = ranking.name_of(int(rows[i]))
+    return float(moved[k, b]), (
+        "outlier" if outlier else "unstable",
+        {
+            "design": capital(name) if outlier else name,
+            "stretched": objectives.names[stretched.argmax()],
+            "times": number(stretched.max(), 3),
+            "other": ranking.name_of(int(others[new[k]])),
+            "share": percent(moved[k, b]),
+            "objective": objectives.names[steps[k, b].argmax()],
+        },
+    )

@@ -16,9 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._tables import Shown
-from pymoo_psi._validation import Received, counted, integer, invalid
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import collection, counted, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
 from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
@@ -37,7 +35,7 @@ _STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DesignComparison(Shown):
+class DesignComparison:
     """What k designs give and take against the first of them.
 
     Attributes:
@@ -63,12 +61,7 @@ class DesignComparison(Shown):
     shares: Array
 
     def __repr__(self) -> str:
-        """Return which designs are compared."""
-        first, *others = (self.ranking.name_of(row) for row in self.rows)
-        return f"DesignComparison({', '.join(others)} against {first})"
-
-    def __str__(self) -> str:
-        """Return a sentence for each design after the first, wrapped at 80 columns."""
+        """Return :attr:`sentences`, wrapped at 80 columns."""
         return wrapped(self.sentences)
 
     @property
@@ -136,7 +129,7 @@ class DesignComparison(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Explanation(Shown):
+class Explanation:
     """Why one design: its distances from the best, and the steps to its neighbours.
 
     Attributes:
@@ -172,11 +165,6 @@ class Explanation(Shown):
     dominated_by: int
 
     def __repr__(self) -> str:
-        """Return which design is explained, and where it is weakest."""
-        weakest = ", ".join(map(str, self.weakest)) or "none"
-        return f"Explanation({self.ranking.name_of(self.row)}: weakest objective {weakest})"
-
-    def __str__(self) -> str:
         """Return :attr:`sentences`, wrapped at 80 columns."""
         return wrapped(self.sentences)
 
@@ -210,97 +198,57 @@ class Explanation(Shown):
             Towards f2: design 2 is better in f2 by 3 (38 % of its range); worse in f1 by 3 (75 %).
             Towards f1: design 0 is better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %).
         """
+        names = self.ranking.objectives.names
         # By share, and NaN, which compares with nothing, first.
         order = np.lexsort((-np.nan_to_num(self.shares), ~np.isnan(self.shares)))
-        towards: dict[int, list[str]] = {}  # one sentence for a neighbour towards several
+        towards: dict[int, list[Any]] = {}  # one sentence for a neighbour towards several
         for j in order[self.neighbours[order] >= 0]:
-            name = str(self.ranking.objectives.names[j])
-            towards.setdefault(int(self.neighbours[j]), []).append(name)
-        at = self.steps.rows.tolist()
+            towards.setdefault(int(self.neighbours[j]), []).append(names[j])
+        rows = self.steps.rows.tolist()
         steps = [
             sentence(
                 "step",
-                objectives=listed(names),
-                design=self.ranking.name_of(neighbour),
-                difference=self.steps.difference(at.index(neighbour)),
+                objectives=listed(objectives),
+                design=self.ranking.name_of(row),
+                difference=self.steps.difference(rows.index(row)),
             )
-            for neighbour, names in towards.items()
+            for row, objectives in towards.items()
         ]
-        return (self._standing(), self._distances(order), *steps)
+        return (self._standing(), self._distances(order[self.behind[order] > 0]), *steps)
 
     def _standing(self) -> str:
         """Return what the design is among the others."""
-        ranking, row = self.ranking, self.row
-        n, optima = int(ranking.pareto.sum()), len(ranking.salukvadze)
-        values = {
-            "design": capital(ranking.name_of(row)),
-            "front": counted(n, "Pareto-optimal design"),
-            "rank": ranking.rank[row],
-            "count": optima,
-        }
-        if self.dominated_by >= 0:
-            better = compare_designs(ranking, [row, self.dominated_by], units=self.units)
-            other = ranking.name_of(self.dominated_by)
-            return sentence("dominated", other=other, difference=better.difference(1), **values)
+        ranking, row, optima = self.ranking, self.row, self.ranking.salukvadze
+        n, values = int(ranking.pareto.sum()), {}
+        template = ("optimum" if len(optima) == 1 else "optima") if row in optima else "ranked"
         if n == 1:
-            return sentence("single", **values)
-        if row in ranking.salukvadze:
-            return sentence("optimum" if optima == 1 else "optima", **values)
-        return sentence("ranked", **values)
+            template = "single"
+        if self.dominated_by >= 0:
+            template, other = "dominated", self.dominated_by
+            better = compare_designs(ranking, [row, other], units=self.units)
+            values = {"other": ranking.name_of(other), "difference": better.difference(1)}
+        return sentence(
+            template,
+            design=capital(ranking.name_of(row)),
+            front=counted(n, "Pareto-optimal design"),
+            rank=ranking.rank[row],
+            count=len(optima),
+            **values,
+        )
 
-    def _distances(self, order: NDArray[np.intp]) -> str:
-        """Return how far the design is from the best, objectives in the order given."""
+    def _distances(self, columns: Rows) -> str:
+        """Return how far the design is from the best, where it is not the best itself."""
         names, frame = self.ranking.objectives.names, self.ranking.frame
-        columns = order[self.behind[order] > 0]
         if not len(columns):
             return sentence("all best")
         changes = _changes(self.ranking, self.units, self.behind, self.shares, columns)
         parts = [sentence("behind", changes=", ".join(changes))]
         if len(changes) > 1 and self.weakest:
             parts.append(sentence("weakest", objectives=listed(self.weakest)))
-        constant = np.isinf(unit_lengths(frame.ideal, frame.nadir))
-        for what, which in (("best", ~constant), ("same", constant)):
-            if (there := np.flatnonzero(which & (self.behind == 0))).size:
-                parts.append(sentence(what, objectives=listed([names[j] for j in there])))
+        varying = np.isfinite(unit_lengths(frame.ideal, frame.nadir))
+        if best := [names[j] for j in np.flatnonzero(varying & (self.behind == 0))]:
+            parts.append(sentence("best", objectives=listed(best)))
         return "; ".join(parts) + "."
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return one row for each objective.
-
-        Returns:
-            Index: the objectives. Columns: ``unit``, ``value`` of the design, ``best`` and
-            ``worst`` of the Pareto set, ``behind`` (how far from the best), ``share`` of the range,
-            ``neighbour`` (row or label of the design of the step, missing where none is better),
-            ``gain`` of the step in the objective itself. What it costs in the others:
-            ``explanation.steps.to_frame()``.
-
-        Example:
-            >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 0, units={"f1": "kg"})
-            >>> print(why.to_frame())
-               unit  value  best  worst  behind  share neighbour  gain
-            f1   kg    1.0   1.0    5.0     0.0    0.0      None   NaN
-            f2         9.0   1.0    9.0     8.0    1.0         1   5.0
-        """
-        import pandas as pd
-
-        objectives, at = self.ranking.objectives, self.steps.rows.tolist()
-        neighbours, gains = [], []
-        for j, row in enumerate(self.neighbours.tolist()):
-            neighbours.append(objectives.labels[row] if row >= 0 else None)
-            gains.append(self.steps.gains[at.index(row), j] if row >= 0 else np.nan)
-        return pd.DataFrame(
-            {
-                "unit": [self.units.get(name, "") for name in objectives.names],
-                "value": objectives.values[self.row],
-                "best": self.ranking.ideal,
-                "worst": self.ranking.nadir,
-                "behind": self.behind,
-                "share": self.shares,
-                "neighbour": pd.array(neighbours, dtype=object),
-                "gain": gains,
-            },
-            index=pd.Index(objectives.names),
-        )
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
@@ -331,7 +279,7 @@ def explain(
         units: Units of objectives by name, for the sentences and the frame.
 
     Returns:
-        Numbers, a frame (``.to_frame()``) and sentences (``print`` it).
+        Numbers and sentences (``print`` it).
 
     Raises:
         ArgumentValueError: ``F``, ``maximize`` or ``units`` does not fit, or there is no such row.
@@ -408,9 +356,7 @@ def compare_designs(
         Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
         3 (75 %).
     """
-    if isinstance(rows, str) or not isinstance(rows, (Sequence, np.ndarray)):
-        raise ArgumentTypeError(f"rows must be a list of rows of F, got {rows!r:.80}")
-    if len(rows) < 2:
+    if len(collection("rows", rows, "a list of rows of F")) < 2:
         raise invalid("rows", "two rows or more", list(rows))
     ranking = ranking_from(F, normalize, maximize)
     return _compared(ranking, [_row("rows", row, ranking) for row in rows], units or {})
@@ -481,12 +427,10 @@ def _shares(differences: Array, lengths: Array) -> Array:
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
     """Return the row of a design that is given by its row or its label."""
     if isinstance(value, str):  # an integer is always a row, whatever the labels are
-        labels = enumerate(ranking.objectives.labels)
-        rows = [row for row, label in labels if isinstance(label, str) and label == value]
-        if len(rows) == 1:
-            return rows[0]
-        found = Received(f"{value!r}, the label of {len(rows) or 'none'}")
-        raise invalid(name, "a row of F from 0, or the label of just one row", found)
+        rows = [row for row, label in enumerate(ranking.objectives.labels) if label == value]
+        if len(rows) != 1:
+            raise invalid(name, "a row of F from 0, or the label of just one row", value)
+        return rows[0]
     row, n = integer(name, value, minimum=0), len(ranking.rank)
     if row >= n:
         raise invalid(name, f"a row of F, 0 to {n - 1}", row)
@@ -501,14 +445,10 @@ def _changes(
     columns: Iterable[int],
 ) -> list[str]:
     """Return a text for each objective of some columns: by how much it changes."""
-    texts = []
-    for k, j in enumerate(columns):
+    texts: list[str] = []
+    for j in columns:
         name = ranking.objectives.names[j]
-        values = {
-            "objective": name,
-            "amount": f"{number(sizes[j])} {units.get(name, '')}".strip(),
-            "share": percent(shares[j]),
-        }
-        template = "first change" if k == 0 else "change"
-        texts.append(sentence("bare change" if np.isnan(shares[j]) else template, **values))
+        template = "bare change" if np.isnan(shares[j]) else "change" if texts else "first change"
+        amount = f"{number(sizes[j])} {units.get(name, '')}".strip()
+        texts.append(sentence(template, objective=name, amount=amount, share=percent(shares[j])))
     return texts

@@ -23,7 +23,6 @@ SENTENCES = {
     "behind": "Behind the best in {changes}",
     "weakest": "weakest in {objectives}",
     "best": "the best in {objectives}",
-    "same": "the same as all in {objectives}",
     # A change of one objective, the first of a sentence and those that follow; without a share
     # where the objective is equal for all Pareto-optimal designs.
     "first change": "{objective} by {amount} ({share} of its range)",
@@ -36,8 +35,7 @@ SENTENCES = {
     "against": "{design} against {other}: {difference}.",
     "step": "Towards {objectives}: {design} is {difference}.",
     # Cautions.
-    "alone": "Only one design is Pareto optimal: the objectives do not conflict.",
-    "alike": "All {count} Pareto-optimal designs have the same values.",
+    "alone": "All Pareto-optimal designs have the same values: the objectives do not conflict.",
     "constant": "Equal for all Pareto-optimal designs, and without weight: {objectives}.",
     "redundant": "Objectives that agree to within 1 % of their ranges, and so count more than "
     "once: {groups}.",
@@ -48,23 +46,12 @@ SENTENCES = {
     "tie": "{design} is as near to the ideal point as {others}.",
     "near tie": "{design} is {farther} farther from the ideal point, and differs by {share} of the "
     "range in {objective}.",
-    "near ties": "{design}, one of {count} such designs, is {farther} farther from the ideal "
-    "point, and differs by {share} of the range in {objective}.",
-    "extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: the set "
-    "bulges away from the ideal point, so that no compromise is nearer to it than the extreme "
-    "designs.",
-    "plain extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: it is "
-    "no compromise.",
-    "edge": "The optimum is the best in {objectives}, to within 1 % of the range: it lies at an "
-    "edge of the set.",
+    "extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: it is no "
+    "compromise.",
     "outlier": "{design} alone stretches the range of {stretched} {times} times; without it the "
     "optimum would be {other}, which differs by {share} of the range in {objective}.",
-    "best unstable": "Without {design}, the best in {extreme}, the optimum would be {other}, which "
-    "differs by {share} of the range in {objective}.",
-    "worst unstable": "Without {design}, the worst in {extreme}, the optimum would be {other}, "
-    "which differs by {share} of the range in {objective}.",
-    "unselective": "{ranked} of {count} Pareto-optimal designs have a rank: ranks do not "
-    "discriminate.",
+    "unstable": "Without {design} the optimum would be {other}, which differs by {share} of the "
+    "range in {objective}.",
 }
 """Templates by name, filled by ``str.format`` with texts only."""
 

@@ -209,8 +209,8 @@ def _choice(case: Case) -> Iterator[Part]:
         yield Items(tuple(f"Caution{what}: {caution}" for caution in found), cautions=True)
     elif optimum and ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
         yield (
-            "No caution: the choice is insensitive to any single design, no other is nearly as "
-            "near to the ideal point, and it lies at no edge of the set."
+            "No caution: the choice is insensitive to any single design, and no other is nearly "
+            "as near to the ideal point."
         )
     yield f"{measured_in(ranking)}."
     yield Table(
