@@ -208,6 +208,16 @@ const Charts = (() => {
     })
   }
 
+  // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
+  function nearestRow(model, most, distance) {
+    let [best, least] = [-1, most]
+    for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
+      const away = distance(row)
+      if (away <= least) [best, least] = [row, away]
+    }
+    return best
+  }
+
   // Parallel coordinates. A drag along an axis sets its limits. Objectives get better downwards.
   //   on = {limit(column, [low, high], done), pick(row), hover(row, x, y)}
   function parallel(parent, on) {
@@ -393,14 +403,10 @@ const Charts = (() => {
       const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / size.width - 0.5))
       const j = Math.min(Math.floor(position), Math.max(0, axes.length - 2))
       const sides = [axes[j], axes[Math.min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
-      const t = position - j
-      let [best, least] = [-1, 7]
-      for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
+      return nearestRow(model, 7, (row) => {
         const [a, b] = sides.map(([values, at]) => at(values[row]))
-        const away = Math.abs(a + (b - a) * t - y)
-        if (away <= least) [best, least] = [row, away]
-      }
-      return best
+        return Math.abs(a + (b - a) * (position - j) - y)
+      })
     }
 
     drag(top, (x, y) => {
@@ -523,13 +529,10 @@ const Charts = (() => {
 
     function rowAt(u, v) {
       const at = placed()
-      let [best, least] = [-1, 9]
-      for (const row of [...model.left, ...model.marks.map((mark) => mark.row)]) {
+      return nearestRow(model, 9, (row) => {
         const [a, b] = at(row)
-        const away = Math.hypot(a - u, b - v)
-        if (away <= least) [best, least] = [row, away]
-      }
-      return best
+        return Math.hypot(a - u, b - v)
+      })
     }
 
     drag(top, (u, v) => ({

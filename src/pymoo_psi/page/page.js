@@ -46,37 +46,10 @@ const page = (() => {
   }
   const button = (text, onclick, properties = {}) => make("button.small", {onclick, ...properties}, text)
 
-  // Give an element other children. Those that stay the same are kept, and of the others what differs
-  // is written: what is made anew the browser styles, lays out and paints at every step. A control
-  // stays only as long as it has its name, so that no click or focus goes over to another one.
+  // Give an element other children; a text that stays is neither laid out nor announced again.
   function renew(element, ...children) {
-    const fresh = document.createDocumentFragment()
-    fresh.append(...children)
-    mend(element, fresh)
-  }
-  function mend(old, fresh) {
-    let at = old.firstChild
-    for (const child of [...fresh.childNodes]) {
-      const next = at?.nextSibling
-      if (!at) old.append(child)
-      else if (at.nodeName !== child.nodeName || at.ariaLabel !== child.ariaLabel) at.replaceWith(child)
-      else if (at.nodeType === Node.TEXT_NODE) at.data === child.data || (at.data = child.data)
-      else {
-        for (const {name} of [...at.attributes]) if (!child.hasAttribute(name)) at.removeAttribute(name)
-        for (const {name, value} of child.attributes) {
-          if (at.getAttribute(name) === value) continue
-          name === "style" ? at.style.cssText = value : at.setAttribute(name, value) // as the policy allows
-        }
-        at.onclick = child.onclick
-        mend(at, child)
-      }
-      at = next
-    }
-    while (at) {
-      const next = at.nextSibling
-      at.remove()
-      at = next
-    }
+    const same = children.length === 1 && element.childElementCount === 0 && element.textContent === children[0]
+    if (!same) element.replaceChildren(...children)
   }
 
   // The state, its history and its address.
@@ -363,8 +336,7 @@ const page = (() => {
           k > 0 ? button("as base", () => change({base: name}), {"aria-label": `Compare against ${name}`, title: "Compare the others against it"}) : null,
           isPinned(row) || state.base === name ? button("×", () => takeOut(name), {"aria-label": `Take ${name} out of the comparison`, title: "Take out"}) : null))
     })
-    // Made anew: Chromium draws sticky cells that stay, and have moved, off by a pixel.
-    $("compare-table").replaceChildren(
+    renew($("compare-table"),
       make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Objective"), heads)),
       make("tbody", {}, objectives.map((objective) => compareRow(data.by.get(objective.name), objective))))
   }
