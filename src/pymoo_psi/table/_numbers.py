@@ -1,4 +1,4 @@
-"""The one rule for numbers in files that people write.
+"""The one rule for numbers in files that people write, and for rows that summarise others.
 
 A plain number is an optional sign, digits, a decimal mark and an exponent; behind all numbers of a
 column there may be a per cent sign. Points and commas have two meanings, one in each notation:
@@ -17,19 +17,19 @@ column there may be a per cent sign. Points and commas have two meanings, one in
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import invalid
+from pymoo_psi.errors import ArgumentValueError
 
-_BLANKS = {
-    *("", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"),
-}
+Array = NDArray[np.float64]
+
+_BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
@@ -41,13 +41,32 @@ _CERTAIN = re.compile(
     r"\s*[+-]?(?![1-9][0-9]{0,2}\.[0-9]{3}\s*$)(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*"
 )
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}%?")
-# What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1.
+# What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
+# not dates and times.
 _NUMBERLIKE = re.compile(
-    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d", re.IGNORECASE
+    r"(?!\d{4}-\d\d?-\d\d?(?:[T ].*)?$|\d\d?[./]\d\d?[./]\d{2,4}$|\d\d?:\d\d(?::\d\d)?$)"
+    r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d)",
+    re.IGNORECASE,
 )
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# Dates and times are text beyond doubt, though they begin like numbers.
-_DATE = re.compile(r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?")
+# Words by which spreadsheets and people call rows that summarise others, by what they hold.
+_SUMMARIES = {
+    word: kind
+    for kind, words in {
+        "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
+        "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
+        "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
+        "median": "median zentralwert",
+        "std": "std stdev deviation standardabweichung",
+        "extreme": "min minimum max maximum best worst ideal nadir utopia bester schlechtester",
+    }.items()
+    for word in words.split()
+}
+_ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
+
+
+class UnfitError(ArgumentValueError):
+    """A source is no table; :func:`read_table` says which source."""
 
 
 class PerCent(float):
@@ -66,7 +85,7 @@ class Column(NamedTuple):
     """
 
     cells: list[Any]
-    numbers: NDArray[np.float64] | None = None
+    numbers: Array | None = None
     unit: str = ""
     problem: tuple[int, str] | None = None
 
@@ -74,17 +93,6 @@ class Column(NamedTuple):
 class _Notation(NamedTuple):
     pattern: re.Pattern[str]
     translation: dict[int, str]  # from its numbers to those of Python
-
-
-class _Scan(NamedTuple):
-    """The cells of a column with what they say of its notation."""
-
-    cells: list[Any]
-    values: dict[str, NDArray[np.float64]]  # (n,) numbers by decimal mark, NaN where there is none
-    texts: list[int]  # rows of texts
-    units: dict[str, int]  # each unit with its first row
-    certain: dict[str, int]  # decimal marks of certain numbers, each with its first row
-    open: list[int]  # rows of numbers that the notations read differently
 
 
 def is_blank(cell: Any) -> bool:
@@ -99,7 +107,7 @@ def is_number(cell: Any) -> bool:
     """Say whether a cell is a plain number in any notation."""
     if not isinstance(cell, str):
         return isinstance(cell, (int, float)) and not isinstance(cell, bool)
-    return bool(_MARKED.fullmatch(cell.strip().translate(_MINUS).removesuffix("%")[:_LONGEST]))
+    return bool(_MARKED.fullmatch(_plain(cell)[:_LONGEST]))
 
 
 def read_columns(
@@ -119,15 +127,18 @@ def read_columns(
         labels: Columns that name designs: a design 1.2 says nothing of decimals.
     """
     notations = _notations(decimal, thousands)
-    scans = {name: _scanned(cells, notations) for name, cells in columns.items()}
+    readings = {name: _readings(cells, notations) for name, cells in columns.items()}
     # A column with texts is refused or holds no numbers: it decides for no other.
     marks = {
         mark
-        for name, scan in scans.items()
-        if name not in labels and not scan.texts
-        for mark in scan.certain
+        for name, (values, texts) in readings.items()
+        if name not in labels and not len(texts)
+        for mark, rows in _certain(values).items()
+        if len(rows)
     }
-    return {name: _column(scan, marks, separator) for name, scan in scans.items()}
+    return {
+        name: _column(columns[name], *read, marks, separator) for name, read in readings.items()
+    }
 
 
 def _notations(decimal: str | None, thousands: str | None) -> dict[str, _Notation]:
@@ -151,108 +162,166 @@ def _notations(decimal: str | None, thousands: str | None) -> dict[str, _Notatio
     return notations
 
 
-def _scanned(cells: list[Any], notations: Mapping[str, _Notation]) -> _Scan:
+def _readings(
+    cells: list[Any], notations: Mapping[str, _Notation]
+) -> tuple[dict[str, Array], NDArray[np.intp]]:
+    """Return ``(n,)`` numbers by decimal mark, NaN where there is none, and the rows of texts."""
     # The usual column of what programs write, recognised first as it takes a quarter of the time.
     if "." in notations and all(
         isinstance(c, str) and len(c) <= _LONGEST and _CERTAIN.fullmatch(c) for c in cells
     ):
-        values = dict.fromkeys(notations, np.array([float(cell) for cell in cells]))
-        pointed = next((i for i, cell in enumerate(cells) if "." in cell), None)
-        return _Scan(cells, values, [], {"": 0}, {} if pointed is None else {".": pointed}, [])
-    values = {mark: np.full(len(cells), np.nan) for mark in notations}
-    scan = _Scan(cells, values, [], {}, {}, [])
-    for i, cell in enumerate(cells):
-        if is_blank(cell):
-            continue
-        found, unit = _readings(cell, notations)
-        if not found:
-            scan.texts.append(i)
-            continue
-        scan.units.setdefault(unit, i)
-        for mark, value in found.items():
-            values[mark][i] = value
-        if len(found) < len(notations):
-            scan.certain.setdefault(next(iter(found)), i)
-        elif len({*found.values()}) > 1:
-            scan.open.append(i)
-    return scan
+        numbers = np.array([*map(float, cells)])
+        pointed = np.array(["." in cell for cell in cells], dtype=bool)
+        other = np.where(pointed, np.nan, numbers)
+        return {m: numbers if m == "." else other for m in notations}, np.zeros(0, dtype=np.intp)
+    blank = np.array([is_blank(cell) for cell in cells], dtype=bool)
+    plain = [_plain(cell) if isinstance(cell, str) else cell for cell in cells]
+    values = {mark: np.array([_number(c, how) for c in plain]) for mark, how in notations.items()}
+    none = np.logical_and.reduce([np.isnan(column) for column in values.values()])
+    return values, np.flatnonzero(none & ~blank)
 
 
-def _readings(cell: Any, notations: Mapping[str, _Notation]) -> tuple[dict[str, float], str]:
-    """Return the number in a cell by decimal mark, none if it is no number, and its unit."""
-    if not isinstance(cell, str):
-        if isinstance(cell, bool) or not isinstance(cell, (int, float)):
-            return {}, ""
-        try:
-            number = float(cell)
-        except OverflowError:  # an integer beyond float64
-            number = math.copysign(math.inf, cell)
-        unit = "per cent by its format" if isinstance(cell, PerCent) else ""
-        return dict.fromkeys(notations, number), unit
-    text = cell.strip().translate(_MINUS)
-    if len(text) > _LONGEST:
-        return {}, ""
-    body = text.removesuffix("%").rstrip()
-    return {
-        mark: float(body.translate(translation))
-        for mark, (pattern, translation) in notations.items()
-        if pattern.fullmatch(body)
-    }, "%" if body != text else ""
+def _plain(cell: str) -> str:
+    """Return a text without spaces about it, per cent sign and minus signs of typesetters."""
+    return cell.strip().translate(_MINUS).removesuffix("%").rstrip()
 
 
-def _column(scan: _Scan, marks: Collection[str], separator: str) -> Column:
-    """Return the column of a scan.
+def _number(cell: Any, notation: _Notation) -> float:
+    """Return the number in a cell, NaN if there is none."""
+    if isinstance(cell, str):
+        if len(cell) > _LONGEST or not notation.pattern.fullmatch(cell):
+            return np.nan
+        return float(cell.translate(notation.translation))
+    if isinstance(cell, bool) or not isinstance(cell, (int, float)):
+        return np.nan
+    try:
+        return float(cell)
+    except OverflowError:  # an integer beyond float64
+        return np.inf if cell > 0 else -np.inf
 
-    Args:
-        scan: The scan.
-        marks: The decimal marks of the columns of the file that are certain.
-        separator: The mark between the cells of a line.
-    """
+
+def _certain(values: Mapping[str, Array]) -> dict[str, NDArray[np.intp]]:
+    """Return the rows of numbers that only one notation allows, by its decimal mark."""
+    known = {mark: ~np.isnan(column) for mark, column in values.items()}
+    one = np.add.reduce([*known.values()], dtype=int) == 1
+    return {mark: np.flatnonzero(rows & one & (len(known) > 1)) for mark, rows in known.items()}
+
+
+def _column(
+    cells: list[Any],
+    values: Mapping[str, Array],
+    texts: NDArray[np.intp],
+    marks: Collection[str],
+    separator: str,
+) -> Column:
+    """Return a column by its readings and the marks of the certain columns of the file."""
 
     def refused(row: int, what: str) -> Column:
-        return Column(scan.cells, problem=(row, what))
+        return Column(cells, problem=(int(row), what))
 
+    decimal, *others = values
+    first = values[decimal]
+    known = np.flatnonzero(~np.logical_and.reduce([np.isnan(column) for column in values.values()]))
     # One number is enough: taken for text, the column would silently be no objective.
-    looks = scan.texts[:1] if scan.units else [i for i in scan.texts if _is_numberlike(scan, i)]
-    if looks:
-        what = "text among numbers" if scan.units else "no plain number"
-        text = str(scan.cells[looks[0]]).strip().translate(_MINUS)
-        remedy = (
-            "settle it by --decimal and --thousands"
-            if len(text) <= _LONGEST and _MARKED.fullmatch(text)
-            else "write the number alone and its unit in the column's name, leave its line out by "
-            "--skip-rows {line}, or name the objectives by --objectives"
-        )
-        return refused(looks[0], f"{what}; {remedy}")
-    if not scan.units:
-        return Column(scan.cells)
-    (first, _), *others = scan.units.items()
-    for unit, row in others:
-        what = f"in {unit or 'no unit'}, while the first of the column is in {first or 'none'}"
-        return refused(row, f"{what}; give all numbers of a column in one unit")
-    decimal, *further = scan.certain or [next(iter(scan.values))]
-    for mark in further:
-        what = f"with the decimal mark {mark}, while others of the column have {decimal}"
-        return refused(scan.certain[mark], f"{what}; give all of them the same mark")
-    if scan.open and not scan.certain:
-        used = {mark for i in scan.open for mark in ".," if mark in scan.cells[i]}
+    looks = texts[:1] if len(known) else [i for i in texts if _is_numberlike(cells[i])]
+    if len(looks):
+        what = "text among numbers" if len(known) else "no plain number"
+        remedy = "settle it by --decimal and --thousands, leave its line out by --skip-rows {line}"
+        return refused(looks[0], f"{what}; {remedy}, or name the objectives by --objectives")
+    if not len(known):
+        return Column(cells)
+    unit = _unit(cells[known[0]])
+    if other := next((i for i in known if _unit(cells[i]) != unit), None):
+        what = f"in {_unit(cells[other]) or 'no unit'}, while the first of the column is in "
+        return refused(other, f"{what}{unit or 'none'}; give all numbers of a column in one unit")
+    certain = sorted((rows[0], mark) for mark, rows in _certain(values).items() if len(rows))
+    for row, mark in certain[1:]:
+        what = f"with the decimal mark {mark}, while others of the column have {certain[0][1]}"
+        return refused(row, f"{what}; give all of them the same mark")
+    if certain:
+        decimal = certain[0][1]
+    elif others and len(open_rows := known[first[known] != values[others[0]][known]]):
+        used = {mark for i in open_rows for mark in ".," if mark in cells[i]}
         printed = all(
             isinstance(cell, str) and (is_blank(cell) or _PRINTED.fullmatch(cell.strip()))
-            for cell in scan.cells
+            for cell in cells
         )
-        if len(used) == 1 and (used == {*marks} or (printed and separator == "," and not marks)):
-            (decimal,) = used
-        else:
-            i = scan.open[0]
-            mark = "." if "." in scan.cells[i] else ","
-            one, other = (scan.values[m][i] for m in (_OTHER[mark], mark))
-            remedy = f"settle it by --thousands '{mark}' or --decimal '{mark}'"
-            return refused(i, f"either {one:.15g} or {other:.15g}; {remedy}")
-    return Column(scan.cells, scan.values[decimal], "%" if first == "%" else "")
+        i = open_rows[0]
+        decimal = "." if "." in cells[i] else ","
+        settled = used == {*marks} or (printed and separator == "," and not marks)
+        if len(used) > 1 or not settled:
+            one, two = (values[mark][i] for mark in (_OTHER[decimal], decimal))
+            remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
+            return refused(i, f"either {one:.15g} or {two:.15g}; {remedy}")
+    return Column(cells, values[decimal], "%" if unit == "%" else "")
 
 
-def _is_numberlike(scan: _Scan, row: int) -> bool:
-    """Say whether a reader may take a text for a number."""
-    cell = scan.cells[row]
-    text = cell.strip()[:_LONGEST] if isinstance(cell, str) else ""
-    return bool(_NUMBERLIKE.match(text)) and not _DATE.fullmatch(text)
+def _unit(cell: Any) -> str:
+    if isinstance(cell, str):
+        return "%" if cell.rstrip().endswith("%") else ""
+    return "per cent by its format" if isinstance(cell, PerCent) else ""
+
+
+def _is_numberlike(cell: Any) -> bool:
+    return isinstance(cell, str) and bool(_NUMBERLIKE.match(cell.strip()[:_LONGEST]))
+
+
+def require_designs(
+    texts: Mapping[str, list[Any]],
+    F: Array,
+    where: Callable[[int], str],
+    line: Callable[[int], int],
+) -> None:
+    """Refuse rows that summarise others, such as "Total".
+
+    A name alone says nothing, as a design may be called Max, nor do a few equal numbers: a row is
+    refused if it is called by such a word and holds these numbers, of all other rows or of those
+    next to it.
+
+    Args:
+        texts: The n cells of the columns that hold texts.
+        F: ``(n, m)`` numbers; NaN where there are none.
+        where: Says where the i-th row stands.
+        line: The number by which the i-th row is left out.
+
+    Raises:
+        ArgumentValueError: There is such a row.
+    """
+    n, F = len(F), np.where(np.isfinite(F), F, np.nan)
+    called: dict[int, tuple[str, str]] = {}
+    for cells in texts.values():
+        for i, cell in enumerate(cells):
+            for word in re.findall(r"\w+", cell.lower()) if isinstance(cell, str) else ():
+                if word in _SUMMARIES:
+                    called[i] = (cell.strip(), _SUMMARIES[word])
+    # Words in most of many rows are values of a column, such as the levels min and max.
+    if len(called) > max(10, n // 2):
+        return
+    order = sorted(called)
+    others = np.flatnonzero([i not in called for i in range(n)])
+    # Sums of groups stand below or above these, so between the rows that summarise.
+    groups = np.split(others, np.searchsorted(others, order))
+    for k, i in enumerate(order):
+        cell, kind = called[i]
+        # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+        least = 0.5 if kind == "sum" else 1.0
+        if any(_share(F[i], F[rows], kind) >= least for rows in (others, groups[k], groups[k + 1])):
+            out = ",".join(str(line(j)) for j in order)
+            what = f"{where(i)} is called {cell!r:.40} and summarises other rows"
+            raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
+
+
+def _share(row: Array, F: Array, kind: str) -> float:
+    """Return in what share of the columns that can be compared a row holds a summary of others."""
+    # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
+    varied = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
+    if len(F) and kind != "sum":
+        varied &= np.fmin.reduce(F) < np.fmax.reduce(F)
+    F, row = F[:, varied], row[varied]
+    if F.shape[1] == 0:
+        return 0.0
+    with np.errstate(all="ignore"):
+        if kind == "extreme":
+            return float(np.mean((row == np.nanmin(F, axis=0)) | (row == np.nanmax(F, axis=0))))
+        values = getattr(np, f"nan{kind}")(F, axis=0)  # nansum, nanmean, nanmedian, nanstd
+        return float(np.mean(np.abs(values - row) <= _ROUNDED * np.abs(row)))

@@ -14,30 +14,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import (
-    Received,
-    counted,
-    integer,
-    invalid,
-    known_name,
-    real_array,
-)
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi._validation import Received, collection, counted, invalid, known_name, real_array
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
 from pymoo_psi.table._formulation import Formulation, distinct
 from pymoo_psi.table._layout import Layout
-from pymoo_psi.table._numbers import Column, is_blank, read_columns
-from pymoo_psi.table._summary_rows import require_designs
-from pymoo_psi.table._table import STATUSES, TestTable, read_tests
-from pymoo_psi.table._text import (
-    Cells,
+from pymoo_psi.table._numbers import (
+    Column,
     UnfitError,
-    cells_of_text,
-    cells_of_workbook,
-    decoded,
-    in_a_line,
+    is_blank,
+    read_columns,
+    require_designs,
 )
+from pymoo_psi.table._table import STATUSES, TestTable, read_tests
+from pymoo_psi.table._text import Cells, cells_of_text, cells_of_workbook, decoded, in_a_line
 
 _HEAD = "pymoo_psi_designs"  # begins the comment above a CSV that says what its columns are
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
@@ -113,25 +104,21 @@ def read_table(
         >>> table.column("mass"), table.layout.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    if isinstance(skip_rows, str) or not isinstance(skip_rows, Collection):
-        raise ArgumentTypeError(f"skip_rows must be numbers of lines, got {skip_rows!r:.80}")
-    skipped = {
-        "hidden" if line == "hidden" else integer("a number in skip_rows", line, minimum=1)
-        for line in skip_rows
-    }
+    skipped = collection("skip_rows", skip_rows, "numbers of lines")
     path = Path(source) if isinstance(source, (str, PathLike)) else None
     try:
         found = _cells_of(source) if path is None else _opened(path, encoding, skipped, sheet)
         if skipped and (isinstance(found, TestTable) or not found.lines):
             what = "left out, as the source is neither a text of designs nor a workbook"
-            raise invalid("skip_rows", what, [*skip_rows])
+            raise invalid("skip_rows", what, skip_rows)
         if isinstance(found, Cells):
             designs, remarks = _designs(found, decimal, thousands)
-            asked = Formulation() if formulation is None else formulation
+            asked = formulation or Formulation()
             table = _table(designs, asked, variables, remarks, drop_incomplete=drop_incomplete)
         elif variables:
-            rule = "named for designs only: a table of tests knows its variables"
-            raise invalid("variables", rule, [*variables])
+            raise invalid(
+                "variables", "left out for a table of tests, which has its own", variables
+            )
         else:
             table = found
     except UnfitError as error:
@@ -213,20 +200,18 @@ def _tests(path: Path) -> TestTable:
 def _cells_of_json(text: str) -> Cells:
     """Return a ranking that was written as JSON, with the objectives it names."""
     try:
-        content: Any = json.loads(text, object_pairs_hook=distinct)
-        rows = [dict(row) for row in content["designs"]]
-        cells = [cell for row in rows for cell in row.values()]
-        if not rows or any({*row} != {*rows[0]} for row in rows):
+        content = json.loads(text, object_pairs_hook=distinct)
+        rows = content["designs"]
+        columns = {name: [row[name] for row in rows] for name in rows[0]}
+        if not columns:
             raise ValueError
-        if not all(isinstance(cell, (str, int, float, type(None))) for cell in cells):
-            raise TypeError
-        head = {key: content[key] for key in ("objectives", "maximized")}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        # It names no outputs, and some that are none may be of those to be maximized.
+        head = {name: content[name] for name in ("objectives", "maximized")}
+        head |= {"units": content.get("units", {}), "outputs": head["maximized"]}
+    except (ValueError, LookupError, TypeError, RecursionError):
         what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
         raise UnfitError(f"{what}; give the designs as CSV") from None
-    # It names no outputs, and some that are none may be of those to be maximized.
-    head |= {"units": content.get("units", {}), "outputs": head["maximized"]}
-    return Cells({name: [row[name] for row in rows] for name in rows[0]}, head=head)
+    return Cells(columns, head=head)
 
 
 def _cells_of(source: Any) -> TestTable | Cells:
@@ -240,8 +225,7 @@ def _cells_of(source: Any) -> TestTable | Cells:
         if F.ndim != 2 or F.size == 0:
             raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
         names = [f"f{j + 1}" for j in range(F.shape[1])]
-        columns = dict(zip(names, F.T.tolist(), strict=True))
-        return Cells(columns, head={"objectives": names})
+        return Cells(dict(zip(names, F.T.tolist(), strict=True)), head={"objectives": names})
     if len(source) == 0 or not source.columns.is_unique:
         raise invalid("source", "a frame with rows, whose columns have different names", source)
     label = None
@@ -263,7 +247,6 @@ class _Designs:
         columns: The columns by name.
         rows: ``(n,)`` the row of the source of each design, from 1.
         lines: ``(n,)`` the line of the file of each; empty if there are no lines.
-        existing: ``(n,)`` which of them are prototypes.
         head: What the source says of its columns; empty if nothing.
         label: The column that names the designs; ``None`` if there is none.
     """
@@ -271,7 +254,6 @@ class _Designs:
     columns: Mapping[str, Column]
     rows: NDArray[np.intp]
     lines: NDArray[np.intp]
-    existing: NDArray[np.bool_]
     head: Mapping[str, Any]
     label: str | None
 
@@ -318,65 +300,51 @@ def _designs(
     cells: Cells, decimal: str | None, thousands: str | None
 ) -> tuple[_Designs, list[str]]:
     """Return the designs of cells, without those that are not feasible, and remarks."""
-    columns, remarks = dict(cells.columns), []
-    n = len(next(iter(columns.values())))
+    n = len(next(iter(cells.columns.values())))
     # A column status of somebody else's, with other words in it, selects nothing.
-    status = columns.get("status", ())
-    feasible = np.full(n, True)
-    if {*map(str, status)} <= {*STATUSES} and status:
-        feasible = np.array([word == "ok" for word in status])
-    existing = np.full(n, False)
-    if {"mark", *RANKING_COLUMNS[:-1]} <= {*columns}:  # as the page exports
-        existing = np.array([mark == "prototype" for mark in columns.pop("mark")])
-    if not (feasible & ~existing).any():
-        raise UnfitError(f"none of its {n} designs is feasible, or all are prototypes")
-    if lost := int((~feasible & ~existing).sum()):
-        remarks.append(f"{counted(lost, 'design')} left out as not feasible.")
-    taken = np.flatnonzero(feasible | existing)
+    status = [*map(str, cells.columns.get("status", ["ok"] * n))]
+    foreign = not {*status} <= {*STATUSES}
+    counts = np.array([word == "ok" or foreign for word in status])
+    columns = {name: cells for name, cells in cells.columns.items() if name not in _DERIVED}
+    if {"mark", *RANKING_COLUMNS[:-1]} <= {*cells.columns}:  # as the page exports
+        counts &= np.array([mark != "prototype" for mark in columns.pop("mark")])
+    if not counts.any():
+        raise UnfitError(f"none of its {counted(n, 'design')} is feasible")
+    lost = n - int(counts.sum())
+    remarks = [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
+    taken = np.flatnonzero(counts)
     # A failed design may hold anything, so it is left out before numbers are read.
-    texts = {
-        name: [column[i] for i in taken.tolist()]
-        for name, column in columns.items()
-        if name not in _DERIVED
-    }
-    read = read_columns(texts, decimal, thousands, cells.separator, [*filter(_is_label, columns)])
-    lines = np.array(cells.lines, dtype=np.intp)[taken] if cells.lines else np.zeros(0, np.intp)
+    texts = {name: [column[i] for i in taken.tolist()] for name, column in columns.items()}
+    labels = [*filter(_is_label, columns)]
+    read = read_columns(texts, decimal, thousands, cells.separator, labels)
+    lines = np.array(cells.lines, dtype=np.intp)[taken] if cells.lines else taken[:0]
     head = {} if cells.head is None else _checked_head(cells.head, columns)
-    label = cells.label or _label(read)
-    designs = _Designs(read, taken + 1, lines, existing[taken], head, label)
-    kept = np.flatnonzero(~designs.existing)
+    designs = _Designs(read, taken + 1, lines, head, cells.label or _label(read))
     numbers = [
-        c.numbers for n, c in read.items() if c.numbers is not None and n not in designs.labels
+        column.numbers
+        for name, column in read.items()
+        if column.numbers is not None and name not in designs.labels
     ]
-    remark = require_designs(
-        {name: [c.cells[i] for i in kept] for name, c in read.items() if c.numbers is None},
-        np.column_stack([np.empty((len(kept), 0)), *(values[kept] for values in numbers)]),
-        lambda i: designs.where(kept[i]),
-        lambda i: designs.line(kept[i]),
-    )
-    return designs, remarks + ([remark] if remark else [])
+    if numbers:
+        words = {name: column.cells for name, column in read.items() if column.numbers is None}
+        require_designs(words, np.column_stack(numbers), designs.where, designs.line)
+    return designs, remarks
 
 
 def _checked_head(head: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
-    """Return what a source says of its columns, those that are gone left out."""
+    """Return what a source says of its columns, in which each objective must be."""
     try:
-        if head.get(_HEAD, 1) != 1:
-            raise ValueError
-        checked: dict[str, Any] = {
+        checked = {
             key: tuple(map(in_a_line, head.get(key, ())))
             for key in ("objectives", "maximized", "variables", "outputs")
         }
-        checked["units"] = {
-            in_a_line(name): unit + "" for name, unit in head.get("units", {}).items()
-        }
-        if not {*checked["maximized"]} <= {*checked["objectives"], *checked["outputs"]}:
-            raise ValueError
-    except (ValueError, KeyError, TypeError, AttributeError):
+        units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
+    except (TypeError, AttributeError):
         raise UnfitError(_DAMAGED) from None
     if missing := [name for name in checked["objectives"] if name not in names]:
         what = f"it says that its objective is {missing[0]!r}, which is no column"
         raise UnfitError(f"{what}; restore the column, or remove what it says in its first line")
-    return checked
+    return checked | {"units": units}
 
 
 def _table(
@@ -389,17 +357,15 @@ def _table(
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
     columns, head, n = designs.columns, designs.head, len(designs.rows)
-    roles = _objectives_and_variables(designs, asked, variables, remarks)
-    objectives = roles[0]
-    values = {name: _values(columns[name]) for name in roles[1]}
-    if lacking := [name for name, cells in values.items() if cells is None]:
+    objectives, named = _objectives_and_variables(designs, asked, variables, remarks)
+    values = {name: _values(columns[name]) for name in named}
+    if lacking := [name for name, cells in values.items() if not cells]:
         remarks.append(f"No variable, as some designs have no value of it: {', '.join(lacking)}.")
-    design = {name: cells for name, cells in values.items() if cells is not None}
+    design = {name: cells for name, cells in values.items() if cells}
     outputs = {
         name: designs.numbers(name)
         for name, column in columns.items()
-        if name not in objectives
-        and name not in design
+        if name not in (*objectives, *design)
         and (name in asked.columns or (column.numbers is not None and name not in designs.labels))
     }
     taken = {*objectives, *design, *outputs}
@@ -412,28 +378,21 @@ def _table(
     )
     F = np.column_stack([np.empty((n, 0)), *(designs.numbers(name) for name in objectives)])
     remarks += _incomplete(designs, objectives, F, drop_incomplete=drop_incomplete)
-    X = np.array([[]] * n) if not design else [*map(list, zip(*design.values(), strict=True))]
+    X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     extra = {name: _carried(column) for name, column in columns.items() if name not in taken}
-    naming = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
-    extra.setdefault(naming, designs.rows.astype(object))
-    new, old = np.flatnonzero(~designs.existing), np.flatnonzero(designs.existing)
-    names = [str(name) for name in extra[naming][old]]
-    numbers = designs.rows.copy()
-    label: str | None = naming
-    if (tests := extra.pop("test_point", None)) is not None and naming == "test_point":
-        given = [cell for cell in tests[new] if type(cell) is int and cell > 0]
-        if len({*given}) == len(new):
-            label, numbers[new], numbers[old] = None, given, max(given) + designs.rows[old]
-        else:  # a table's own name, which no further column can have
-            label, extra["test point"] = "test point", tests
+    label = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
+    extra.setdefault(label, designs.rows.tolist())
+    numbers = designs.rows
+    if "test_point" in extra:  # a table's own name, which no further column can have
+        tests = extra.pop("test_point")
+        if label == "test_point" and len({t for t in tests if type(t) is int and t > 0}) == n:
+            numbers, label = np.array(tests), None
+        else:
+            extra["test point"] = tests
+            label = "test point" if label == "test_point" else label
     layout = replace(layout, label=label)
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    prototype = None
-    if len(old):
-        called = {"prototype": np.array(names, dtype=object)}
-        own = replace(layout, label="prototype")
-        prototype = replace(table.rows(old), layout=own, extra=called)
-    return replace(table.rows(new), remarks=tuple(remarks), prototype=prototype)
+    return replace(table, remarks=tuple(remarks))
 
 
 def _objectives_and_variables(
@@ -457,11 +416,10 @@ def _objectives_and_variables(
             remedy = f"if you mean to rank by it alone, say --objectives {objectives[0]!r}"
             raise UnfitError(f"{what}; {remedy}")
         # Ranked by the number of the design, any other would be the best.
-        first, numbers = objectives[0], designs.numbers(objectives[0])
-        counts = np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
-        if first == next(iter(columns)) and len(numbers) >= 3 and counts:
+        first = designs.numbers(objectives[0])
+        if len(first) >= 3 and np.array_equal(first, first[0] + np.arange(len(first))):
             remedy = "if it only numbers designs, name the objectives"
-            remarks.append(f"{first}, taken as an objective, counts the rows; {remedy}.")
+            remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             known_name(group, name, [*columns])
@@ -475,19 +433,18 @@ def _incomplete(
     """Refuse designs without finite objectives, or return a remark on them."""
     lacking = ~np.isfinite(F)
     rows = np.flatnonzero(lacking.any(axis=1))
-    if len(rows) == 0:
-        return []
     if len(rows) == len(F):
         raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
-    if not drop_incomplete:
-        i, j = rows[0], lacking[rows[0]].argmax()
-        cell = designs.columns[names[j]].cells[i]
+    if len(rows) and not drop_incomplete:
+        i, name = rows[0], names[lacking[rows[0]].argmax()]
+        cell = designs.columns[name].cells[i]
         what = "no number" if is_blank(cell) else str(cell).strip()
-        where = f"{designs.where(i)} holds {what:.40} in the column {names[j]!r}"
+        where = f"{designs.where(i)} holds {what:.40} in the column {name!r}"
         raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
-    told = ", ".join(str(designs.rows[i]) for i in rows[:_NAMED_ROWS])
+    told = ", ".join(map(str, designs.rows[rows[:_NAMED_ROWS]]))
     more = ", …" if len(rows) > _NAMED_ROWS else ""
-    return [f"{counted(len(rows), 'incomplete design')} left out: row {told}{more}."]
+    lost = f"{counted(len(rows), 'incomplete design')} left out: row {told}{more}."
+    return [lost] if len(rows) else []
 
 
 def _guess(
@@ -520,31 +477,30 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     labels = sorted(filter(_is_label, columns), key=lambda n: _LABELS.index(n.strip().lower()))
     if labels and labels[0].strip().lower() in _NAMING:
         return labels[0]
-    for name in [name for name in columns if name not in labels][:1]:
-        _, numbers, _, problem = columns[name]
-        texts = {c for c in columns[name].cells if isinstance(c, str) and not is_blank(c)}
-        if numbers is None and problem is None and len(texts) == len(columns[name].cells):
+    name = next((name for name in columns if name not in labels), "")
+    if name and columns[name].numbers is None and columns[name].problem is None:
+        cells = columns[name].cells
+        if len({cell for cell in cells if isinstance(cell, str) and not is_blank(cell)}) == len(
+            cells
+        ):
             return name
     return labels[0] if labels else None
 
 
-def _values(column: Column) -> list[Any] | None:
-    """Return the values of a variable; ``None`` if a design has none, or none that is certain."""
+def _values(column: Column) -> list[Any]:
+    """Return the values of a variable; none if a design has none, or none that is certain."""
     if column.problem is not None or any(map(is_blank, column.cells)):
-        return None
+        return []
     if column.numbers is None:
         texts = [str(cell) for cell in column.cells]
         return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
-    whole = all(
-        type(c) is int or (isinstance(c, str) and _WHOLE.fullmatch(c)) for c in column.cells
-    )
+    whole = all(_WHOLE.fullmatch(str(cell)) for cell in column.cells)
     return [int(cell) for cell in column.cells] if whole else column.numbers.tolist()
 
 
-def _carried(column: Column) -> NDArray[np.object_]:
+def _carried(column: Column) -> list[Any]:
     """Return the cells of a column that is carried along; 7 as a number, 007 as a text."""
-    cells = [
+    return [
         int(c) if isinstance(c, str) and _WHOLE.fullmatch(c) and str(int(c)) == c else c
         for c in column.cells
     ]
-    return np.fromiter(cells, dtype=object)

@@ -7,29 +7,19 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from importlib import import_module
 from io import BytesIO, StringIO
 from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
 
 from pymoo_psi._validation import counted, invalid, known_name
-from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table._numbers import PerCent, is_blank, is_number
+from pymoo_psi.errors import PsiError
+from pymoo_psi.table._numbers import PerCent, UnfitError, is_blank, is_number
 
 _SEPARATORS = ",;\t|"
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?: \d{3})+(?:[.,]\d*)?")
 _EMPTY = "it is empty; it must hold a line of column names, then the designs"
 _VAST = 4_000_000  # cells of a sheet, which take 1 GB
-_BYTE_ORDER_MARKS = {
-    b"\xef\xbb\xbf": "utf-8-sig",
-    b"\xff\xfe": "utf-16",
-    b"\xfe\xff": "utf-16",
-}
-
-
-class UnfitError(ArgumentValueError):
-    """A source is no table; :func:`read_table` says which source."""
 
 
 class Cells(NamedTuple):
@@ -61,15 +51,14 @@ def decoded(content: bytes, encoding: str | None) -> str:
     Raises:
         ArgumentValueError: It is no such text, or there is no such encoding.
     """
-    marks = _BYTE_ORDER_MARKS.items()
-    marked = next((name for mark, name in marks if content.startswith(mark)), "utf-8")
+    wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    encoding = encoding or ("utf-16" if wide else "utf-8-sig")
     try:
-        text = content.decode(encoding or marked)
+        text = content.decode(encoding)
     except UnicodeError as error:
         # Any bytes are text in cp1252, right or wrong; so it is not guessed.
         remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
-        what = f"it is no text in {encoding or marked}: {getattr(error, 'reason', error)}"
-        raise UnfitError(f"{what}; {remedy}") from None
+        raise UnfitError(f"it is no text: {error}; {remedy}") from None
     except (LookupError, ValueError):
         raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
     # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
@@ -104,18 +93,13 @@ def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
     separator = separator or _separator(lines)
     try:
         rows, ends = _rows(lines, separator)
-        names, _ = _rows([(1, comment)], separator) if comment else ([], [])
+        names, _ = _rows([(1, comment)], separator)
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    if not rows:
-        raise UnfitError(_EMPTY)
-    if any(map(is_number, rows[0])) and names and len(names[0]) == len(rows[0]):
+    if rows and any(map(is_number, rows[0])) and names and len(names[0]) == len(rows[0]):
         rows, ends = [*names, *rows], [ends[0], *ends]
-    marked = [
-        end
-        for row, end in zip(rows, ends, strict=True)
-        if row[0].startswith("#") and not is_blank(row[0])
-    ]
+    pairs = zip(rows, ends, strict=True)
+    marked = [end for row, end in pairs if row[0].startswith("#") and not is_blank(row[0])]
     # Labels may be #1, #2, …; one among others is rather a design that was commented out.
     if 0 < len(marked) < len(rows) - 1:
         remedy = f"leave it out by --skip-rows {_listed(marked)}, or begin its first cell otherwise"
@@ -133,30 +117,26 @@ def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
         PsiError: openpyxl is not installed.
     """
     try:
-        openpyxl = import_module("openpyxl")
+        from openpyxl import load_workbook  # type: ignore[import-untyped]
     except ImportError:
         what = "a workbook needs openpyxl, which is not installed"
         raise PsiError(f"{what}; pip install openpyxl, or save the sheet as CSV") from None
-
-    def loaded(*, data_only: bool) -> dict[str, Any]:
-        try:
-            with catch_warnings():
-                simplefilter("ignore")  # of drawings and the like, which are not read
-                book = openpyxl.load_workbook(BytesIO(content), data_only=data_only)
-        except Exception as error:  # of zip, XML, openpyxl
-            what = f"it cannot be read as a workbook (.xlsx): {error}"
-            raise UnfitError(what) from None
-        return {sheet.title: sheet for sheet in book.worksheets}
-
-    sheets = loaded(data_only=True)
+    try:
+        with catch_warnings():
+            simplefilter("ignore")  # of drawings and the like, which are not read
+            sheets = load_workbook(BytesIO(content), data_only=True).worksheets
+    except Exception as error:  # of zip, XML, openpyxl
+        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
     if name is None:
         # Taking the first sheet would rank the wrong one where a cover or notes come first.
-        filled = [title for title, sheet in sheets.items() if _is_filled(sheet)]
-        if len(filled) != 1:
-            what = f"it has {len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
+        sheets = [sheet for sheet in sheets if any(map(any, sheet.iter_rows(values_only=True)))]
+        if len(sheets) != 1:
+            titles = ", ".join(sheet.title for sheet in sheets) or "none"
+            what = f"it has {len(sheets)} sheets with cells: {titles}"
             raise UnfitError(f"{what}; name the one with the designs by --sheet")
-        (name,) = filled
-    sheet = sheets[known_name("sheet", name, sheets)]
+        name = sheets[0].title
+    by_title = {sheet.title: sheet for sheet in sheets}
+    sheet = by_title[known_name("sheet", name, by_title)]
     # One stray cell at the far end is enough.
     if sheet.max_row * sheet.max_column > _VAST:
         what = f"its cells reach from {sheet.dimensions.replace(':', ' to ')}, over four million"
@@ -168,24 +148,9 @@ def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
         what = f"the sheet hides {counted(len(hidden), 'row')} ({_listed(hidden)})"
         raise UnfitError(f"{what}; show them, or leave them out by --skip-rows hidden")
     skipped = {*skip_rows, *hidden}
-    kept = [(i, row) for i, row in enumerate(table, start=1) if i not in skipped]
-    # Libraries write formulas without values, which would pass for blank cells.
-    if any(cell.value is None for _, row in kept for cell in row):
-        written = loaded(data_only=False)[name]
-        for cell in (cell for _, row in kept for cell in row if cell.value is None):
-            if written[cell.coordinate].data_type == "f":
-                what = f"the cell {cell.coordinate} holds a formula without its value"
-                raise UnfitError(f"{what}; save the file in a spreadsheet program")
-    typed = [(i, [_typed(cell) for cell in row]) for i, row in kept]
+    typed = [(i, [*map(_typed, row)]) for i, row in enumerate(table, start=1) if i not in skipped]
     typed = [(i, cells) for i, cells in typed if any(cell != "" for cell in cells)]
-    if not typed:
-        raise UnfitError(_EMPTY)
     return _cells([cells for _, cells in typed], [i for i, _ in typed], "")
-
-
-def _is_filled(sheet: Any) -> bool:
-    rows = sheet.iter_rows(values_only=True)
-    return any(cell is not None for row in rows for cell in row)
 
 
 def _typed(cell: Any) -> Any:
@@ -221,26 +186,26 @@ def _separator(lines: Sequence[tuple[int, str]]) -> str:
     # The first line may be a title without any mark, the last one is a design.
     ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
     readings: dict[str, list[list[str]]] = {}
-    for mark in _SEPARATORS:
+    for mark in filter(ends.__contains__, _SEPARATORS):
         with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
-            if mark in ends and (rows := _rows(lines, mark)[0]):
+            if rows := _rows(lines, mark)[0]:
                 readings[mark] = rows
-    even = [mark for mark, rows in readings.items() if len({len(row) for row in rows}) == 1]
-    if even:  # of several, as names or decimals may have commas, the one with most numbers
-        return max(even, key=lambda mark: (_share(readings[mark]), len(readings[mark][0])))
+
+    def merit(mark: str) -> tuple[Any, ...]:
+        rows = readings[mark]
+        cells = [cell for row in rows[1:] for cell in row]
+        numbers = sum(map(is_number, cells)) / max(1, len(cells))
+        usual, count = Counter(map(len, rows)).most_common(1)[0]
+        # Of several, as names or decimals may have commas, the one with most numbers; of uneven
+        # ones that with the longest usual row, so that the message names the row that differs.
+        return (True, numbers, usual) if count == len(rows) else (False, usual, count)
+
     if readings:
-        # The one with the longest usual row, so that the message names the row that differs.
-        return max(readings, key=lambda mark: Counter(map(len, readings[mark])).most_common(1)[0])
+        return max(readings, key=merit)
     spaced, _ = _rows(lines, " ")
     divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
     # Unless all rows can be one number each, such as 1 250.
     return " " if divided and not all(_GROUPED.fullmatch(" ".join(r)) for r in spaced[1:]) else ","
-
-
-def _share(rows: Sequence[Sequence[str]]) -> float:
-    """Return the share of numbers among the cells below the header."""
-    cells = [cell for row in rows[1:] for cell in row]
-    return sum(map(is_number, cells)) / max(1, len(cells))
 
 
 def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[str]], list[int]]:
@@ -267,7 +232,14 @@ def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[s
 
 def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
     """Return rows as columns under the names in the first row."""
-    _require_rectangle(rows, ends)
+    if not rows:
+        raise UnfitError(_EMPTY)
+    usual = Counter(map(len, rows)).most_common(1)[0][0]
+    for end, row in zip(ends, rows, strict=True):
+        if len(row) != usual:
+            what = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
+            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
+            raise UnfitError(f"{what}; {remedy}")
     header = [in_a_line(cell) if isinstance(cell, str) else cell for cell in rows[0]]
     # A file without names would lose its first design as names, and nobody would notice.
     if numbers := [cell for cell in header if is_number(cell)]:
@@ -276,28 +248,15 @@ def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
         raise UnfitError(f"{what}; {remedy}")
     if len(rows) == 1:
         raise UnfitError("it holds column names, but no row")
-    columns = [list(column) for column in zip(*rows[1:], strict=True)]
+    columns = zip(header, map(list, zip(*rows[1:], strict=True)), strict=True)
     named = [
         # One without a name numbers rows, as data frames write their index.
-        (str(name) or "index", column)
-        for name, column in zip(header, columns, strict=True)
-        if name != "" or not all(map(is_blank, column))  # a comma at the end of every line
+        (str(name) or "index", cells)
+        for name, cells in columns
+        if name != "" or not all(map(is_blank, cells))  # a comma at the end of every line
     ]
-    if header.count("") - (len(header) - len(named)) > 1:
-        remedy = "leave titles above the names out by --skip-rows"
-        raise UnfitError(f"its header leaves columns without a name; {remedy}")
     for name, count in Counter(name for name, _ in named).items():
         if count > 1:
-            raise UnfitError(f"its header names the column {name!r} {count} times")
+            what = f"its header names the column {name!r} {count} times"
+            raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
     return Cells(dict(named), ends[1:], separator)
-
-
-def _require_rectangle(rows: list[list[Any]], ends: list[int]) -> None:
-    """Refuse rows that are not as long as most."""
-    lengths = [len(row) for row in rows]
-    usual = Counter(lengths).most_common(1)[0][0]
-    for end, n in zip(ends, lengths, strict=True):
-        if n != usual:
-            what = f"line {end} has {counted(n, 'cell')}, most lines {usual}"
-            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
-            raise UnfitError(f"{what}; {remedy}")
