@@ -871,7 +871,7 @@ function cautions(data, ranking) {
   const names = (places) => listed(places.map((j) => data.objectives[j].name))
   const name = (k) => data.names[front[k]]
   const found = []
-  const say = (key, parts) => found.push(sentence(data, key, {count: n, ...parts}))
+  const say = (key, parts) => found.push(sentence(data, key, parts))
   const low = V.map(leastOf)
   const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
   const varying = columns.filter((j) => greatestOf(D[j]) > 0)
@@ -882,7 +882,7 @@ function cautions(data, ranking) {
   const constant = columns.filter((j) => !varying.includes(j))
   if (constant.length) say("constant", {objectives: names(constant)})
   const groups = []
-  for (let rest = varying; n >= 3 && rest.length;) {
+  for (let rest = varying; n > 2 && rest.length;) {
     const same = rest.filter((j) => D[j].every((d, k) => Math.abs(d - D[rest[0]][k]) <= EDGE))
     if (same.length > 1) groups.push(names(same))
     rest = rest.filter((j) => !same.includes(j))
@@ -903,72 +903,59 @@ function cautions(data, ranking) {
     const shares = Float64Array.from(near, (k) => column[k])
     return greatestOf(shares) - leastOf(shares)
   }))
-  // By what share of a range a design differs most from the optimum, and in what.
-  const apart = (k) => {
-    const shares = D.map((column) => Math.abs(column[k] - column[optimum]))
-    return [Math.max(...shares), shares.indexOf(Math.max(...shares))]
+  if (near.length >= 3 && 2 * near.length > n && spread > 0.5) {
+    say("equidistant", {near: near.length, count: n})
+    return found
   }
-  if (near.length >= 3 && 2 * near.length > n && spread > 0.5) say("equidistant", {near: near.length})
-  else {
-    const ties = [...upTo(n)].filter((k) => isBest[front[k]] && apart(k)[0] > EDGE)
-    const more = ties.length > 1 ? ` and ${ties.length - 1} more` : ""
-    if (ties.length) say("tie", {design: capital(name(optimum)), others: name(ties[0]) + more})
-    const others = [...near].filter((k) => !isBest[front[k]] && apart(k)[0] > ELSEWHERE)
-    if (others.length) {
-      const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
-      const [share, j] = apart(other)
-      say("near tie", {design: capital(name(other)),
-        farther: percent(mu[other] / mu[optimum] - 1), share: percent(share), objective: names([j])})
-    }
-    const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
-    if (worst.length && n >= 3) say("extreme", {objectives: names(worst)})
-    const single = hangingOn(data, ranking, D, varying)
-    if (single) say(...single)
+  const steps = (k) => D.map((column) => Math.abs(column[k] - column[optimum]))
+  const apart = (k) => Math.max(...steps(k))
+  const ties = best.map((row) => front.indexOf(row)).filter((k) => apart(k) > EDGE)
+  if (ties.length) {
+    const others = [name(ties[0]), ...(ties.length > 1 ? [`${ties.length - 1} more`] : [])]
+    say("tie", {design: capital(name(optimum)), others: listed(others)})
   }
+  const others = near.filter((k) => !isBest[front[k]] && apart(k) > ELSEWHERE)
+  if (others.length) {
+    const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
+    say("near tie", {design: capital(name(other)), farther: percent(mu[other] / mu[optimum] - 1),
+      share: percent(apart(other)), objective: names([steps(other).indexOf(apart(other))])})
+  }
+  const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
+  if (worst.length && n > 2) say("extreme", {objectives: names(worst)})
+  const ends = D.flatMap((column) => [0, 1].map((share) => upTo(n).filter((k) => column[k] === share)))
+  const alone = new Set(ends.filter((at) => at.length === 1 && !isBest[front[at[0]]]).map(([k]) => k))
+  const moves = [...alone].map((k) => without(data, ranking, front[k]))
+  const most = moves.reduce((a, b) => (b.moved > a.moved ? b : a), {moved: ELSEWHERE})
+  if (most.key) say(most.key, most.parts)
   return found
 }
 
-// The single extreme design without which the optimum moves most, as a template and its parts;
-// null if it moves without none.
-function hangingOn(data, ranking, D, varying) {
-  const {front, best, isBest, V} = ranking
-  const extremes = new Set()
-  for (const j of varying) {
-    for (const share of [0, 1]) {
-      const at = upTo(front.length).filter((k) => D[j][k] === share)
-      if (at.length === 1 && !isBest[front[at[0]]]) extremes.add(at[0])
-    }
-  }
-  let [moved, found] = [ELSEWHERE, null]
-  for (const k of extremes) {
-    const without = ranking.mask.slice()
-    without[front[k]] = 0
-    const rows = frontOf(data, without, picked(ranking.rows, (i) => i !== front[k]))
-    const columns = settled(data, rows)
-    const frame = new Frame(columns, data.normalize)
-    const [[mu1]] = frame.measured(columns, upTo(rows.length), rows.length)
-    const reach = leastOf(mu1) * (1 + TIE)
-    const optima = [...upTo(rows.length)].filter((at) => mu1[at] <= reach)
-    if (optima.some((at) => isBest[rows[at]])) continue
-    const pairs = optima.flatMap((at) => best.map((row) => {
-      const old = front.indexOf(row)
-      const steps = columns.map((column, j) => Math.abs(column[at] - V[j][old]) / frame.lengths[j])
-      return {row: rows[at], share: Math.max(...steps), j: steps.indexOf(Math.max(...steps))}
-    }))
-    const closest = pairs.reduce((a, b) => (b.share < a.share ? b : a))
-    if (!(closest.share > moved)) continue
-    moved = closest.share
-    const times = V.map((column, j) => (greatestOf(column) - leastOf(column)) / frame.lengths[j])
-    const most = Math.max(...times)
-    const {objectives, names} = data
-    const who = names[front[k]]
-    found = [most >= OUTLIER ? "outlier" : "unstable", {
-      design: most >= OUTLIER ? capital(who) : who,
-      stretched: objectives[times.indexOf(most)].name, times: short(most, 3), other: names[closest.row],
-      share: percent(closest.share), objective: objectives[closest.j].name,
-    }]
-  }
-  return found
+// How far the optimum moves without a design of the front, and the template and parts that say so.
+function without(data, ranking, row) {
+  const {best, isBest, V} = ranking
+  const mask = ranking.mask.slice()
+  mask[row] = 0
+  const front = frontOf(data, mask, picked(ranking.rows, (i) => i !== row))
+  const columns = settled(data, front)
+  const frame = new Frame(columns, data.normalize)
+  const [[mu]] = frame.measured(columns, upTo(front.length), front.length)
+  const reach = leastOf(mu) * (1 + TIE)
+  const optima = [...upTo(front.length)].filter((k) => mu[k] <= reach)
+  if (optima.some((k) => isBest[front[k]])) return {moved: 0}
+  const moves = optima.flatMap((k) => best.map((old) => {
+    const at = ranking.front.indexOf(old)
+    const steps = columns.map((column, j) => Math.abs(column[k] - V[j][at]) / frame.lengths[j])
+    const moved = Math.max(...steps)
+    return {k, moved, j: steps.indexOf(moved)}
+  }))
+  const {k, moved, j} = moves.reduce((a, b) => (b.moved < a.moved ? b : a))
+  const times = V.map((column, j) => (greatestOf(column) - leastOf(column)) / frame.lengths[j])
+  const most = Math.max(...times)
+  const name = data.names[row]
+  return {moved, key: most >= OUTLIER ? "outlier" : "unstable", parts: {
+    design: most >= OUTLIER ? capital(name) : name, stretched: data.objectives[times.indexOf(most)].name,
+    times: short(most, 3), other: data.names[front[k]], share: percent(moved), objective: data.objectives[j].name,
+  }}
 }
 
 // Objectives of which Pareto-optimal designs lie far beyond all others, as penalties do, and stretch
