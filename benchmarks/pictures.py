@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import pandas as pd
 from playwright.sync_api import sync_playwright
 
 from pymoo_psi import VectorizedSphereChute, investigate
@@ -28,7 +29,8 @@ NAMES = {
 def main() -> None:
     """Make the page for the chute under the full model, and photograph it."""
     table = investigate(VectorizedSphereChute(0.4), 4096)
-    frame = table.to_frame().rename(columns=NAMES)
+    frame = table.to_frame().rename(columns=NAMES)[[*NAMES.values()]]
+    frame.index = pd.Index(table.names, name="design")
     program = shutil.which("chromium") or shutil.which("google-chrome")
     switches = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
