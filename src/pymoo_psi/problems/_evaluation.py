@@ -25,7 +25,6 @@ from pymoo_psi.parallel import (
     evaluate_here,
     one_line,
     same_folder,
-    same_process,
 )
 from pymoo_psi.pareto import competes, meets_constraints
 
@@ -121,9 +120,7 @@ class _Model:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design."""
         try:
-            with same_process():
-                raw = self.function(copy.copy(x))
-            return self.checked(raw)
+            return self.checked(self.function(copy.copy(x)))
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
@@ -153,12 +150,11 @@ class _Model:
             for i, x in enumerate(X):
                 designs[i] = copy.copy(x)
         out: dict[str, Any] = dict.fromkeys(self.sizes)
-        with same_process():
-            if type(self.problem).do is Problem.do:
-                # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
-                self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
-            else:
-                out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
+        if type(self.problem).do is Problem.do:
+            # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
+            self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
+        else:
+            out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
         return out
 
     def checked(self, raw: Values) -> Values:
