@@ -90,7 +90,7 @@ class SelectorComparison(Shown):
         counts = [len(rows) for rows in self.chosen.values()]
         every = np.concatenate([*self.chosen.values()])
         place = np.argsort(self.ranking.order)  # of each row in the frame
-        frame = self.ranking.to_frame().drop(columns="pareto").iloc[place[every]]
+        frame: pd.DataFrame = self.ranking.to_frame().drop(columns="pareto").iloc[place[every]]
         frame.insert(0, "design", frame.index)
         frame.insert(0, "selector", np.repeat([*self.chosen], counts))
         frame.insert(len(frame.columns), "votes", self.votes[every])

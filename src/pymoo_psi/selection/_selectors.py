@@ -178,7 +178,7 @@ class CompromiseProgramming(RankingSelector):
         if not isinstance(p, numbers.Real) or not p >= 1:  # below 1 it is no norm; NaN is refused
             raise invalid("p", "a number from 1 to inf", p)
         self.p = float(p)
-        self.weights = _checked(weights)
+        self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         (front, F), frame = front_of(ranking), ranking.frame
@@ -217,7 +217,7 @@ class ReferencePoint(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.point = finite_array("point", point)
-        self.weights = _checked(weights)
+        self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         (front, F), frame = front_of(ranking), ranking.frame
@@ -377,7 +377,7 @@ class McdmMethod(RankingSelector):
             rule = "a method of pymcdm such as pymcdm.methods.TOPSIS()"
             raise wrong_type("method", rule, method)
         self.method = method
-        self.weights = _checked(weights)
+        self.weights: Array | None = _checked(weights)
 
     def chosen(self, objectives: Objectives) -> Rows:
         """Return the rows that the method ranks first."""
