@@ -177,7 +177,7 @@ class CompromiseProgramming(RankingSelector):
         super().__init__(normalize=normalize)
         if not isinstance(p, numbers.Real) or not p >= 1:  # below 1 it is no norm; NaN is refused
             raise invalid("p", "a number from 1 to inf", p)
-        self.p = float(p)
+        self.p: float = float(p)
         self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
