@@ -7,12 +7,11 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from scipy.optimize import approx_fprime
 
 from pymoo_psi.algorithms import _proposals
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, _Risk, _survivors, encoded, propose
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, _risk, _survivors, encoded, propose
 from pymoo_psi.algorithms._surrogates import (
     KINDS,
     Fit,
     GaussianProcess,
-    Lengths,
     Scale,
     _matern,
     _negative_log_likelihood,
@@ -45,7 +44,7 @@ def test_the_gradient_of_the_likelihood_is_its_difference_quotient(data):
 
 def test_a_process_passes_through_its_tests_and_forgets_them_far_away(data):
     Z, t = data
-    process = GaussianProcess(Z, t, Lengths(np.log([0.5, 0.7, 2.0]), np.log(1e-6)))
+    process = GaussianProcess(Z, t, np.log([0.5, 0.7, 2.0, 1e-6]))
     np.testing.assert_allclose(process(Z), t, atol=1e-3)
     assert process.deviation(Z).max() < 0.01
     far = np.full((1, 3), 50.0)
@@ -56,9 +55,9 @@ def test_a_process_passes_through_its_tests_and_forgets_them_far_away(data):
 def test_leaving_a_test_out_is_predicting_it_from_the_others(data):
     """The closed form against the long way: a system of equations for each test."""
     Z, t = data
-    lengths = Lengths(np.log([0.5, 0.7, 2.0]), np.log(1e-4))
+    lengths = np.log([0.5, 0.7, 2.0, 1e-4])
     process = GaussianProcess(Z, t, lengths)
-    K = _matern(Z / np.exp(lengths.log), Z / np.exp(lengths.log))[0] + 1e-4 * np.eye(len(Z))
+    K = _matern(Z / np.exp(lengths[:3]), Z / np.exp(lengths[:3]))[0] + 1e-4 * np.eye(len(Z))
     means, variances = process.left_out(t)
     for i in range(len(Z)):
         rest = np.arange(len(Z)) != i
@@ -70,7 +69,7 @@ def test_leaving_a_test_out_is_predicting_it_from_the_others(data):
 
 
 def test_a_variable_without_effect_gets_the_longest_length(data):
-    lengths = fit_lengths(*data).log
+    lengths = fit_lengths(*data)
     assert lengths[2] > lengths[1] + 1 > lengths[0]
 
 
@@ -211,11 +210,11 @@ def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_
 def test_designs_near_failures_are_avoided_but_not_in_every_round():
     known = lp_tau(64, 2)
     failed, known = known[known[:, 0] > 0.7], known[known[:, 0] < 0.7]
-    risk = _Risk(known, failed, 0)
+    risk = _risk(known, failed, 0)
     assert (risk(failed) > 0).all()
     assert (risk(known) < 0).all()
     assert risk(np.array([[9.0, 9.0]])) < 0  # far from everything nothing is known
-    assert (_Risk(known, failed, _proposals._FORGIVING - 1)(failed) == 0).all()
+    assert (_risk(known, failed, _proposals._FORGIVING - 1)(failed) == 0).all()
 
 
 def test_without_surrogates_proposals_are_far_from_all_tests():

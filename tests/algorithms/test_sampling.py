@@ -102,5 +102,3 @@ def test_bad_arguments():
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
     with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
         QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)
-    with pytest.raises(PsiError, match="n_dim must be at most 21201 for Sobol' points, got 21202"):
-        PSI(8).setup(get_problem("zdt1", n_var=21202))

@@ -65,12 +65,9 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
     shown = {name: kwargs.pop(name) for name in ("verbose", "progress") if name in kwargs}
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
-        raise invalid(
-            "the number of objectives of problem",
-            "at least 2 for NSGA-III",
-            problem.n_obj,
-            "use PSI, or one of pymoo's algorithms for a single objective",
-        )
+        remedy = "use PSI, or one of pymoo's algorithms for a single objective"
+        rule = "at least 2 for NSGA-III"
+        raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
     if seed is not None:
         integer("seed", seed, minimum=0)
     size = population_size(problem.n_obj, budget)
@@ -136,23 +133,18 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
         ``(h, n_obj)`` array of non-negative rows with sum 1.
     """
     from pymoo.util.ref_dirs import get_reference_directions  # SciPy, a fifth of a second
+    from pymoo.util.reference_direction import (
+        get_number_of_uniform_points,
+        get_partition_closest_to_points,
+    )
 
-    def count(partitions: int) -> int:
-        return math.comb(partitions + n_obj - 1, n_obj - 1)
-
-    def most(limit: int) -> int:
-        partitions = 1
-        while count(partitions + 1) <= limit:
-            partitions += 1
-        return partitions
-
-    # h = C(p + m - 1, m - 1) directions with p partitions for m objectives (Das and Dennis, SIAM J.
-    # Optim. 8(3), 1998); only with p >= m does one of them lie inside the simplex.
-    outer = most(n_points)
-    left = n_points - count(outer)
+    # Only with as many partitions as objectives does a direction lie inside the simplex (Das and
+    # Dennis, SIAM J. Optim. 8(3), 1998).
+    outer = max(get_partition_closest_to_points(n_points, n_obj), 1)
+    left = n_points - get_number_of_uniform_points(outer, n_obj)
     layers = [(outer, 1.0)]
     if outer < n_obj and left >= n_obj:
-        layers.append((min(most(left), outer), 0.5))
+        layers.append((min(get_partition_closest_to_points(left, n_obj), outer), 0.5))
     return np.vstack(
         [
             get_reference_directions("das-dennis", n_obj, n_partitions=p, scaling=scaling)

@@ -28,7 +28,7 @@ from pymoo_psi.problems import DesignSpace
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# The rounds go through these by turns: a surrogate, and whether it is searched only near the best
+# The rounds alternate between these: a surrogate, and whether it is searched only near the best
 # tests. Far from all tests surrogates promise most and know least; near them alone, a run that
 # began in the wrong place stays there.
 TURNS = (("gaussian process", False), ("gaussian process", True), ("radial functions", False))
@@ -42,11 +42,11 @@ _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 _SIZE, _GENERATIONS = 100, 40
 _OPTIMISM = 0.5  # standard deviations by which a prediction may be better, when a gain is judged
 _SAME = 1e-6  # designs nearer than this are one
-# Where surrogates see no design that keeps all bounds, all but one of a round are so far apart and
-# from tests, by turns, in units of the cube's diagonal: in the one place that looks best all would
-# tell the same.
+# Where surrogates see no design that keeps all limits, all but one of a round are so far apart and
+# from tests, alternating, in units of the cube's diagonal: in the one place that looks best all
+# would say the same.
 _APART = (0.01, 0.03, 0.1)
-# Standard deviations: surrogates that miss criteria by so much are searched in the middle of the
+# Standard deviations: surrogates that miss objectives by so much are searched in the middle of the
 # front only. On DTLZ2 with 13 variables they miss them by 0.2, on the chute by 0.04.
 _DOUBTFUL = 0.2
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
@@ -57,7 +57,7 @@ class Goal:
     """What is sought: which outputs are to be small, and which have bounds to keep.
 
     Attributes:
-        n_obj: The first so many outputs are criteria, to be small.
+        n_obj: The first so many outputs are objectives, to be small.
         n_ieq: So many follow that must not exceed 0.
         n_eq: So many follow that must be 0.
         bounds: ``(column, least, greatest)`` of outputs that have limits; infinite if open.
@@ -74,7 +74,7 @@ class Goal:
 
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
-        columns = []
+        columns = [np.zeros((len(T), 0))]
         for j in range(self.n_obj, self.n_obj + self.n_ieq + self.n_eq):
             above = T[:, j] - fit.scales[j].to(0.0)
             columns.append(above if j < self.n_obj + self.n_ieq else np.abs(above) - _EQUALITY)
@@ -83,7 +83,7 @@ class Goal:
                 columns.append(fit.scales[j].to(least) - T[:, j])
             if greatest < np.inf:
                 columns.append(T[:, j] - fit.scales[j].to(greatest))
-        return np.column_stack(columns) if columns else np.zeros((len(T), 0))
+        return np.column_stack(columns)
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,8 @@ class KnownTests:
 
     Attributes:
         points: ``(n, d)`` points of the unit cube, which :class:`DesignSpace` makes designs of.
-        Y: ``(n, q)`` outputs: criteria, inequality and equality constraints, others with limits.
-        eligible: ``(n,)`` which keep all constraints and limits, and have finite criteria.
+        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, others with limits.
+        eligible: ``(n,)`` which keep all constraints and limits, and have finite objectives.
         failed: ``(n,)`` which have no outputs.
     """
 
@@ -140,15 +140,14 @@ def propose(
         turn: Number of the round, from 0.
         random: Random numbers of the round.
     """
-    known = ~tests.failed
-    Z, seen = encode(tests.points[known]), encode(tests.points)
-    risk = _Risk(Z, encode(tests.points[tests.failed]), turn)
+    known, seen = ~tests.failed, encode(tests.points)
+    Z = seen[known]
+    risk = _risk(Z, seen[tests.failed], turn)
     if fit is None:
         nothing = np.full((batch, tests.Y.shape[1]), np.nan)
         return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
     kind, near = TURNS[turn % len(TURNS)]
-    Y = bounded(tests.Y[known])
-    T = fit.to(Y)
+    T = fit.to(bounded(tests.Y[known]))
     surrogate = KINDS[kind](Z, T, fit)
 
     def judge(points: Array) -> tuple[Array, Array]:
@@ -160,8 +159,7 @@ def propose(
     inward = _inward(fit, goal.n_obj)
     order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
     best = tests.points[known][order]
-    start, low, high = _start(best, near, goal, random)
-    found = _search(judge, start, low, high, inward, random)
+    found = _search(judge, *_start(best, near, goal, random), inward, random)
     at = encode(found)
     predicted = surrogate(at)
     optimistic = fit.back(predicted - _OPTIMISM * surrogate.deviation(at))[:, : goal.n_obj]
@@ -206,7 +204,7 @@ def encoded(space: DesignSpace, points: Array) -> Array:
 def _far(
     seen: Array,
     encode: Callable[[Array], Array],
-    risk: _Risk,
+    risk: Callable[[Array], Array],
     count: int,
     goal: Goal,
     random: np.random.Generator,
@@ -223,32 +221,27 @@ def _far(
     return points[chosen]
 
 
-class _Risk:
-    """How likely designs are to fail, by how near failed tests are, and how near others.
+def _risk(known: Array, failed: Array, turn: int) -> Callable[[Array], Array]:
+    """Return a function that is above 0, ``(k, 1)``, where designs are to be avoided.
 
-    A design is avoided where failed tests outweigh the others, but not in every round: models are
-    mended, and a failure may have been chance.
+    That is where failed tests outweigh the others, but not in every round: models are mended, and
+    a failure may have been chance.
     """
+    if len(failed) == 0 or turn % _FORGIVING == _FORGIVING - 1:
+        return lambda Z: np.zeros((len(Z), 1))
+    every = np.vstack([known, failed])
+    # Weights fall as a normal density whose deviation is what tests are apart.
+    apart = KDTree(every).query(every, k=2)[0][:, 1] if len(every) > 1 else np.ones(1)
+    width = max(float(np.median(apart)), _SAME)
 
-    def __init__(self, known: Array, failed: Array, turn: int) -> None:
-        self._known, self._failed = known, failed
-        self._forgiving = len(failed) == 0 or turn % _FORGIVING == _FORGIVING - 1
-        if not self._forgiving:
-            every = np.vstack([known, failed])
-            # Weights fall as a normal density whose deviation is what tests are apart.
-            apart = KDTree(every).query(every, k=2)[0][:, 1] if len(every) > 1 else np.ones(1)
-            self._width = max(float(np.median(apart)), _SAME)
-
-    def __call__(self, Z: Array) -> Array:
-        """Return ``(k, 1)``, above 0 where designs are to be avoided."""
-        if self._forgiving:
-            return np.zeros((len(Z), 1))
+    def risk(Z: Array) -> Array:
         good, bad = (
-            np.exp(-0.5 * (cdist(Z, those) / self._width) ** 2).sum(axis=1)
-            for those in (self._known, self._failed)
+            np.exp(-0.5 * (cdist(Z, those) / width) ** 2).sum(axis=1) for those in (known, failed)
         )
         # 0.01: the weight of a test three widths away; nothing is avoided farther from failures
         return np.asarray(bad / (good + bad + 0.01) - 0.5)[:, None]
+
+    return risk
 
 
 def _start(
@@ -317,13 +310,13 @@ def _search(
 def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]:
     """Return the indices of the best designs, the best first.
 
-    Those that exceed nothing come first. Of two criteria as in NSGA-II (Deb et al. 2002): those
+    Those that exceed nothing come first. Of two objectives as in NSGA-II (Deb et al. 2002): those
     that fewer fronts lie before, then those with more room along their front. Of others by their
-    best place in any direction, as of more than two criteria almost all designs are optimal. Those
-    that exceed a bound follow, by how much.
+    best place in any direction, as of more than two objectives almost all designs are optimal.
+    Those that exceed a limit follow, by how much.
 
     Args:
-        F: ``(n, m)`` criteria.
+        F: ``(n, m)`` objectives.
         C: ``(n, c)`` by how much each bound is exceeded.
         size: How many, at most.
         inward: See :func:`_inward`.
@@ -356,24 +349,24 @@ def _room(F: Array, rank: NDArray[np.integer]) -> Array:
 
 
 def _scaled(F: Array, front: Array) -> Array:
-    """Return criteria in units of the span of the Pareto set of others."""
+    """Return objectives in units of the span of the Pareto set of others."""
     low = front.min(axis=0)
     high = front[nondominated(front)].max(axis=0)
     return np.asarray((F - low) / np.where(high > low, high - low, 1.0))
 
 
 def _achievements(F: Array, inward: float) -> Array:
-    """Return the ``(n, w)`` achievements of ``(n, m)`` scaled criteria in w directions."""
+    """Return the ``(n, w)`` achievements of ``(n, m)`` scaled objectives in w directions."""
     values = (F[:, None, :] / _directions(F.shape[1], inward)).max(axis=2)
-    # a little of the sum: of two designs alike in the worst criterion, the better one
+    # a little of the sum: of two designs alike in the worst objective, the better one
     return np.asarray(values + 0.01 * F.sum(axis=1)[:, None])
 
 
 def _inward(fit: Fit, n_obj: int) -> float:
     """Return by how much directions are drawn to the middle, 0 to a half.
 
-    Of three criteria or more most directions are extreme: good in some at the cost of others. There
-    a search goes on for ever at promises of surrogates that know little. So it begins in the
+    Of three objectives or more most directions are extreme: good in some at the cost of others.
+    There a search goes on for ever at promises of surrogates that know little. So it begins in the
     middle, and goes out as far as surrogates are right.
     """
     if n_obj <= 2:
@@ -396,11 +389,11 @@ def _choice(
     """Return the indices of the candidates to be tested.
 
     One half is what promises the largest gain, the other half what is farthest from all that is
-    known in the space of criteria. If all candidates exceed a bound, those that do so least.
+    known in the space of objectives. If all candidates exceed a bound, those that do so least.
 
     Args:
-        front: ``(k, m)`` criteria of the eligible tests.
-        F: ``(n, m)`` predicted criteria of the candidates.
+        front: ``(k, m)`` objectives of the eligible tests.
+        F: ``(n, m)`` predicted objectives of the candidates.
         violated: ``(n,)`` by how much bounds are exceeded, as predicted.
         at: ``(n, e)`` candidates as surrogates see them.
         seen: ``(t, e)`` the tests likewise.

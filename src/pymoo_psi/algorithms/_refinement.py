@@ -1,4 +1,4 @@
-"""From the best test point to the continuous Salukvadze optimum."""
+"""The continuous Salukvadze optimum, from the best test point on."""
 
 from __future__ import annotations
 
@@ -97,17 +97,13 @@ def refine(
     space = design_space(problem, continuous=True).free
     lower, upper = space.lower, space.upper
     start = finite_array("x0", x0)
-    if start.shape != lower.shape:
-        raise invalid("x0", f"of shape {lower.shape}", Received(f"shape {start.shape}"))
-    if (start < lower).any() or (start > upper).any():
-        raise invalid("x0", "inside the box of the problem", Received(str(start.tolist())))
+    if start.shape != lower.shape or (start < lower).any() or (start > upper).any():
+        rule = f"a design of {len(lower)} variables within the bounds of the problem"
+        raise invalid("x0", rule, Received(str(start.tolist())))
     span = upper - lower
 
     def design(z: Array) -> Array:
         return np.minimum(lower + span * z, upper)  # of 1 rounding may lie above
-
-    def evaluated(x: Array) -> dict[str, Array]:
-        return evaluate_designs(problem, x[None])
 
     def distance(out: dict[str, Array]) -> float:
         """Return μ1 of what a design has; infinite if infeasible or an objective is not finite."""
@@ -115,14 +111,15 @@ def refine(
             return float("inf")
         return float(ranking.frame.distances(out["F"] * sign)[0, 0])
 
-    begun, ranked = evaluated(start), ranking.objectives
-    # As a rule the problem has turned what is maximised, and a table's ranking is in its sense.
-    # Whoever has ranked the problem's own F with maximize= has turned it.
-    as_given, turned = (
-        bool(np.isclose(begun["F"], rows, rtol=1e-9, atol=0).all(axis=1).any())
-        for rows in (ranked.values, ranked.minimized)
-    )
-    sign = ranked.sign if as_given and not turned else np.ones_like(ranked.sign)
+    begun, ranked = evaluate_designs(problem, start[None]), ranking.objectives
+
+    def ranks(rows: Array) -> bool:
+        return bool(np.isclose(begun["F"], rows, rtol=1e-9, atol=0).all(axis=1).any())
+
+    # As a rule the problem has turned what is maximised, and so has a table's ranking. Whoever has
+    # ranked the problem's own F with maximize= has turned it.
+    turned = ranks(ranked.values) and not ranks(ranked.minimized)
+    sign = ranked.sign if turned else np.ones_like(ranked.sign)
     z = (start - lower) / unit_lengths(lower, upper)
     start_distance = best = distance(begun)
     if not np.isfinite(best):
@@ -132,7 +129,7 @@ def refine(
         # around the best point so far, its edges turned inwards at an upper bound
         steps = np.where(z + size <= 1, size, -size)
         found = scipy_minimize(
-            lambda z: distance(evaluated(design(z))),
+            lambda z: distance(evaluate_designs(problem, design(z)[None])),
             z,
             method="Nelder-Mead",
             bounds=[(0.0, 1.0)] * len(z),
@@ -147,5 +144,5 @@ def refine(
         if found.fun < best:
             z, best = found.x, float(found.fun)
     x = design(z) if best < start_distance else start
-    f = evaluated(x)["F"][0]
+    f = evaluate_designs(problem, x[None])["F"][0]
     return Refinement(x, f, best, start, start_distance, evaluations)

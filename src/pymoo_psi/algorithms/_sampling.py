@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from pymoo_psi._validation import Received, boolean, integer, invalid, known_name, wrong_type
+from pymoo_psi._validation import boolean, integer, invalid, known_name, wrong_type
 from pymoo_psi.problems import call_of, design_space
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
@@ -147,18 +147,15 @@ class QMCSampling(UniformSampling):
             array([[0.5, 0.5]])
         """
         if first > 1 and self.engine not in EXTENDABLE:
-            raise invalid(
-                "first", f"1 for the engine {self.engine!r}", first, "use 'sobol' or 'halton'"
-            )
+            rule = f"1 for the engine {self.engine!r}"
+            raise invalid("first", rule, first, "use 'sobol' or 'halton'")
         from scipy.stats import qmc  # takes most of a second to import
 
-        if self.engine == "sobol" and n_dim > qmc.Sobol.MAXDIM:
-            raise invalid("n_dim", f"at most {qmc.Sobol.MAXDIM} for Sobol' points", n_dim)
-        engine_class = getattr(qmc, _ENGINES[self.engine])
-        known = inspect.signature(engine_class).parameters
+        make = getattr(qmc, _ENGINES[self.engine])
+        known = inspect.signature(make).parameters
         options = {"scramble": self.scramble} if "scramble" in known else {}
         options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
-        engine = engine_class(n_dim, **options)
+        engine = make(n_dim, **options)
         # A seed gives the same points however they are cut into runs.
         if first > 1:
             points = engine.fast_forward(first - 1).random(n_points)
@@ -167,12 +164,8 @@ class QMCSampling(UniformSampling):
         else:
             points = engine.random(n_points)
         if len(points) < n_points:  # Poisson disks keep a distance, and the cube is full
-            raise invalid(
-                "n_samples",
-                f"at most {len(points)}, all that the engine {self.engine!r} can place",
-                Received(str(n_points)),
-                "use another engine",
-            )
+            rule = f"at most {len(points)}, all that the engine {self.engine!r} can place"
+            raise invalid("n_samples", rule, n_points, "use another engine")
         return np.asarray(points)
 
 
@@ -181,11 +174,10 @@ def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) ->
     if isinstance(sampling, LPTauSampling):
         return f"LP-tau from point {sampling.first}"
     name = getattr(sampling, "engine", type(sampling).__name__)
-    if isinstance(sampling, QMCSampling) and not sampling.scramble and name in EXTENDABLE:
-        return sampling.engine
-    if seed is None:
-        raise invalid(
-            "seed", "given where a study has randomised points", seed, "they must come again"
-        )
     count = "" if name in EXTENDABLE else f" of {n_points} points"
+    if not count and not getattr(sampling, "scramble", True):
+        return str(name)
+    if seed is None:
+        rule = "given where a study has randomised points"
+        raise invalid("seed", rule, seed, "they must come again")
     return f"{name}{count}, seed {seed}"

@@ -1,4 +1,4 @@
-"""Surrogates: cheap functions through the tests of a dear model.
+"""Surrogates: cheap functions through the tests of an expensive model.
 
 Two kinds, which err in different ways. Cubic radial functions take all variables alike and have
 nothing to be fitted; a Gaussian process learns a length for every variable, and knows how sure it
@@ -38,7 +38,6 @@ _FOLDS = 10  # of a cross-validation
 # for an output with 512, and change lengths little.
 _MOST = 256
 _STEPS = 40  # of L-BFGS-B, at most
-_CACHED = 8192  # numbers, 64 kB
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Scale:
     """A monotone scale of an output: standardised, and logarithmic where its tail is heavy.
 
     Attributes:
-        origin: Where the scale is finest: the best value of a criterion, 0 of a constraint.
+        origin: Where the scale is finest: the best value of an objective, 0 of a constraint.
         unit: The scale is about linear within so much of the origin and logarithmic beyond,
             ``arcsinh((y - origin) / unit)``; infinite: ``y`` itself.
         mean: Of the values on the scale.
@@ -111,28 +110,27 @@ def bounded(Y: Array) -> Array:
     """Return ``(n, q)`` outputs without NaN and infinities, and without values far beyond all."""
     Y = np.where(np.isinf(Y), Y, np.clip(Y, -_HUGE, _HUGE))
     for y in Y.T:
-        finite = np.isfinite(y)
-        if not finite.any():
+        finite = y[np.isfinite(y)]
+        if len(finite) == 0:
             y[:] = 0.0
             continue
-        q1, middle, q3 = np.quantile(y[finite], [0.25, 0.5, 0.75])
-        y[np.isnan(y)] = y[finite].max()
-        if q3 > q1:
-            np.clip(y, middle - _BEYOND * (q3 - q1), middle + _BEYOND * (q3 - q1), out=y)
-        else:
-            np.clip(y, y[finite].min(), y[finite].max(), out=y)
+        q1, middle, q3 = np.quantile(finite, [0.25, 0.5, 0.75])
+        y[np.isnan(y)] = finite.max()
+        far = _BEYOND * (q3 - q1)
+        low, high = (middle - far, middle + far) if far > 0 else (finite.min(), finite.max())
+        np.clip(y, low, high, out=y)
     return Y
 
 
 @np.errstate(over="ignore", invalid="ignore")  # infinities, and values near the largest float
 def without_penalties(F: Array, uniform: Array) -> Array:
-    """Return ``(n, m)`` criteria with the worst real value where they stand for "none".
+    """Return ``(n, m)`` objectives with the worst real value where they stand for "none".
 
     Models give infinity, or one large number, where a design makes no sense. On a scale with such
     a step all other designs would be the same. A pole, towards which values rise, is not meant.
 
     Args:
-        F: The criteria of all tests.
+        F: The objectives of all tests.
         uniform: ``(k, m)`` those of tests at uniform points, which alone tell how they are
             distributed.
     """
@@ -151,31 +149,19 @@ def without_penalties(F: Array, uniform: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Lengths:
-    """What is fitted of a Gaussian process.
-
-    Attributes:
-        log: ``(d,)`` logarithms of the lengths of the variables.
-        log_noise: Logarithm of the noise's share of the variance.
-    """
-
-    log: Array
-    log_noise: float
-
-
-@dataclass(frozen=True)
 class Fit:
     """What is fitted to tests now and then: a scale and lengths for each output.
 
     Attributes:
         scales: Of the q outputs.
-        lengths: Of the variables, for each output.
+        lengths: For each output, ``(d + 1,)`` logarithms of the lengths of the variables, and of
+            the noise's share of the variance.
         errors: ``(q,)`` root mean squares of what Gaussian processes miss tests by that they do
             not know, in standard deviations.
     """
 
     scales: tuple[Scale, ...]
-    lengths: tuple[Lengths, ...]
+    lengths: tuple[Array, ...]
     errors: Array
 
     @classmethod
@@ -186,9 +172,9 @@ class Fit:
 
         Args:
             Z: ``(n, d)`` designs in the unit cube.
-            Y: ``(n, q)`` their outputs, :func:`bounded`, the criteria first.
+            Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
             n_uniform: How many of the first tests are at uniform points.
-            n_obj: How many outputs are criteria.
+            n_obj: How many outputs are objectives.
         """
         best = []
         # evenly, so that both points and proposals are among them; the first n stay the first
@@ -229,8 +215,7 @@ class GaussianProcesses:
     """
 
     def __init__(self, Z: Array, T: Array, fit: Fit) -> None:
-        pairs = zip(T.T, fit.lengths, strict=True)
-        self._each = [GaussianProcess(Z, t, lengths) for t, lengths in pairs]
+        self._each = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k, q)`` means at designs, on the scales."""
@@ -249,13 +234,10 @@ class RadialFunctions:
         # as those of a two-valued variable of one value are, but for a little smoothing.
         _, once = np.unique(Z, axis=0, return_index=True)
         trend = np.linalg.matrix_rank(Z[once] - Z[once].mean(axis=0)) == Z.shape[1]
-        self._function = RBFInterpolator(
-            Z[once],
-            T[once],
-            kernel="cubic" if trend else "linear",  # which needs a constant only
-            degree=1 if trend else 0,
-            smoothing=1e-9,
-        )
+        # "linear" needs a constant only
+        kernel, degree = ("cubic", 1) if trend else ("linear", 0)
+        options = {"kernel": kernel, "degree": degree, "smoothing": 1e-9}
+        self._function = RBFInterpolator(Z[once], T[once], **options)
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k, q)`` values at designs, on the scales."""
@@ -291,14 +273,14 @@ class GaussianProcess:
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
-        lengths: As fitted by :func:`fit_lengths`.
+        lengths: ``(d + 1,)`` as fitted by :func:`fit_lengths`.
     """
 
-    def __init__(self, Z: Array, t: Array, lengths: Lengths) -> None:
-        self._scale = np.exp(-lengths.log)
+    def __init__(self, Z: Array, t: Array, lengths: Array) -> None:
+        self._scale = np.exp(-lengths[:-1])
         self._Z = Z * self._scale
         K, _ = _matern(self._Z, self._Z)
-        K[np.diag_indices(len(K))] += np.exp(lengths.log_noise)
+        K[np.diag_indices(len(K))] += np.exp(lengths[-1])
         self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
         ones = cho_solve(self._factor, np.ones(len(K)), check_finite=False)
         self.mean = float(ones @ t / ones.sum())
@@ -323,12 +305,15 @@ class GaussianProcess:
         return t - self._weights / diagonal, self.variance / diagonal
 
 
-def fit_lengths(Z: Array, t: Array) -> Lengths:
+def fit_lengths(Z: Array, t: Array) -> Array:
     """Return the likeliest lengths for the tests, a priori as long as a cube is wide.
 
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
+
+    Returns:
+        ``(d + 1,)`` logarithms of the lengths, and of the noise's share of the variance.
     """
     d = Z.shape[1]
     # Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube, or
@@ -346,9 +331,9 @@ def fit_lengths(Z: Array, t: Array) -> Lengths:
 
     start = np.append(np.full(d, np.log(0.5) + 0.5 * np.log(d)), np.log(1e-4))
     bounds = [_LOG_LENGTH] * d + [_LOG_NOISE]
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds,
-                     options={"maxiter": _STEPS})  # fmt: skip
-    return Lengths(found.x[:d], float(found.x[d]))
+    options = {"maxiter": _STEPS}
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return np.asarray(found.x)
 
 
 def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array]:
@@ -392,26 +377,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
 
 def _matern(A: Array, B: Array) -> tuple[Array, Array]:
     """Return Matérn's kernel of scaled designs, and what its derivative by log lengths has."""
-    kernel = A @ B.T
-    slope = np.empty_like(kernel)
-    a, b = (A**2).sum(axis=1)[:, None], (B**2).sum(axis=1)
-    # By some rows at a time, whose intermediate values stay in the processor's cache: a third of
-    # the time of a proposal is spent here.
-    size = max(_CACHED // len(B), 1)
-    for first in range(0, len(A), size):
-        rows = slice(first, first + size)
-        r, k, s = a[rows] + b, kernel[rows], slope[rows]
-        k *= 2
-        r -= k
-        np.maximum(r, 0, out=r)
-        np.sqrt(r, out=r)
-        r *= _ROOT5
-        e = np.exp(-r)
-        np.add(r, 1, out=k)
-        np.multiply(k, 5.0 / 3.0, out=s)
-        s *= e
-        r *= r
-        r /= 3
-        k += r
-        k *= e
-    return kernel, slope
+    squares = (A**2).sum(axis=1)[:, None] + (B**2).sum(axis=1) - 2 * (A @ B.T)
+    r = np.sqrt(np.maximum(squares, 0)) * _ROOT5
+    e = np.exp(-r)
+    return (r + 1 + r * r / 3) * e, (r + 1) * (5.0 / 3.0) * e
