@@ -1,101 +1,371 @@
-"""Evaluation of vectorised models: which designs are evaluated again, and whose values are whose."""
+"""Evaluation of models that misbehave: right values come out, or a failure with a reason.
+
+A case is a model, for one design or for all at once, and the reason of design 2, or of every
+design, as a pattern; where there is none, all values must be right: F = (x1, 10 - x1), G = -1.
+"""
+
+import asyncio
+import os
+import re
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
-from pymoo.core.problem import Problem
+from pymoo.constraints.as_penalty import ConstraintsAsPenalty
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Choice, Real
+from pymoo.optimize import minimize
+from scipy import sparse
 
+from pymoo_psi import PSI, FailureTolerant, lp_tau
 from pymoo_psi.problems import evaluate_designs
 
-X = np.column_stack([np.arange(64.0), np.linspace(0, 1, 64)])
-LOST = [3, 17, 40]
+CULPRIT = 2
+X = np.column_stack([np.arange(7.0), np.linspace(0.0, 1.0, 7)])
 
 
-class Recorded(Problem):
+def right(x):
+    return [x[0], 10 - x[0]]
+
+
+class Panic(BaseException):
+    """As of a Rust extension."""
+
+
+class SilentError(Exception):
+    def __str__(self):
+        raise RuntimeError("no message")
+
+
+# Models for one design
+
+
+def at_culprit(change):
+    """A model for one design that gives right values but at design 2."""
+
+    def model(self, x, out):
+        out["F"], out["G"] = right(x), -1.0
+        if x[0] == CULPRIT:
+            change(x, out)
+
+    return model
+
+
+def raising(error):
+    def change(x, out):
+        raise error
+
+    return at_culprit(change)
+
+
+def giving(name, value):
+    return at_culprit(lambda x, out: out.update({name: value}))
+
+
+def changes_its_design(self, x, out):
+    out["F"], out["G"] = right(x), -1.0
+    x[:] = 99.0
+
+
+def reuses_an_array(self, x, out):
+    self.buffer[:] = right(x)
+    out["F"], out["G"], out["note"] = self.buffer, -1.0, self.note
+
+
+def changes_the_process(self, x, out):
+    out["F"], out["G"] = right(x), -1.0
+    os.chdir("/")
+    np.seterr(all="raise")
+
+
+def forks_and_both_come_back(self, x, out):
+    child = os.fork()
+    if child:
+        os.waitpid(child, 0)
+    out["F"], out["G"] = (right(x) if child else [-1.0, -1.0]), -1.0
+
+
+def gives_more(self, x, out):
+    out["F"], out["G"] = right(x), -1.0
+    out["path"] = [1.0] * int(x[0])  # of another length for every design
+
+
+NO_NUMBERS = "F is not an array of numbers.*"
+FOR_ONE = {
+    "raises": (raising(ZeroDivisionError("by zero")), "ZeroDivisionError: by zero"),
+    "raises over lines": (raising(ValueError("a\n  b\tc")), "ValueError: a b c"),
+    "raises without end": (raising(OSError("x" * 9999)), r"OSError: x{300,400}\.\.\."),
+    "raises what cannot be read": (raising(SilentError()), "SilentError: its message cannot .*"),
+    "exits": (raising(SystemExit(3)), "SystemExit: 3"),
+    "panics": (raising(Panic("overflow")), "Panic: overflow"),
+    "is cancelled": (raising(asyncio.CancelledError()), "CancelledError"),
+    "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),
+    "gives minus infinity": (giving("F", [1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
+    "forgets F": (giving("F", None), "F is missing"),
+    "forgets G": (giving("G", None), "G is missing"),
+    "gives nothing": (giving("F", []), r"F has shape \(0,\) instead of \(2,\)"),
+    "gives three objectives": (giving("F", [1, 2, 3]), r"F has shape \(3,\) instead of \(2,\)"),
+    "gives text": (giving("F", ["low", "high"]), NO_NUMBERS),
+    "gives lists of two lengths": (giving("F", [[1], [2, 3]]), NO_NUMBERS),
+    "gives a set": (giving("F", {1.0, 2.0}), NO_NUMBERS),
+    "gives times": (giving("F", np.array(["2020", "2021"], "M8[s]")), NO_NUMBERS),
+    "gives a sparse matrix": (giving("F", sparse.eye(2)), NO_NUMBERS),
+    "gives complex values": (giving("F", [1 + 2j, 1.0]), "F is not .* complex128"),
+    "gives masked values": (giving("F", np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
+    "gives too large a number": (giving("F", [10**400, 1]), NO_NUMBERS),
+    "gives NaN for a constraint": (giving("G", np.nan), r"G is \[nan\]"),
+    "gives two constraints": (giving("G", [-1, -1]), r"G has shape \(2,\) instead of \(1,\)"),
+    "gives an equality too many": (giving("H", [0.0]), r"H has shape \(1,\) instead of \(0,\)"),
+    "changes its design": (changes_its_design, None),
+    "reuses an array": (reuses_an_array, None),
+    "changes the process": (changes_the_process, None),
+    "forks, and both come back": (forks_and_both_come_back, None),
+    "gives more, of many lengths": (gives_more, None),
+    "claims a failure": (giving("failure", "I think not"), None),
+    "gives a column": (giving("F", np.array([[2.0], [8.0]])), None),
+    "gives fractions": (giving("F", [Fraction(2), Decimal(8)]), None),
+    "gives integers": (giving("F", np.array([2, 8], dtype=np.uint8)), None),
+    "gives a series": (giving("F", pd.Series([2.0, 8.0], index=["a", "b"])), None),
+    "is infeasible and infinite": (
+        at_culprit(lambda x, out: out.update(F=[np.inf, 1.0], G=1.0)),
+        "infeasible",
+    ),
+}
+
+
+# Models for all designs at once
+
+
+def together(change):
+    """A model for all designs that gives right values but for what ``change`` does to them."""
+
+    def model(self, X, out):
+        out["F"] = np.column_stack(right(X.T))
+        out["G"] = np.full((len(X), 1), -1.0)
+        change(self, X, out, np.flatnonzero(X[:, 0] == CULPRIT))
+
+    return model
+
+
+def replacing(name, make):
+    return together(lambda self, X, out, culprit: out.update({name: make(out[name], culprit)}))
+
+
+def raises_for_all(error):
+    def change(self, X, out, culprit):
+        if len(culprit):
+            raise error
+
+    return together(change)
+
+
+def cell(value, dtype=float):
+    def make(F, culprit):
+        F = F.astype(dtype)
+        F[culprit, -1] = value
+        return F
+
+    return make
+
+
+def mask(F, culprit):
+    F = np.ma.array(F)
+    F[culprit, 0] = np.ma.masked
+    return F
+
+
+def changes_its_designs(self, X, out, culprit):
+    X[:] = 99.0
+
+
+def reuses_arrays(self, X, out, culprit):
+    self.buffers.setdefault(len(X), np.empty((len(X), 2)))[:] = out["F"]
+    out["F"] = self.buffers[len(X)]
+
+
+FOR_ALL = {
+    "raises": (raises_for_all(FloatingPointError("underflow")), "FloatingPointError: underflow"),
+    "panics": (raises_for_all(Panic("overflow")), "Panic: overflow"),
+    "gives NaN": (replacing("F", cell(np.nan)), r"F is \[2.0, nan\]"),
+    "gives infinity": (replacing("F", cell(np.inf)), r"F is \[2.0, inf\] though .* feasible"),
+    "gives objects": (replacing("F", cell("high", object)), "F is not an array .*'high'"),
+    "gives masked values": (replacing("F", mask), r"F is \[nan, 8.0\]"),
+    "gives columns, one masked": (
+        replacing("F", lambda F, culprit: [*mask(F, culprit).T]),
+        r"F is \[nan, 8.0\]",
+    ),
+    "gives NaN for a constraint": (replacing("G", cell(np.nan)), r"G is \[nan\]"),
+    "leaves out the failed": (
+        replacing("F", lambda F, culprit: np.delete(F, culprit, axis=0)),
+        r"F has shape \(0, 2\) .*",
+    ),
+    "gives complex values": (
+        replacing("F", cell(1j, complex)),
+        ("F is not an array of numbers: it holds complex128",),
+    ),
+    "gives rows for columns": (
+        replacing("F", lambda F, culprit: F.T),
+        (r"F has shape \(2, 1\) instead of \(1, 2\)",),
+    ),
+    "gives one long vector": (
+        replacing("F", lambda F, culprit: F.ravel()),
+        (r"F has shape \(2,\) instead of \(1, 2\)",),
+    ),
+    "forgets F": (replacing("F", lambda F, culprit: None), ("F is missing",)),
+    "gives a constraint in a row": (
+        replacing("G", lambda G, culprit: np.vstack([G.T, G.T])),
+        (r"G has shape \(2, 1\) instead of \(1, 1\)",),
+    ),
+    "changes its designs": (together(changes_its_designs), None),
+    "reuses arrays": (together(reuses_arrays), None),
+    "gives columns": (replacing("F", lambda F, culprit: [*F.T]), None),
+    "gives a frame": (replacing("F", lambda F, culprit: pd.DataFrame(F)), None),
+    "gives the constraint as a vector": (replacing("G", lambda G, culprit: G[:, 0]), None),
+    "gives objects of numbers": (replacing("F", cell(Fraction(8), object)), None),
+    "gives one note for all": (
+        together(lambda self, X, out, culprit: out.update(note="calm", table=np.ones((3, 5)))),
+        None,
+    ),
+}
+
+
+def problem_of(model, *, elementwise):
+    class Model(ElementwiseProblem if elementwise else Problem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=[0, 0], xu=[8, 1])
+            self.buffer, self.buffers, self.note = np.empty(2), {}, []
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            model(self, x, out)
+
+    return Model()
+
+
+CASES = [
+    pytest.param(model, elementwise, expected, id=f"{'one' if elementwise else 'all'}: {name}")
+    for elementwise, cases in ((True, FOR_ONE), (False, FOR_ALL))
+    for name, (model, expected) in cases.items()
+]
+
+
+def check(values, F, G, reasons, expected):
+    """Values are right where there is no reason, and reasons are where they are expected."""
+    everywhere = isinstance(expected, tuple)
+    lost = np.ones(len(values), dtype=bool) if everywhere else values == CULPRIT
+    if expected in (None, "infeasible"):
+        lost[:] = False
+    assert [bool(reason) for reason in reasons] == lost.tolist()
+    for reason in np.array(reasons, dtype=object)[lost]:
+        assert re.fullmatch(expected[0] if everywhere else expected, reason), reason
+    ok = ~lost & (values != CULPRIT) if expected == "infeasible" else ~lost
+    np.testing.assert_array_equal(F[ok], np.column_stack(right(values[None]))[ok])
+    np.testing.assert_array_equal(G[ok], -1.0)
+    np.testing.assert_array_equal(F[lost], np.inf)
+
+
+@pytest.mark.filterwarnings("ignore:out.* is not kept in the table:UserWarning")
+@pytest.mark.parametrize(("model", "elementwise", "expected"), CASES)
+def test_what_comes_out(model, elementwise, expected, tmp_path, monkeypatch):
+    """Of an evaluation by pymoo, and of an investigation."""
+    monkeypatch.chdir(tmp_path)
+    designs = X.copy()
+    problem = FailureTolerant(problem_of(model, elementwise=elementwise))
+    out = problem.evaluate(designs, return_as_dictionary=True, return_values_of=["F", "G"])
+    check(X[:, 0], out["F"], out["G"][:, :-1], out["failure"], expected)
+    np.testing.assert_array_equal(designs, X)
+    result = minimize(problem_of(model, elementwise=elementwise), PSI(16))
+    table = result.algorithm.table
+    np.testing.assert_array_equal(table.X, [8, 1] * lp_tau(16, 2))
+    np.testing.assert_array_equal(result.pop.get("X"), table.X)
+    reasons = [table.reasons.get(number, "") for number in table.numbers.tolist()]
+    check(table.X[:, 0], table.F, table.G, reasons, expected)
+    assert os.getcwd() == str(tmp_path)
+    assert np.geterr()["under"] == "ignore"
+
+
+class Counted(Problem):
     """A vectorised model that notes how many designs each call has."""
 
     def __init__(self, spoil):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=0, xu=64)
+        super().__init__(n_var=1, n_obj=1, xl=0, xu=1)
         self.spoil, self.sizes = spoil, []
 
     def _evaluate(self, X, out, *args, **kwargs):
         self.sizes.append(len(X))
-        out["F"] = np.column_stack([X.sum(axis=1), -X[:, 1]])
-        out["G"] = X[:, :1] - 50
-        out["H"] = np.where(X[:, :1] == 5, 1.0, 0.0)
-        self.spoil(X, out, np.isin(X[:, 0], LOST))
+        out["F"] = X.copy()
+        self.spoil(out["F"], np.isin(X[:, 0], [3, 17, 40]))
 
 
-def nothing(X, out, lost):
-    pass
+def nan(F, lost):
+    F[lost] = np.nan
 
 
-def nan_objective(X, out, lost):
-    out["F"][lost, 1] = np.nan
-
-
-def infinite_objective(X, out, lost):
-    out["F"][lost, 0] = -np.inf
-
-
-def nan_constraint(X, out, lost):
-    out["G"][lost] = np.nan
-
-
-def nan_equality(X, out, lost):
-    out["H"][lost] = np.nan
-
-
-def error(X, out, lost):
+def error(F, lost):
     if lost.any():
         raise FloatingPointError("underflow")
 
 
-def leave(X, out, lost):
-    if lost.any():
-        raise SystemExit(1)
+@pytest.mark.parametrize("first", [0, -700])
+@pytest.mark.parametrize("spoil", [nan, error])
+def test_designs_are_evaluated_again_where_a_call_for_many_raises(spoil, first):
+    """Only those of its part, one by one."""
+    problem = Counted(spoil)
+    n = 64 if first == 0 else 1000
+    reasons = evaluate_designs(problem, np.arange(first, first + n, dtype=float)[:, None])[
+        "failure"
+    ]
+    assert np.flatnonzero(reasons).tolist() == [i - first for i in (3, 17, 40)]
+    again = 0 if spoil is nan else 64 if n == 64 else n + 2 * 64
+    assert n + again - 64 <= sum(problem.sizes) <= n + again
 
 
-@pytest.mark.parametrize(
-    "spoil", [nothing, nan_objective, infinite_objective, nan_constraint, nan_equality]
-)
-def test_a_model_that_answers_is_called_once(spoil):
-    problem = Recorded(spoil)
-    reasons = evaluate_designs(problem, X)["failure"]
-    assert problem.sizes == [64]
-    assert np.flatnonzero(reasons).tolist() == ([] if spoil is nothing else LOST)
+def test_designs_by_name_are_copies_too():
+    class Mixed(ElementwiseProblem):
+        def __init__(self):
+            variables = {"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}
+            super().__init__(vars=variables, n_obj=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x["a"]
+            x["b"] = x.pop("a")
+
+    result = minimize(FailureTolerant(Mixed()), MixedVariableGA(pop_size=8), ("n_gen", 3), seed=1)
+    assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
+    table = minimize(Mixed(), PSI(8)).algorithm.table
+    np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
 
 
-@pytest.mark.parametrize("spoil", [error, leave])
-def test_a_model_that_raises_is_evaluated_once_more_one_by_one(spoil):
-    problem = Recorded(spoil)
-    reasons = evaluate_designs(problem, X)["failure"]
-    assert problem.sizes == [64, *[1] * 64]
-    assert np.flatnonzero(reasons).tolist() == LOST
+def test_designs_by_name_are_copies_also_for_a_vectorised_model():
+    class Mixed(Problem):
+        def __init__(self):
+            super().__init__(vars={"a": Real(bounds=(0, 1))}, n_obj=1)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.array([x.pop("a") for x in X])
+
+    result = minimize(Mixed(), PSI(8))
+    table = result.algorithm.table
+    np.testing.assert_array_equal(table.X.astype(float), table.F)
+    assert [x["a"] for x in result.pop.get("X")] == table.F[:, 0].tolist()
+    assert FailureTolerant(Mixed()).evaluate([{"a": 0.5}])[0].tolist() == [[0.5]]
 
 
-def test_a_culprit_among_many_is_found_in_its_part():
-    problem = Recorded(error)
-    many = np.column_stack([np.arange(1000) - 700.0, np.zeros(1000)])
-    reasons = evaluate_designs(problem, many)["failure"]
-    assert np.flatnonzero(reasons).tolist() == [700 + i for i in LOST]
-    assert sum(problem.sizes) < 1000 + 1000 + 2 * 64 + 1
+def test_problems_that_transform_designs_are_not_bypassed():
+    """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 
+    class Holed(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=1)
 
-def test_an_infinite_objective_of_an_infeasible_design_stands():
-    def spoil(X, out, lost):
-        out["F"][(X[:, 0] > 50) | (X[:, 0] == 5)] = np.inf
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] < 0.1:
+                raise ValueError("hole")
+            out["F"], out["G"] = x[0], x[0] - 0.5
 
-    problem = Recorded(spoil)
-    assert not any(evaluate_designs(problem, X)["failure"])
-    assert problem.sizes == [64]
-
-
-def test_arrays_that_the_model_keeps_are_left_alone():
-    kept = np.column_stack([X.sum(axis=1), -X[:, 1]])
-    kept[LOST] = np.nan
-
-    def spoil(X, out, lost):
-        out["F"] = kept if len(X) == 64 else kept[X[:, 0].astype(int)]
-
-    assert np.isinf(evaluate_designs(Recorded(spoil), X)["F"][LOST]).all()
-    assert np.isnan(kept[LOST]).all()
+    designs = np.array([[0.0], [0.25], [0.75]])
+    out = evaluate_designs(ConstraintsAsPenalty(Holed(), penalty=100.0), designs)
+    assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
+    assert out["failure"].tolist() == ["ValueError: hole", "", ""]

@@ -1,18 +1,14 @@
 """Objectives over scenarios: closed forms of linear Gaussian models."""
 
-import pickle
-
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
 from scipy import stats
 
 from pymoo_psi import (
     PSI,
-    FailureTolerant,
     PsiError,
     Restricted,
     Robust,
@@ -91,13 +87,6 @@ def test_relative_tolerances_and_a_statistic_for_each_objective():
     assert 0.09 < worst < 0.1
     np.testing.assert_allclose(F[:, 0], X[:, 0] + 2 * X[:, 1] * (1 + worst), rtol=1e-12)
     np.testing.assert_allclose(F[:, 1], -3 * X[:, 0] + 0.5 * X[:, 1] * (1 + robust.offsets.mean()))
-
-
-def test_the_first_scenario_has_all_at_their_medians():
-    robust = Robust(
-        Linear, tolerances=NORMAL, uncertainty={"load": stats.norm(0.3, 0.1)}, n_scenarios=1
-    )
-    np.testing.assert_allclose(robust.evaluate(X)[0], X @ A.T + 0.3)
 
 
 @pytest.mark.parametrize("load", [False, True])
@@ -213,7 +202,7 @@ def test_names_of_the_problem_are_kept_but_those_of_its_constraints():
     problem = Linear()
     problem.names = {"x1": "width", "f2": "yield", "g1": "stress"}
     problem.maximize, problem.units = ("yield",), {"width": "mm", "stress": "MPa"}
-    robust = Robust(problem, tolerances={"x1": 0.1})
+    robust = Robust(problem, tolerances={"width": 0.1})
     table = investigate(robust, 4)
     assert table.layout.columns == ("width", "x2", "f1", "yield", "g1")
     assert table.layout.units == {"width": "mm"}
@@ -227,36 +216,6 @@ def test_tolerances_go_by_the_names_that_the_user_sees():
     named = Robust(problem, tolerances={"speed": 0.1, "x2": 0.02}, relative=["x2"])
     X = np.array([[0.3, 1.0]])
     np.testing.assert_array_equal(named.evaluate(X)[0], plain.evaluate(X)[0])
-    with pytest.raises(PsiError, match="given once for a variable"):
-        Robust(problem, tolerances={"x2": 0.1, "x1": 0.1})
-
-
-def test_designs_with_names_and_a_tolerance_of_one():
-    class Mixed(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(
-                vars={"a": Real(bounds=(0, 1)), "m": Choice(options=["x", "y"])}, n_obj=1
-            )
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = x["a"] + (x["m"] == "y")
-
-    robust = Robust(Mixed(), tolerances={"a": 0.1}, criteria="quantile:0.5", n_scenarios=7)
-    F = robust.evaluate(np.array([{"a": 0.5, "m": "y"}, {"a": 0.2, "m": "x"}]))[0]
-    np.testing.assert_allclose(F[:, 0], [1.5, 0.2])
-    with pytest.raises(
-        ValueError, match="tolerances must be of real variables that are not fixed, got 'm'"
-    ):
-        Robust(Mixed(), tolerances={"m": 0.1})
-
-
-def test_it_travels_and_is_wrapped_in_turn():
-    robust = Robust(SphereChute(0.4), tolerances={"x2": 0.05}, n_scenarios=3)
-    again = pickle.loads(pickle.dumps(robust))
-    designs = np.array([[0.3, 0.5], [0.4, 0.9]])
-    np.testing.assert_array_equal(again.evaluate(designs)[0], robust.evaluate(designs)[0])
-    tolerant = FailureTolerant(robust)
-    np.testing.assert_array_equal(tolerant.evaluate(designs)[0], robust.evaluate(designs)[0])
 
 
 CHUTE = SphereChute()
@@ -269,17 +228,16 @@ CHUTE = SphereChute()
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": -1}}, ValueError, r"tolerances\['x1'\] must be a number >= 0 or a distribution"),
         (CHUTE, {"tolerances": [0.1]}, TypeError, "tolerances must map names"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "relative": "x1"}, TypeError, "relative must be a list of variables"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "relative": ["x2"]}, ValueError, "relative must be one of 'x1', got 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "median"}, ValueError, "criteria must be 'mean', 'quantile:q'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "criteria must be 4 statistics"),
+        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "for all or each of 4 objectives"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
         (CHUTE, {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, TypeError, "problem must be a function of mu"),
         (SphereChute, {"tolerances": {"x1": 0.1}}, TypeError, "problem must be a pymoo Problem"),
         (lambda nu: Problem(n_var=2, n_obj=2, nu=nu), {"uncertainty": {"nu": stats.uniform(0.1, 0.1)}}, ValueError, "of parameters that Problem takes, got 'nu'"),
         (SphereChute, {"uncertainty": {"mu": 0.2}}, TypeError, r"uncertainty\['mu'\] must be a distribution"),
-        (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "objectives in every scenario, as in the first"),
+        (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "in every scenario, as in the first"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
     ],
 )  # fmt: skip

@@ -52,9 +52,9 @@ def test_problem_defaults_are_the_papers():
         (
             {"lower": (1, 0.1)},
             ValueError,
-            r"lower must be at most upper .* lower=\[1.0, 0.1\], upper=",
+            r"lower must be >= 0 and at most upper .* lower=\[1.0, 0.1\], upper=",
         ),
-        ({"lower": (-0.1, 0.1)}, ValueError, "lower must be >= 0, got"),
+        ({"lower": (-0.1, 0.1)}, ValueError, "lower must be >= 0"),
         ({"upper": (1, 2, 3)}, ValueError, "upper must be 2 numbers"),
         ({"omega": (0, 0, 0)}, TypeError, "unknown keyword argument 'omega'"),
         ({"elementwise_runer": 1}, TypeError, "did you mean 'elementwise_runner'"),

@@ -136,19 +136,14 @@ class DesignSpace:
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        free = self._are_free()
-        if not free.all():
-            # 0 is the lower bound or the first option: the only one of a fixed variable
-            every = np.zeros((len(points), len(free)))
-            every[:, free] = points
-            points = every
-        columns = [v.values(column) for v, column in zip(self.variables, points.T, strict=True)]
+        free = iter(points.T)
+        # 0 is the lower bound or the first option: the only one of a fixed variable
+        zeros = np.zeros(len(points))
+        columns = [v.values(zeros if v.fixed else next(free)) for v in self.variables]
         kinds = {column.dtype for column in columns}
-        result = np.empty(points.shape, dtype=kinds.pop() if len(kinds) == 1 else object)
-        for j, column in enumerate(columns):
-            # a list holds Python's own int, float and bool, as one would write such a design
-            result[:, j] = column.tolist() if result.dtype == object else column
-        return result
+        # astype(object) gives Python's own int, float and bool, as one would write such a design
+        dtype = kinds.pop() if len(kinds) == 1 else np.dtype(object)
+        return np.column_stack([column.astype(dtype, copy=False) for column in columns])
 
     def points(self, matrix: NDArray[Any]) -> Array:
         """Return ``(n, n_free)`` points of [0, 1] whose designs are the rows of such a matrix.
@@ -166,8 +161,7 @@ class DesignSpace:
         if not self.named:
             return matrix
         names = self.free.names
-        rows = matrix.tolist()
-        return np.fromiter((dict(zip(names, row, strict=True)) for row in rows), object)
+        return np.fromiter((dict(zip(names, x, strict=True)) for x in matrix.tolist()), object)
 
     def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
@@ -221,27 +215,24 @@ def _vector_space(problem: Any) -> DesignSpace:
     kinds = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
     if problem.vtype not in kinds:
         raise wrong_type(f"vtype of {problem.name()}", "float, int or bool", problem.vtype)
-    kind = kinds[problem.vtype]
-    ends = []
-    for end, default in ((problem.xl, 0.0), (problem.xu, 1.0)):
-        if end is None and kind is Kind.BINARY:  # pymoo asks for no bounds there
-            end = default
+    kind, n_var = kinds[problem.vtype], problem.n_var
+    names = [f"x{j + 1}" for j in range(n_var)]
+    if kind is Kind.BINARY:  # pymoo asks for no bounds there
+        variables = [Variable(name, kind, 0.0, 1.0) for name in names]
+    else:
         # as objects: a float array would round large integers before _bounded can refuse them
-        ends.append(np.broadcast_to(np.array(end, dtype=object), (problem.n_var,)))
-    variables = [
-        _bounded(problem, f"x{j + 1}", kind, low, high)
-        for j, (low, high) in enumerate(zip(*ends, strict=True))
-    ]
+        ends = [np.broadcast_to(np.array(end, dtype=object), n_var) for end in problem.bounds()]
+        columns = zip(names, *ends, strict=True)
+        variables = [_bounded(problem, name, kind, *pair) for name, *pair in columns]
     return DesignSpace(tuple(variables), named=False)
 
 
 def _named_space(problem: Any) -> DesignSpace:
     variables = []
     for name, variable in problem.vars.items():
-        if isinstance(variable, Real):
-            variables.append(_bounded(problem, name, Kind.REAL, *variable.bounds))
-        elif isinstance(variable, Integer):
-            variables.append(_bounded(problem, name, Kind.INTEGER, *variable.bounds))
+        if isinstance(variable, (Real, Integer)):
+            kind = Kind.REAL if isinstance(variable, Real) else Kind.INTEGER
+            variables.append(_bounded(problem, str(name), kind, *variable.bounds))
         elif isinstance(variable, Binary):
             variables.append(Variable(str(name), Kind.BINARY, 0.0, 1.0))
         elif isinstance(variable, Choice) and len(variable.options):
@@ -255,21 +246,18 @@ def _named_space(problem: Any) -> DesignSpace:
 
 def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Variable:
     """Return a real or integer variable with its bounds checked."""
-    where = f"bounds of {name} of {problem.name()}"
-    shown = Received(f"{lower} and {upper}")
+    rule = "finite and in increasing order"
     try:
         low, high = float(lower), float(upper)
     except (TypeError, ValueError, OverflowError):  # None, a text, an integer beyond all floats
         low = high = np.nan
-    if not np.isfinite([low, high]).all():
-        raise invalid(where, "finite", shown, "test points are laid out in a box")
     if kind is Kind.INTEGER:
-        if max(abs(lower), abs(upper)) >= _LARGEST:
-            remedy = "float64 does not have every integer from there on; count from another origin"
-            raise invalid(where, "below 2^53 in size for an integer variable", shown, remedy)
         low, high = float(np.ceil(low)), float(np.floor(high))  # the integers in between
-    if not np.isfinite(high - low):  # points are lower + (upper - lower) * u
-        raise invalid(where, "of finite range", shown)
-    if low > high:
-        raise invalid(where, "in rising order", shown)
-    return Variable(str(name), kind, low, high)
+        rule += ", below 2^53 in size for an integer variable"
+        if max(abs(low), abs(high)) >= _LARGEST:
+            low = np.nan
+    # points are lower + (upper - lower) * u
+    if not np.isfinite(high - low) or low > high:
+        where = f"bounds of {name} of {problem.name()}"
+        raise invalid(where, rule, Received(f"{lower} and {upper}"))
+    return Variable(name, kind, low, high)

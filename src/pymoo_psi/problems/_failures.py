@@ -14,9 +14,8 @@ from pymoo.core.algorithm import Algorithm
 from pymoo_psi._validation import known_name
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import require_problem, seed_ties
+from pymoo_psi.problems._pymoo import WrappedProblem, require_problem, seed_ties
 from pymoo_psi.problems._restricted import Restricted
-from pymoo_psi.problems._wrapped import WrappedProblem
 
 Mask = NDArray[np.bool_]
 
@@ -35,10 +34,6 @@ class Failure:
 
     design: Any
     reason: str
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Failure:
-        """Return itself: nothing changes it, and every generation of a history copies the list."""
-        return self
 
 
 class FailureTolerant(WrappedProblem):
@@ -127,19 +122,12 @@ class FailureTolerant(WrappedProblem):
         for i in np.flatnonzero(failed):
             self.failures.append(Failure(copy.copy(X[i]), out["failure"][i]))
         if self.failed_as == "constraint":
-            self._add_constraint(out, failed)
+            out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
         else:
             self._penalise(X, out, failed)
         out.update(dict.fromkeys(set(return_values_of) - set(out)))
         formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
         return formatted
-
-    def _add_constraint(self, out: dict[str, Any], failed: Mask) -> None:
-        out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
-        if "dG" in out:
-            gradients = np.reshape(out["dG"], (len(failed), -1, self.n_var))
-            nothing = np.zeros((len(failed), 1, self.n_var))
-            out["dG"] = np.concatenate([gradients, nothing], axis=1)
 
     def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
         F = out["F"]
@@ -168,10 +156,6 @@ class FailureTolerant(WrappedProblem):
             penalty = tuple(np.minimum(worse, np.finfo(np.float64).max).tolist())
             self._penalties[key] = penalty
         return penalty
-
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        """Evaluate as pymoo's wrappers of problems do."""
-        out.update(self.do(x, ["F", "G", "H"], *args, **kwargs))
 
 
 def leave_failed_out(algorithm: Any) -> None:

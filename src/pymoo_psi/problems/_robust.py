@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     Received,
-    collection,
     finite_number,
     integer,
     invalid,
@@ -23,12 +22,14 @@ from pymoo_psi._validation import (
     mapping,
     wrong_type,
 )
-from pymoo_psi.problems._design_space import DesignSpace, design_space, own_names
-from pymoo_psi.problems._pymoo import require_problem
-from pymoo_psi.problems._scenarios import evaluated, scenario_problem, scenario_values
-from pymoo_psi.problems._wrapped import WrappedProblem
+from pymoo_psi.pareto import competes, meets_constraints
+from pymoo_psi.problems._design_space import design_space, own_names
+from pymoo_psi.problems._evaluation import evaluate_designs
+from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
+from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 # Designs in scenarios that are held at a time. A vectorised model is at its full speed long before,
 # and ten objectives and variables of so many take 40 MB.
@@ -116,6 +117,8 @@ class Robust(WrappedProblem):
         array([[2.312, 0.031, 0.26 , 0.516]])
     """
 
+    _same_front = False
+
     def __init__(
         self,
         problem: Any,
@@ -129,21 +132,34 @@ class Robust(WrappedProblem):
     ) -> None:
         tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
         uncertainty = uncertainty or {}
-        n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
         if not tolerances and not uncertainty:
             raise invalid("tolerances", "given, or uncertainty", Received("neither"))
-        spread = {name: _distribution(name, given) for name, given in tolerances.items()}
-        self.offsets, self.parameters = scenario_values(
-            n_scenarios, tolerances=spread, uncertainty=uncertainty
+        values = scenario_values(
+            integer("n_scenarios", n_scenarios, minimum=1),
+            {f"tolerances[{name!r}]": _distribution(name, d) for name, d in tolerances.items()}
+            | {f"uncertainty[{name!r}]": d for name, d in uncertainty.items()},
         )
-        self._problems = _problems(problem, tuple(uncertainty), self.parameters)
+        self.offsets, self.parameters = np.split(values, [len(tolerances)], axis=1)
+        if not uncertainty:
+            self._problems = [problem]
+        else:
+            make = partial(scenario_problem, "problem", problem)
+            rows = [dict(zip(uncertainty, row, strict=True)) for row in self.parameters.tolist()]
+            first = make(rows[0])
+            self._problems = [first, *(make(row, (first.n_var, first.n_obj)) for row in rows[1:])]
         nominal = self._problems[0]
+        require_problem(nominal)
         self.space = design_space(nominal)
-        own = own_names(nominal, self.space)
-        self._columns = [_real_variable(name, self.space, own) for name in tolerances]
-        if len(set(self._columns)) < len(tolerances):  # by both its names
-            raise invalid("tolerances", "given once for a variable", list(tolerances))
-        for name in collection("relative", relative, "a list of variables"):
+        own = list(own_names(nominal, self.space).values())
+        self._columns = [
+            own.index(known_name("a variable of tolerances", name, own)) for name in tolerances
+        ]
+        for name, column in zip(tolerances, self._columns, strict=True):
+            variable = self.space.variables[column]
+            if variable.kind is not Kind.REAL or variable.fixed:
+                remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
+                raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
+        for name in relative:
             known_name("relative", name, tolerances)
         self._relative = np.array([name in relative for name in tolerances], dtype=bool)
         self.criteria = _statistics(criteria, nominal.n_obj)
@@ -160,16 +176,6 @@ class Robust(WrappedProblem):
         shown = {self.names.get(name, name) for name in known}
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in shown}
-
-    @property
-    def elementwise_runner(self) -> Any:
-        """What runs the evaluations of every scenario."""
-        return self.wrapped.elementwise_runner
-
-    @elementwise_runner.setter
-    def elementwise_runner(self, runner: Any) -> None:
-        for problem in self._problems:
-            problem.elementwise_runner = runner
 
     def name(self) -> str:
         """Return the name of the wrapped problem, and that it is robust.
@@ -212,17 +218,16 @@ class Robust(WrappedProblem):
 
     def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
         """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
-        s, n = len(self.offsets), len(designs)
-        if len(self._problems) == 1:
-            together = np.concatenate([self._offset(designs, k) for k in range(s)])
-            F, valid, _ = evaluated(self.wrapped, self.space.designs(together), *args, **kwargs)
-            F, valid = F.reshape(s, n, -1), valid.reshape(s, n)
-        else:
-            found = []
-            for k, problem in enumerate(self._problems):
-                X = self.space.designs(self._offset(designs, k))
-                found.append(evaluated(problem, X, *args, **kwargs)[:2])
-            F, valid = (np.stack(arrays) for arrays in zip(*found, strict=True))
+        n, every = len(designs), range(len(self.offsets))
+        # one problem in all scenarios is called once for all
+        groups = [every] if len(self._problems) == 1 else [[k] for k in every]
+        found = []
+        for problem, group in zip(self._problems, groups, strict=True):
+            problem.elementwise_runner = self.wrapped.elementwise_runner
+            together = np.concatenate([self._offset(designs, k) for k in group])
+            F, valid, _ = evaluated(problem, self.space.designs(together), *args, **kwargs)
+            found.append((F.reshape(len(group), n, -1), valid.reshape(len(group), n)))
+        F, valid = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
         finite = np.isfinite(F).all(axis=2)
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
@@ -241,11 +246,6 @@ class Robust(WrappedProblem):
         moved = designs.astype(np.result_type(designs, values))
         moved[:, self._columns] = values + self.offsets[k] * scale
         return moved
-
-    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> None:
-        pass
-
-    _calc_pareto_set = _calc_pareto_front
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a design that is valid in no scenario
@@ -288,42 +288,87 @@ def _distribution(name: str, given: Any) -> Any:
     return SimpleNamespace(icdf=lambda q: half * (2 * q - 1))
 
 
-def _problems(problem: Any, names: tuple[str, ...], parameters: Array) -> list[Any]:
-    """Return the one problem, or that of each scenario."""
-    if not names:
-        require_problem(problem)
-        return [problem]
-    if isinstance(problem, Problem) or not callable(problem):
-        rule = f"a function of {', '.join(names)} that returns a pymoo problem"
-        raise wrong_type("problem", f"{rule} where uncertainty is given", problem)
-    rows = [dict(zip(names, row, strict=True)) for row in parameters.tolist()]
-    first = scenario_problem("problem", problem, rows[0], None)
-    like = (first.n_var, first.n_obj)
-    return [first, *(scenario_problem("problem", problem, row, like) for row in rows[1:])]
-
-
-def _real_variable(name: str, space: DesignSpace, own: Mapping[str, str]) -> int:
-    """Return the column of a variable that may have a tolerance, by its own or default name."""
-    places = {given: j for names in (space.names, own.values()) for j, given in enumerate(names)}
-    column = places[known_name("a variable of tolerances", name, places)]
-    variable = space.variables[column]
-    if variable.kind is not Kind.REAL or variable.fixed:
-        remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
-        raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
-    return column
-
-
 def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
     """Return the statistic of each objective, checked."""
-    texts = [criteria] * m if isinstance(criteria, str) else criteria
-    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
-        raise wrong_type("criteria", "a text or a list of them", criteria)
-    if len(texts) != m:
-        raise invalid("criteria", f"{m} statistics, one for each objective", list(texts))
+    texts = tuple([criteria] * m if isinstance(criteria, str) else criteria)
     for text in texts:
-        found = re.fullmatch(r"mean|(quantile|cvar):([0-9]+\.?[0-9]*|\.[0-9]+)", text)
+        found = re.fullmatch(r"mean|(quantile|cvar):([0-9]+\.?[0-9]*|\.[0-9]+)", str(text))
         q = float(found[2]) if found and found[2] else 0.5
-        if not found or not 0 < q <= 1 or (found[1] == "cvar" and q == 1):
+        if not found or not 0 < q <= 1 or (found[1] == "cvar" and q == 1) or len(texts) != m:
             rule = "'mean', 'quantile:q' with 0 < q <= 1 or 'cvar:q' with 0 < q < 1"
-            raise invalid("criteria", rule, text)
-    return tuple(texts)
+            raise invalid("criteria", f"{rule}, one for all or each of {m} objectives", criteria)
+    return texts
+
+
+def scenario_values(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
+    """Return quasi-random values of independent uncertain quantities.
+
+    They are LPτ points taken through the quantile functions. The first point is the centre, with
+    all quantities at their medians: the origin has no quantile under an unbounded distribution.
+
+    Args:
+        n_scenarios: How many scenarios.
+        distributions: By what messages call them, from ``scipy.stats`` or anything else with the
+            quantile function ``ppf`` or ``icdf``.
+
+    Returns:
+        ``(n_scenarios, k)`` finite values, a column for each distribution.
+
+    Raises:
+        ArgumentTypeError: There is something that is no distribution.
+        ArgumentValueError: A distribution gives no finite values.
+    """
+    values = lp_tau(n_scenarios, len(distributions), first=2)
+    for j, (name, distribution) in enumerate(distributions.items()):
+        # SciPy has both names: ppf of its old distributions, icdf of its new ones.
+        quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
+        if not callable(quantile):
+            rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
+            raise wrong_type(name, rule, distribution)
+        values[:, j] = quantile(values[:, j])
+        if not np.isfinite(values[:, j]).all():
+            found = Received(str(values[:, j]))
+            raise invalid(name, "a distribution with finite quantiles", found)
+    return values
+
+
+def scenario_problem(
+    argument: str,
+    make_problem: Callable[..., Any],
+    parameters: Mapping[str, float],
+    sizes: tuple[int, int] | None = None,
+) -> Any:
+    """Return the problem of a scenario.
+
+    Args:
+        argument: The user's argument that makes the problem.
+        make_problem: What makes it, called with the parameters by name.
+        parameters: Their values in this scenario.
+        sizes: ``(n_var, n_obj)`` of the first scenario, which all have.
+
+    Raises:
+        ArgumentValueError: The problem has another size, or does not take a parameter.
+        ArgumentTypeError: What is made is no problem.
+    """
+    if not callable(make_problem):
+        rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
+        raise wrong_type(argument, rule, make_problem)
+    problem = make_problem(**parameters)
+    require_problem(problem, parameters)
+    found = (problem.n_var, problem.n_obj)
+    if found != (sizes or found):
+        rule = f"of (n_var, n_obj) = {sizes} in every scenario, as in the first"
+        raise invalid(argument, rule, found)
+    return problem
+
+
+def evaluated(problem: Any, designs: Any, *args: Any, **kwargs: Any) -> tuple[Array, Mask, Any]:
+    """Evaluate designs in a scenario.
+
+    Returns:
+        ``(n, m)`` their objectives; ``(n,)`` which are feasible with finite objectives, and
+        ``(n,)`` why others failed, empty for those that did not.
+    """
+    out = evaluate_designs(problem, designs, *args, **kwargs)
+    feasible = meets_constraints(out["G"], out["H"]) & (out["failure"] == "")
+    return out["F"], competes(out["F"], feasible), out["failure"]

@@ -13,15 +13,8 @@ from pymoo_psi.problems._pymoo import require_known_keywords
 
 # Keywords of pymoo's Problem that follow from the chute: given here they would contradict it.
 _OURS = (
-    "n_var",
-    "n_obj",
-    "n_ieq_constr",
-    "n_eq_constr",
-    "xl",
-    "xu",
-    "vtype",
-    "vars",
-    "elementwise",
+    *("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu"),
+    *("vtype", "vars", "elementwise"),
 )
 
 
@@ -51,11 +44,9 @@ class _ChuteProblem(Problem):
         xl = _vector("lower", lower, 2)
         # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll.
         xu = _vector("upper", (3.5 * self.parameters.mu, 6.0) if upper is None else upper, 2)
-        if (xl < 0).any():
-            raise invalid("lower", ">= 0", Received(str(xl.tolist())))
-        if (xl > xu).any():
-            both = f"lower={xl.tolist()}, upper={xu.tolist()}"
-            raise invalid("lower", "at most upper in each variable", Received(both))
+        if (xl < 0).any() or (xl > xu).any():
+            both = Received(f"lower={xl.tolist()}, upper={xu.tolist()}")
+            raise invalid("lower", ">= 0 and at most upper in each variable", both)
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
     def fingerprint(self) -> dict[str, Any]:
