@@ -155,10 +155,10 @@ def test_what_is_not_one_problem_is_refused():
     for tables, message in [
         (
             {"a": table, "b": other},
-            "the experiment 'b' must be tests of .*objectives f1 against mass",
+            "the experiment 'b' must be tests of .*objectives .*f1.* against .*mass",
         ),
-        ({"a": table, "b": sub}, "objectives f1 against r"),
-        ({"a": table, "b": turned}, "maximize none against f1"),
+        ({"a": table, "b": sub}, "objectives .*f1.* against .*r"),
+        ({"a": table, "b": turned}, "direction of f1 min against max"),
         ({"a": bnh, "b": another}, "parameters"),
         ({"a": 3}, "the experiment 'a' must be a TestTable, got int"),
         ({}, "experiments must be tables by name"),
@@ -179,6 +179,6 @@ def test_tests_of_no_experiment_or_of_others_are_not_taken_for_one_of_the_experi
     for one, other in [(both, later), (later, both), (both, others)]:
         with pytest.raises(PsiError, match="got experiments .*a.*, 0.*b.*, 2"):
             one.merge(other)
-    with pytest.raises(PsiError, match="got experiments .*'a', 0.*'b', 2.* against none"):
+    with pytest.raises(PsiError, match="got experiments .*'a', 0.*'b', 2.* against"):
         both.extended(later)
     assert both.rows([3]).merge(both.rows([0, 1, 2])).equals(both)

@@ -318,7 +318,8 @@ def test_designs_are_read_back_as_what_they_were_written(read, layout):
     head = designs_head(layout, names, numbers)
     assert (head == "") == (layout.objectives == ("f1", "f2"))
     table = read(f"{head}\n{text}" if head else text)
-    assert table.layout.difference(layout) == ""
+    for group in ("variables", "objectives", "outputs", "maximize", "units"):
+        assert getattr(table.layout, group) == getattr(layout, group)
     for name, column in zip(names, cells.T, strict=True):
         np.testing.assert_array_equal(table.column(name), column)
 

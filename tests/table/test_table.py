@@ -298,7 +298,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: PLAIN.rows([0.5]), TypeError, "selection must be a mask or indices, got dtype float64"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(PLAIN), ValueError, "distinct, got test point 1 twice"),
-        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives f1, f2 against f1, f2, g1"),
+        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives .* against .*g1"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([0], [[0.0]], [[1.0]]), ValueError, "numbers must be .* integers from 1, got"),
         (lambda: TestTable.of([1.0], [[0.0]], [[1.0]]), TypeError, "numbers must be integers from 1, got dtype float64"),

@@ -249,6 +249,6 @@ def test_a_design_is_explained_in_the_senses_and_units_of_its_table():
     for number, row in ((None, 1), (12, 1), (14, 3), (13, 2)):  # the last is dominated
         theirs = explain(frame, row, maximize=["gain"], units={"mass": "kg"})
         assert str(table.explain(number, limits)) == str(theirs)
-    for number, why in ((15, "violates"), (16, "failed"), (1, "is not in the table")):
-        with pytest.raises(PsiError, match=f"a feasible design, got {number}, which {why}"):
+    for number in (15, 16, 1):  # infeasible, failed, not in the table
+        with pytest.raises(PsiError, match=f"a feasible design, got {number}"):
             table.explain(number, limits)

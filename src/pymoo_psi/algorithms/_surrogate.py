@@ -26,7 +26,7 @@ from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
 from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import Limits, TestTable, bounds_of, lacking, other_problem
+from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -349,11 +349,9 @@ class SurrogatePSI(PSI):
 
 def _of_this_run(given: TestTable, table: TestTable) -> TestTable:
     """Return tests as those of a run, whatever points they are of; they must be of its problem."""
-    if difference := other_problem(given, table, apart_from=("sampling", "key")):
-        raise invalid("start", "tests of the same problem", Received(difference))
-    if difference := table.layout.difference(given.layout):
-        rule = "tests with the names, senses, units and bounds of this run"
-        raise invalid("start", rule, Received(difference))
+    if other := difference(given, table, apart_from=("sampling", "key")):
+        rule = "tests of the same problem, with the names, directions, units and bounds of this run"
+        raise invalid("start", rule, Received(other))
     return replace(given, problem=table.problem)
 
 

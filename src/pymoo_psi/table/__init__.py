@@ -89,7 +89,7 @@ from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._sources import read_designs
-from pymoo_psi.table._table import STATUSES, TestTable, other_problem, read_tests
+from pymoo_psi.table._table import STATUSES, TestTable, difference, read_tests
 
 __all__ = [
     "RESERVED",
@@ -118,6 +118,7 @@ __all__ = [
     "design_matrix",
     "design_of",
     "designs_head",
+    "difference",
     "ends",
     "excess",
     "feasibility_rules",
@@ -126,7 +127,6 @@ __all__ = [
     "is_writable",
     "kinds_of_columns",
     "lacking",
-    "other_problem",
     "read_designs",
     "read_table",
     "read_tests",

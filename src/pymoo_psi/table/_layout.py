@@ -234,49 +234,17 @@ class Layout:
         """
         return _index("objective", key, self.objectives)
 
-    def difference(self, other: Layout) -> str:
-        """Say in what another layout differs first; empty if in nothing.
-
-        Outputs may be any: a later test can have more of them than an earlier one.
-
-        Example:
-            >>> Layout.of(1, ["mass"]).difference(Layout.of(1, ["cost"]))
-            'objectives mass against cost'
-        """
-        if other is self:
-            return ""
-        for group in (*_GROUPS[:-1], "maximize", "eq_tolerance", "experiments"):
-            a, b = getattr(self, group), getattr(other, group)
-            if group == "maximize":  # of the columns that both have
-                a, b = ([n for n in a if n in other.columns], [n for n in b if n in self.columns])
-            if a != b:
-                return f"{group} {_listed(a)} against {_listed(b)}"
-        for name in self.columns:
-            # Of an output that the other does not have, the unit may not be known either.
-            a, b = self.units.get(name, "none"), other.units.get(name, "none")
-            if name in other.columns and a != b:
-                return f"unit of {name}: {a} against {b}"
-        # Kinds that follow from the designs may be any.
-        for name, a, b in zip(self.variables, self.kinds, other.kinds, strict=False):
-            if a != b:
-                return f"kind of {name}: {a.value} against {b.value}"
-        for side in ("lower", "upper"):
-            a, b = getattr(self, side), getattr(other, side)
-            for j in np.flatnonzero(~((a == b) | (np.isnan(a) & np.isnan(b)))):
-                return f"{side} bound of {self.variables[j]}: {a[j]} against {b[j]}"
-        return ""
-
 
 def joined_layout(layout: Layout, other: Layout) -> Layout:
     """Return a layout with the outputs of another that agrees, their directions and units."""
     outputs = tuple(dict.fromkeys((*layout.outputs, *other.outputs)))
     # The unit of a column is that of the layout that has the column.
     own = {name: unit for name, unit in layout.units.items() if name in layout.columns}
-    units = {**layout.units, **other.units, **own}
-    if (outputs, units) == (layout.outputs, layout.units):
+    units, kinds = {**layout.units, **other.units, **own}, layout.kinds or other.kinds
+    if (outputs, units, kinds) == (layout.outputs, layout.units, layout.kinds):
         return layout
     more = tuple(dict.fromkeys((*layout.maximize, *other.maximize)))
-    return replace(layout, outputs=outputs, maximize=more, units=units)
+    return replace(layout, outputs=outputs, maximize=more, units=units, kinds=kinds)
 
 
 def is_writable(text: str) -> bool:
@@ -334,7 +302,3 @@ def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
             raise invalid(kind, f"a name or an index from 0 to {len(names) - 1}", int(key))
         return int(key)
     return names.index(known_name(kind, key, names))
-
-
-def _listed(value: object) -> str:
-    return ", ".join(map(str, value)) or "none" if isinstance(value, (tuple, list)) else str(value)

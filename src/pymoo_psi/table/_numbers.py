@@ -216,7 +216,7 @@ def _column(
 ) -> Column:
     """Return a column by its readings and the marks of the certain columns of the file."""
 
-    def refused(row: int, what: str) -> Column:
+    def refused(row: Any, what: str) -> Column:
         return Column(cells, problem=(int(row), what))
 
     decimal, *others = values

@@ -380,8 +380,9 @@ def _table(
     remarks += _incomplete(designs, objectives, F, drop_incomplete=drop_incomplete)
     X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     extra = {name: _carried(column) for name, column in columns.items() if name not in taken}
-    label = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
-    extra.setdefault(label, designs.rows.tolist())
+    naming = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
+    extra.setdefault(naming, designs.rows.tolist())
+    label: str | None = naming
     numbers = designs.rows
     if "test_point" in extra:  # a table's own name, which no further column can have
         tests = extra.pop("test_point")

@@ -13,7 +13,7 @@ import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -30,7 +30,6 @@ from pymoo_psi._validation import (
     finite_array,
     finite_number,
     instance,
-    integer,
     invalid,
     known_name,
     mapping,
@@ -116,6 +115,7 @@ class TestTable(Shown):
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
         status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
+            Given as None, it follows from the other arrays, as in :meth:`of`.
         reasons: Why designs failed, for the numbers of their test points.
         prototype: Existing designs to compare with, a table of the same columns; or None.
         outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
@@ -143,7 +143,7 @@ class TestTable(Shown):
     F: Array
     G: Array
     H: Array
-    status: NDArray[np.str_]
+    status: NDArray[np.str_] = None  # type: ignore[assignment]
     reasons: Mapping[int, str] = field(default_factory=dict)
     prototype: TestTable | None = None
     outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
@@ -157,28 +157,28 @@ class TestTable(Shown):
         values: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, layout.variables, layout.kinds),
-            "status": np.array(self.status, dtype=str),
-            "reasons": _reason_texts(self.reasons),
             "extra": _extra_columns(self.extra, layout, len(numbers)),
         }
         for name in ("F", "G", "H", "outputs"):
             given = getattr(self, name)
             given = np.zeros((len(numbers), 0)) if given is None else real_array(name, given)
             values[name] = np.array(given, order="C")
-        shapes = {name: (len(numbers), width) for name, width in _widths(layout).items()}
-        for name, shape in {**shapes, "status": numbers.shape}.items():
-            if values[name].shape != shape:
+        for name, width in _widths(layout).items():
+            if values[name].shape != (shape := (len(numbers), width)):
                 raise invalid(name, f"of shape {shape}", Received(f"shape {values[name].shape}"))
         self._set(values)
-        # Whatever failed is believed; the rest must follow from the constraints, so that no two
+        given = None if self.status is None else np.array(self.status, dtype=str)
+        self._set(self._status(self.reasons, given))
+        # What failed is believed; the rest must follow from the constraints, so that no two
         # places of the table can disagree on what is feasible.
-        right = self._status(self.status == "failed")
-        for i in np.flatnonzero(self.status != right):
+        for i in np.flatnonzero(given != self.status) if given is not None else ():
             rule = "ok where the constraints are met, infeasible where not, or failed"
-            found = Received(f"{str(self.status[i])!r} for test point {numbers[i]}")
+            found = Received(f"{str(given[i])!r} for test point {numbers[i]}")
             raise invalid("status", rule, found)
-        self._set({"status": right})
-        self._check_reasons()
+        failed = self.numbers[self.status == "failed"].tolist() if self.reasons else ()
+        if unknown := {*self.reasons}.difference(failed):
+            found = Received(f"one for {min(unknown)}")
+            raise invalid("reasons", "given for failed test points", found)
 
     @classmethod
     def of(
@@ -222,27 +222,24 @@ class TestTable(Shown):
             >>> table.status.tolist()
             ['ok', 'infeasible']
         """
-        numbers = _point_numbers(numbers)
         F = real_array("F", F)
-        none = np.zeros((len(numbers), 0))
+        none = np.zeros((len(F) if F.ndim else 0, 0))
         G, H = (none if v is None else real_array(name, v) for name, v in (("G", G), ("H", H)))
         if layout is None:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], *(v.shape[1] if v.ndim == 2 else 0 for v in (F, G, H)))
-        given = _reason_texts({} if reasons is None else reasons)
-        layout, further = _with_outputs(layout, len(numbers), {} if outputs is None else outputs)
-        # "failed" fits any constraints; what the status is follows from the checked arrays.
-        status = np.full(len(numbers), "failed")
-        more: Any = {} if extra is None else extra
-        table = cls(layout, numbers, X, F, G, H, status, outputs=further, extra=more)
-        failed = np.isin(table.numbers, list(given)) if given else np.zeros(len(table), dtype=bool)
-        lost = ~failed & ~np.isfinite(table.F).all(axis=1)
-        lost &= ~table._violated().any(axis=1)
-        for i in np.flatnonzero(lost):
-            given[int(table.numbers[i])] = _lack(table, i)
-        table._set({"status": table._status(failed | lost), "reasons": given})
-        table._check_reasons()
-        return table
+        columns = mapping("outputs", {} if outputs is None else outputs, "names to values")
+        names = tuple(dict.fromkeys((*layout.outputs, *columns)))
+        layout = layout if names == layout.outputs else replace(layout, outputs=names)
+        further = np.full((len(none), len(names)), np.nan)
+        for name, column in columns.items():
+            values = real_array(f"the output {name!r}", column)
+            if values.shape != (len(none),):
+                found = Received(f"shape {values.shape}")
+                raise invalid(f"the output {name!r}", f"of shape {(len(none),)}", found)
+            further[:, names.index(name)] = values
+        more: Any = {"extra": {} if extra is None else extra, "outputs": further}
+        return cls(layout, numbers, X, F, G, H, reasons=reasons or {}, **more)  # type: ignore[arg-type]
 
     @classmethod
     def empty(cls, layout: Layout | None = None) -> TestTable:
@@ -259,8 +256,7 @@ class TestTable(Shown):
         """
         layout = Layout.of() if layout is None else layout
         X, F, G, H, outputs = (np.zeros((0, width)) for width in _widths(layout).values())
-        numbers, status = np.zeros(0, dtype=np.int64), np.zeros(0, dtype="<U10")
-        return cls(layout, numbers, X, F, G, H, status, outputs=outputs)
+        return cls(layout, np.zeros(0, dtype=np.int64), X, F, G, H, outputs=outputs)
 
     def __repr__(self) -> str:
         """Return the size of the table."""
@@ -509,10 +505,7 @@ class TestTable(Shown):
         numbers = self.numbers[rows].tolist()
         chosen = int(self.numbers[optimal][best]) if test_point is None else test_point
         if chosen not in numbers:
-            status = self.status[self.numbers == chosen].tolist()
-            why = "which failed" if "failed" in status else "which violates constraints or limits"
-            found = Received(f"{chosen!r}, {why if status else 'which is not in the table'}")
-            raise invalid("test_point", "the number of a feasible design", found)
+            raise invalid("test_point", "the number of a feasible design", chosen)
         layout, names = self.layout, self.names
         objectives = Objectives(
             self.F[rows] * layout.sign + 0.0,  # no -0.0
@@ -605,24 +598,23 @@ class TestTable(Shown):
                 rows.append(i)
         for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
             block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
-        named = dict(zip(layout.outputs, outputs.T, strict=True))
         former = self.layout.variables
-        kept = [former.index(name) for name in layout.variables]
-        X = self.X if layout.variables == former else self.X[:, kept]
-        table = TestTable.of(
-            self.numbers, X, F, G, H, outputs=named, reasons=reasons, layout=layout,
-            extra=self.extra,
-        )  # fmt: skip
+        X = self.X
+        if layout.variables != former:
+            X = design_matrix("X", X[:, [former.index(name) for name in layout.variables]])
         prototype = None if self.prototype is None else self._prototype_under(formulation)
-        return table._with(prototype=prototype, remarks=self.remarks)
+        table = self._with(
+            layout=layout, X=X, F=F, G=G, H=H, outputs=outputs, problem=None, prototype=prototype
+        )
+        table._set(table._status(reasons))
+        return table
 
     def _prototype_under(self, formulation: Formulation) -> TestTable:
         """Return the existing designs under a formulation; outputs of theirs are not known."""
         known, names = self.prototype, self.layout.outputs
         assert known is not None
         layout = replace(known.layout, outputs=names, maximize=self.layout.maximize)
-        outputs = _joined_outputs(names, [known])
-        table = known._with(layout=layout, outputs=outputs).under(formulation)
+        table = known._with(layout=layout, outputs=_outputs_under(layout, known)).under(formulation)
         for i, j in np.argwhere(~np.isfinite(table.F)):
             what = f"{table.layout.objectives[j]} of the prototype"
             remedy = "give the prototype with its constraints, or after under()"
@@ -730,14 +722,7 @@ class TestTable(Shown):
         tables = [t for t in (self, *blocks) if len(t) or t.layout.columns]
         if len(tables) < 2:
             return tables[0] if tables else self
-        # Of layouts that agree, one with kinds says more than one without, wherever it stands.
-        layout = tables[0].layout
-        kinds = next((t.layout.kinds for t in tables if t.layout.kinds), ())
-        layout = layout if layout.kinds == kinds else replace(layout, kinds=kinds)
-        for block in tables:
-            if difference := layout.difference(block.layout) or other_problem(tables[0], block):
-                raise invalid("block", "of the table's layout", Received(difference))
-            layout = joined_layout(layout, block.layout)  # a later block may contradict its outputs
+        whole = _agreeing(tables, ["block"] * len(tables), "of the table's layout")
         joined: dict[str, Any] = {
             name: np.concatenate([getattr(t, name) for t in tables])
             for name in ("numbers", "F", "G", "H", "status")
@@ -745,15 +730,12 @@ class TestTable(Shown):
         _require_distinct(joined["numbers"])
         X = joined_designs([t.X for t in tables])
         # Designs of a block that declares no kinds take those of the others.
-        if any(t.layout.kinds != kinds for t in tables):
-            X = design_matrix("X of a block", X, layout.variables, kinds)
-        return self._with(
-            layout=layout,
+        if any(t.layout.kinds != whole.layout.kinds for t in tables):
+            X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
+        return whole._with(
             X=X,
-            outputs=_joined_outputs(layout.outputs, tables),
+            outputs=np.concatenate([_outputs_under(whole.layout, t) for t in tables]),
             reasons={n: text for t in tables for n, text in t.reasons.items()},
-            prototype=next((t.prototype for t in tables if t.prototype is not None), None),
-            problem=next((t.problem for t in tables if t.problem is not None), None),
             extra=_joined_extra(tables),
             remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
             **joined,
@@ -776,41 +758,35 @@ class TestTable(Shown):
             array([1, 2, 3, 4])
         """
         instance("other", other, TestTable)
-        for blank, filled in ((self, other), (other, self)):
-            if not len(blank) and not blank.layout.columns:
-                return filled.rows(np.argsort(filled.numbers))
-        difference = self.layout.difference(other.layout) or _other_prototype(self, other)
-        if difference := difference or other_problem(self, other):
-            raise invalid("other", "a table of the same problem", Received(difference))
-        layout = joined_layout(self.layout, other.layout)
         mine, theirs = (
-            table._with(layout=layout, outputs=_joined_outputs(layout.outputs, [table]))
-            for table in (self, other)
+            t if (t.numbers[1:] > t.numbers[:-1]).all() else t.rows(np.argsort(t.numbers))
+            for t in (self, other)
+        )
+        if not mine.layout.columns or not theirs.layout.columns:
+            return mine.extended(theirs)
+        whole = _agreeing([mine, theirs], ["other"] * 2, "a table of the same problem")
+        more: Any = {name: getattr(whole, name) for name in ("layout", "problem", "prototype")}
+        mine, theirs = (
+            t._with(outputs=_outputs_under(whole.layout, t), **more) for t in (mine, theirs)
         )
         # A test point that both have must have the same result in both, or they are no one problem.
-        _, a, b = np.intersect1d(
-            self.numbers, other.numbers, assume_unique=True, return_indices=True
-        )
-        one, two = mine.rows(a), theirs.rows(b)
+        again = np.isin(mine.numbers, theirs.numbers)
+        new = ~np.isin(theirs.numbers, mine.numbers)
+        one, two = mine.rows(again), theirs.rows(~new)
         known = np.where(np.isnan(one.outputs), two.outputs, one.outputs)
-        again = np.where(np.isnan(two.outputs), one.outputs, two.outputs)
-        one, two = one._with(outputs=known), two._with(outputs=again)
-        same = np.ones(len(one), dtype=bool)
-        for cells in _same_blocks(one, two):
-            same &= cells.all(axis=1)
+        filled = np.where(np.isnan(two.outputs), known, two.outputs)
+        same = _same_rows(one._with(outputs=known), two._with(outputs=filled))
         for number, equal in zip(one.numbers.tolist(), same.tolist(), strict=True):
             if not equal or one.reasons.get(number) != two.reasons.get(number):
                 rule = "a table with the same results for the same test points"
                 remedy = "do not merge runs of different problems, bounds or versions"
                 raise invalid("other", rule, Received(f"others for test point {number}"), remedy)
-        # Copied only if it changes, as tables can be large and mostly have no test in common.
-        if len(a):
-            whole = mine.outputs.copy()
-            whole[a] = known
-            mine = mine._with(outputs=whole)
-        new = np.ones(len(other), dtype=bool)
-        new[b] = False
-        table = mine.extended(theirs.rows(new))
+        outputs = mine.outputs.copy()
+        outputs[again] = known
+        table = mine._with(outputs=outputs)
+        if not new.any():
+            return table
+        table = table.extended(theirs.rows(new))
         return table.rows(np.argsort(table.numbers))
 
     @classmethod
@@ -847,36 +823,29 @@ class TestTable(Shown):
             rule = "tables by name, such as {'coarse': a, 'refined': b}"
             raise wrong_type("experiments", rule, experiments)
         origins: list[tuple[str, int]] = []
-        before, last = [], 0  # the number before each table's first test point
         for name, table in experiments.items():
             instance(f"the experiment {name!r}", table, TestTable)
+        layouts = [table.layout for table in experiments.values()]
+        blocks, bounds, last = [], {}, 0
+        if len({layout.variables for layout in layouts}) == 1:
+            # NaN, where there is no bound, is passed on.
+            bounds["lower"] = np.minimum.reduce([layout.lower for layout in layouts])
+            bounds["upper"] = np.maximum.reduce([layout.upper for layout in layouts])
+        for name, table in experiments.items():
             parts = [(f"{name}/{part}", n) for part, n in table.layout.experiments]
             origins += [(part, last + n) for part, n in parts or [(name, 0)]]
-            before.append(last)
-            last = int((table.numbers + last).max(initial=origins[-1][1]))
-        tables = list(experiments.values())
-        bounds: dict[str, Any] = {"lower": tables[0].layout.lower, "upper": tables[0].layout.upper}
-        first = replace(tables[0].layout, experiments=())
-        for name, table in experiments.items():
-            same = table.layout.variables == first.variables
-            plain = replace(table.layout, experiments=(), **(bounds if same else {}))
-            if other := first.difference(plain) or _other_prototype(tables[0], table):
-                rule = "tests of the problem of the others; give all the same formulation"
-                raise invalid(f"the experiment {name!r}", rule, Received(other))
-            first = joined_layout(first, plain)
-        # NaN, where there is no bound, is passed on.
-        bounds["lower"] = np.minimum.reduce([t.layout.lower for t in tables])
-        bounds["upper"] = np.maximum.reduce([t.layout.upper for t in tables])
-        blocks = [
-            table._with(
-                layout=replace(table.layout, experiments=tuple(origins), **bounds),
-                numbers=table.numbers + start,
-                reasons={n + start: text for n, text in table.reasons.items()},
+            block = table._with(
+                layout=replace(table.layout, experiments=(), **bounds),
+                numbers=table.numbers + last,
+                reasons={n + last: text for n, text in table.reasons.items()},
                 problem=_model_of(table.problem),
             )
-            for table, start in zip(tables, before, strict=True)
-        ]
-        return blocks[0].extended(*blocks[1:])
+            blocks.append(block)
+            last = int(block.numbers.max(initial=origins[-1][1]))
+        rule = "tests of the problem of the others; give all the same formulation"
+        _agreeing(blocks, [f"the experiment {name!r}" for name in experiments], rule)
+        whole = blocks[0].extended(*blocks[1:])
+        return whole._with(layout=replace(whole.layout, experiments=tuple(origins)))
 
     def equals(self, other: object) -> bool:
         """Say whether another table has the same tests in everything; NaN is equal to NaN.
@@ -888,14 +857,13 @@ class TestTable(Shown):
         """
         return (
             isinstance(other, TestTable)
-            and not self.layout.difference(other.layout)
+            and not difference(self._with(problem=None), other)
             and self.layout.outputs == other.layout.outputs
             and np.array_equal(self.numbers, other.numbers)
             and list(self.extra) == list(other.extra)
-            and all(cells.all() for cells in _same_blocks(self, other))
+            and bool(_same_rows(self, other).all())
             and dict(self.reasons) == dict(other.reasons)
             and (self.prototype is None) == (other.prototype is None)
-            and not _other_prototype(self, other)
         )
 
     def with_prototype(
@@ -928,16 +896,11 @@ class TestTable(Shown):
         layout, known = self.layout, self.prototype
         kinds = self.kinds if len(self) else layout.kinds
         x = design_row("x of the prototype", x, layout.variables, kinds)
-        values = []
-        groups = (layout.objectives, layout.inequalities, layout.equalities)
-        for letter, value, names in zip("fgh", (f, g, h), groups, strict=True):
-            argument = f"{letter} of the prototype"
-            given = real_array(argument, np.full(len(names), np.nan) if value is None else value)
-            if given.shape != (len(names),):
-                found = Received(f"shape {given.shape}")
-                raise invalid(argument, f"of shape {(len(names),)}", found)
-            values.append(given[None])
-        F = finite_array("f of the prototype", values[0][0])[None] * layout.sign
+        F = finite_array("f of the prototype", f)[None]
+        G, H = (
+            real_array("g and h", np.full(len(names), np.nan) if v is None else v)[None]
+            for v, names in ((g, layout.inequalities), (h, layout.equalities))
+        )
         own = replace(
             layout,
             outputs=(),
@@ -948,7 +911,8 @@ class TestTable(Shown):
         )
         number = 1 if known is None else len(known) + 1
         called = {"prototype": [instance("the prototype's name", name, str)]}
-        former = TestTable.of([number], x[None], F, *values[1:], layout=own, extra=called)
+        former = TestTable.of([number], x[None], F, G, H, layout=own, extra=called)
+        former = former._with(F=former.F * layout.sign)
         return self._with(prototype=former if known is None else known.extended(former))
 
     # Frames and files
@@ -1160,17 +1124,25 @@ class TestTable(Shown):
         """``(n, n_ieq + n_eq)`` which constraints a design violates; one that is NaN counts."""
         return violated_constraints(self.G, self.H, self.layout.eq_tolerance)
 
-    def _status(self, failed: Mask) -> NDArray[np.str_]:
-        """``(n,)`` the status that follows from what failed and from the constraints."""
-        violates = self._violated().any(axis=1)
-        status: NDArray[np.str_] = np.array(STATUSES)[np.where(failed, 2, violates)]
-        return status
+    def _status(
+        self, reasons: Mapping[int, str], given: NDArray[np.str_] | None = None
+    ) -> dict[str, Any]:
+        """Return the status that follows from the constraints, and the reasons of failures.
 
-    def _check_reasons(self) -> None:
-        unknown = set(self.reasons).difference(self.numbers[self.status == "failed"].tolist())
-        if unknown:
-            found = Received(f"one for {min(unknown)}")
-            raise invalid("reasons", "given for failed test points", found)
+        What failed is that with a reason and, unless the status is given, what meets its
+        constraints without finite objectives.
+        """
+        reasons = {number: _readable(str(text)) for number, text in reasons.items()}
+        violates = self._violated().any(axis=1)
+        if given is not None:
+            failed = given == "failed"
+        else:
+            failed = np.isin(self.numbers, list(reasons)) if reasons else np.zeros_like(violates)
+            lost = ~failed & ~violates & ~np.isfinite(self.F).all(axis=1)
+            reasons |= {int(self.numbers[i]): _lack(self, i) for i in np.flatnonzero(lost)}
+            failed |= lost
+        status = np.array(STATUSES)[np.where(failed, 2, violates)]
+        return {"status": status, "reasons": reasons}
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
@@ -1239,29 +1211,32 @@ def _widths(layout: Layout) -> dict[str, int]:
     }
 
 
-def _with_outputs(layout: Layout, n: int, outputs: Mapping[str, ArrayLike]) -> tuple[Layout, Array]:
-    """Return a layout with the names of n tests' outputs, and ``(n, k)`` their values."""
-    mapping("outputs", outputs, "names to values of each test")
-    names = tuple(dict.fromkeys((*layout.outputs, *outputs)))
-    values = np.full((n, len(names)), np.nan)
-    for j, name in enumerate(names):
-        if name in outputs:
-            column = real_array(f"the output {name!r}", outputs[name])
-            if column.shape != (n,):
-                found = Received(f"shape {column.shape}")
-                raise invalid(f"the output {name!r}", f"of shape {(n,)}", found)
-            values[:, j] = column
-    return layout if names == layout.outputs else replace(layout, outputs=names), values
+def _outputs_under(layout: Layout, table: TestTable) -> Array:
+    """Return the outputs of a table in a layout that has them all; NaN for others."""
+    names = layout.outputs
+    if names == table.layout.outputs:
+        return table.outputs
+    outputs = np.full((len(table), len(names)), np.nan)
+    outputs[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
+    return outputs
 
 
-def _joined_outputs(names: tuple[str, ...], tables: Sequence[TestTable]) -> Array:
-    """Return the outputs of tables, one below the other; NaN where one does not have them."""
-    parts = []
-    for table in tables:
-        part = np.full((len(table), len(names)), np.nan)
-        part[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
-        parts.append(part)
-    return np.concatenate(parts)
+def _agreeing(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
+    """Return the first of some tables, by their names, with layout, problem, prototype of all.
+
+    Raises:
+        ArgumentValueError: They differ.
+    """
+    whole = tables[0]
+    for table, name in zip(tables, names, strict=True):
+        if found := difference(whole, table):
+            raise invalid(name, rule, Received(found))
+        whole = whole._with(
+            layout=joined_layout(whole.layout, table.layout),
+            problem=table.problem if whole.problem is None else whole.problem,
+            prototype=table.prototype if whole.prototype is None else whole.prototype,
+        )
+    return whole
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
@@ -1290,15 +1265,6 @@ def _require_distinct(numbers: NDArray[np.int64]) -> None:
         raise invalid("the test points of a table", "distinct", twice)
 
 
-def _reason_texts(reasons: Mapping[int, str]) -> dict[int, str]:
-    """Return reasons of failures by number of the test point, as texts that files can hold."""
-    mapping("reasons", reasons, "test points to texts")
-    return {
-        integer("a test point of reasons", number, minimum=1): _readable(str(text))
-        for number, text in reasons.items()
-    }
-
-
 def _readable(reason: str) -> str:
     """Return a reason without what no file can hold; it is only to be read."""
     if not is_writable(reason):
@@ -1306,36 +1272,20 @@ def _readable(reason: str) -> str:
     return reason or "no reason given"
 
 
-def _same_cells(a: NDArray[Any], b: NDArray[Any]) -> Mask:
-    """Mark the cells of two arrays of one shape that are equal, NaN to NaN, and of one type."""
-    if a.dtype == object or a.dtype != b.dtype:
-        cells = [
-            type(x) is type(y) and x == y
-            for x, y in zip(a.ravel().tolist(), b.ravel().tolist(), strict=True)
-        ]
-        return np.array(cells, dtype=bool).reshape(a.shape)
-    same: Mask = a == b
-    if a.dtype.kind == "f":
-        same |= np.isnan(a) & np.isnan(b)
+def _same_rows(a: TestTable, b: TestTable) -> Mask:
+    """``(n,)`` which rows of two tables are equal, NaN to NaN, and of one type."""
+    pairs = [(getattr(a, name), getattr(b, name)) for name in _BLOCKS]
+    pairs += [(a.extra[name], b.extra[name]) for name in a.extra if name in b.extra]
+    same = np.ones(len(a), dtype=bool)
+    for x, y in pairs:
+        if x.dtype == object or x.dtype != y.dtype:
+            cells = zip(x.ravel().tolist(), y.ravel().tolist(), strict=True)
+            equal = np.array([type(u) is type(v) and u == v for u, v in cells], dtype=bool)
+        else:
+            equal = ((x == y) | ((x != x) & (y != y))).ravel()
+        if x.size:
+            same &= equal.reshape(len(a), -1).all(axis=1)
     return same
-
-
-def _same_blocks(a: TestTable, b: TestTable) -> Iterable[Mask]:
-    """Return where the blocks and extra columns of two tables of one shape are equal."""
-    blocks = [(getattr(a, name), getattr(b, name)) for name in _BLOCKS]
-    blocks += [(a.extra[name], b.extra[name]) for name in a.extra if name in b.extra]
-    return [_same_cells(x, y).reshape(len(a), -1) for x, y in blocks if x.size]
-
-
-def _other_prototype(a: TestTable, b: TestTable) -> str:
-    """Say in what the prototypes of two tables differ; empty if in nothing, or one has none."""
-    one, other = a.prototype, b.prototype
-    if one is None or other is None:
-        return ""
-    blocks = [(getattr(one, name), getattr(other, name)) for name in "XFGH"]
-    if one.names == other.names and all(_same_cells(x, y).all() for x, y in blocks):
-        return ""
-    return f"prototype {one.names[0]!r} against {other.names[0]!r} or its values"
 
 
 def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
@@ -1364,14 +1314,39 @@ def _joined_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[np.object_]]
     }  # fmt: skip
 
 
-def other_problem(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
-    """Say in what the problems of two tables differ; empty if in nothing, or one is not known."""
-    if a.problem is None or b.problem is None or a.problem is b.problem:
+def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
+    """Say in what two tables differ first besides their tests; empty if in nothing.
+
+    What one of them does not have or know is no difference: an output, kinds, prototype, problem.
+    """
+    if a.layout is b.layout and a.problem is b.problem and a.prototype is b.prototype:
         return ""
-    one, other = _flat(a.problem), _flat(b.problem)
-    keys = sorted(key for key in {*one, *other} if one.get(key) != other.get(key))
-    keys = [key for key in keys if key not in apart_from]
-    return "; ".join(f"{key} {one.get(key)} against {other.get(key)}" for key in keys)
+    one, other = _facts(a), _facts(b)
+    keys = [key for key in one if key in other]
+    if a.problem is not None and b.problem is not None:
+        mine, theirs = _flat(a.problem), _flat(b.problem)
+        keys += sorted({*mine, *theirs})
+        one, other = one | mine, other | theirs
+    for key in keys:
+        if key not in apart_from and one.get(key) != other.get(key):
+            return f"{key} {one.get(key)} against {other.get(key)}"
+    return ""
+
+
+def _facts(table: TestTable) -> dict[str, str]:
+    """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
+    layout, former = table.layout, table.prototype
+    groups = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
+    facts: dict[str, Any] = {name: getattr(layout, name) for name in (*groups, "experiments")}
+    for name in layout.columns:
+        facts[f"unit of {name}"] = layout.units.get(name, "none")
+        facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
+    facts |= {f"kind of {n}": k.value for n, k in zip(layout.variables, layout.kinds, strict=False)}
+    bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
+    facts |= {f"bounds of {n}": pair for n, pair in zip(layout.variables, bounds, strict=True)}
+    if former is not None:
+        facts["prototype"] = (former.names, *(getattr(former, n).tolist() for n in "XFGH"))
+    return {key: str(value) for key, value in facts.items()}
 
 
 def _model_of(problem: Mapping[str, Any] | None) -> dict[str, Any] | None:
