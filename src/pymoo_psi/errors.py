@@ -133,8 +133,8 @@ class EvaluationError(PsiError, RuntimeError):
     Attributes:
         design: The design.
         reason: Why, as one line.
-        original: What the model raised, if it did and if it can travel between processes.
-        trace: The traceback in the process of the evaluation, if that was another one.
+        original: What the model raised, if it did; where that was in another process, with its
+            traceback there as its cause, and a RuntimeError instead if it cannot be pickled.
 
     Example:
         >>> from pymoo.optimize import minimize
@@ -149,13 +149,7 @@ class EvaluationError(PsiError, RuntimeError):
         [0.] ArithmeticError: no convergence
     """
 
-    def __init__(
-        self,
-        design: Any,
-        reason: str,
-        original: BaseException | None = None,
-        trace: str = "",
-    ) -> None:
+    def __init__(self, design: Any, reason: str, original: BaseException | None = None) -> None:
         # One line, cut: a design of many variables would bury the reason.
         shown = " ".join(str(getattr(design, "tolist", lambda: design)()).split())
         if len(shown) > 200:
@@ -167,13 +161,12 @@ class EvaluationError(PsiError, RuntimeError):
         self.design = design
         self.reason = reason
         self.original = original
-        self.trace = trace
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""
         # Exceptions rebuild themselves from args, here the message: unpickling in the parent of a
         # worker would raise a TypeError instead of this error.
-        return type(self), (self.design, self.reason, self.original, self.trace)
+        return type(self), (self.design, self.reason, self.original)
 
 
 class RunError(PsiError, RuntimeError):

@@ -107,31 +107,6 @@ def test_ties_in_the_worst_objective_are_broken_by_the_sum():
     assert CompromiseProgramming(np.inf).do(F[[0, 1, 4]]).tolist() == [1]
 
 
-@pytest.mark.parametrize(
-    ("options", "kind", "message"),
-    [
-        ({"p": 0.5}, ValueError, "p must be a number from 1 to inf, got 0.5"),
-        ({"p": np.nan}, ValueError, "p must be a number from 1 to inf, got nan"),
-        ({"p": "inf"}, TypeError, "p must be a number from 1 to inf, got 'inf'"),
-        ({"weights": [1, -1]}, ValueError, "weights must be a list of numbers >= 0"),
-        ({"weights": [0, 0]}, ValueError, "weights must be .* not all of them 0"),
-    ],
-)
-def test_bad_options(options, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        CompromiseProgramming(**options)
-    assert isinstance(caught.value, PsiError)
-
-
-def test_the_number_of_weights():
-    for selector in (
-        CompromiseProgramming(weights=[1, 1, 1]),
-        McdmMethod(topsis(), weights=[1] * 3),
-    ):
-        with pytest.raises(PsiError, match="weights must be 2 numbers, one for each .* got 3"):
-            selector.do(F3)
-
-
 class topsis:  # noqa: N801 - a stand-in for an instance of pymcdm's TOPSIS
     """TOPSIS in five lines, to test the adapter where pymcdm is not installed."""
 
@@ -160,19 +135,14 @@ def test_a_method_from_elsewhere():
 
 class Broken(topsis):
     def __call__(self, matrix, weights, types):
-        if len(matrix) > 2:
-            raise ValueError("cannot be applied")
         return np.array([np.nan] * len(matrix))
 
 
 def test_a_method_that_fails():
-    with pytest.raises(PsiError, match="F must be fit for Broken, got an error; cannot be applied"):
-        McdmMethod(Broken()).do(F3)
     with pytest.raises(PsiError, match="F must be fit for Broken, got no finite scores"):
-        McdmMethod(Broken()).do(F3[:2])
-    for method in (topsis, max, "TOPSIS"):
-        with pytest.raises(TypeError, match=r"method must be a method of pymcdm such as"):
-            McdmMethod(method)
+        McdmMethod(Broken()).do(F3)
+    with pytest.raises(TypeError, match=r"method must be a method of pymcdm such as"):
+        McdmMethod(topsis)
 
 
 def test_methods_of_pymcdm():
@@ -180,20 +150,15 @@ def test_methods_of_pymcdm():
     F = np.random.default_rng(1).dirichlet(np.ones(3), 60) ** 0.7
     reference = McdmMethod(topsis(), weights=[1, 2, 3]).do(F)
     assert McdmMethod(methods.TOPSIS(), weights=[1, 2, 3]).do(F).tolist() == reference.tolist()
-    for method in (
-        methods.VIKOR(),
-        methods.PROMETHEE_II("usual"),
-        methods.MABAC(),
-        methods.WASPAS(),
-    ):
+    others = (methods.VIKOR(), methods.PROMETHEE_II("usual"), methods.MABAC(), methods.WASPAS())
+    for method in others:
         (chosen,) = McdmMethod(method).do(F)
         constant = np.column_stack([F, np.full(60, 2.0)])
         assert McdmMethod(method).do(constant).tolist() == [chosen]
     # VIKOR's S, R and Q at v = 1 is compromise programming at p = 1, at v = 0 at p = inf.
     for v, p in ((1.0, 1), (0.0, np.inf)):
-        assert (
-            McdmMethod(vikor(methods, v)).do(F).tolist() == CompromiseProgramming(p).do(F).tolist()
-        )
+        expected = CompromiseProgramming(p).do(F)
+        assert McdmMethod(vikor(methods, v)).do(F).tolist() == expected.tolist()
 
 
 def vikor(methods, v):
@@ -236,7 +201,7 @@ def test_pipeline(name):
     assert comparison.agreement_frame().loc["Salukvadze", "L2"] == 1.0
     assert comparison.votes.sum() == sum(map(len, comparison.chosen.values()))
     frame = comparison.to_frame()
-    assert set(frame["selector"]) == set(selectors(m))
+    assert set(frame["selector"]) == {name for name, rows in comparison.chosen.items() if len(rows)}
 
 
 class Fixed:
@@ -261,7 +226,7 @@ def test_agreement_is_the_share_in_common():
     assert not comparison.agreement[3:].any()
     assert comparison.votes.tolist() == [0, 0, 3, 2, 1]
     frame = comparison.to_frame()
-    assert frame["design"].fillna("-").tolist() == list("BBCCBD--")
+    assert frame["design"].tolist() == list("BBCCBD")
     assert frame["a"].tolist()[:3] == [1.0, 1.0, 2.0]
     assert frame["votes"].tolist()[:3] == [3, 3, 2]
     ranking = rank_of_efficiency(F)
@@ -271,11 +236,9 @@ def test_agreement_is_the_share_in_common():
 @pytest.mark.parametrize(
     ("selectors", "kind", "message"),
     [
-        ({}, ValueError, "selectors must be one or more"),
-        ([SalukvadzeOptimum()], TypeError, "selectors must be a mapping from names to selectors"),
+        ([SalukvadzeOptimum()], TypeError, "selectors must map names to selectors"),
         ({"a": 3}, TypeError, r"selectors\['a'\] must be an object with .do\(F\), got 3"),
         ({"a": Fixed(3)}, ValueError, r"selectors\['a'\] must be .* indices from 0 to 2, got 3"),
-        ({"a": Fixed(-1)}, ValueError, "indices from 0 to 2, got -1"),
     ],
 )
 def test_bad_selectors(selectors, kind, message):

@@ -17,10 +17,9 @@ Example:
 
 Other subpackages also use :func:`in_parallel` and :func:`in_order` for tasks,
 :func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
-:func:`same_folder`, :func:`same_process` and the types ``Result``, ``Values`` and ``Waiting``.
+:func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
-from pymoo_psi.parallel._backend import active_workers
 from pymoo_psi.parallel._evaluation import (
     MOMENT,
     Result,
@@ -29,10 +28,9 @@ from pymoo_psi.parallel._evaluation import (
     evaluate_here,
     one_line,
     same_folder,
-    same_process,
 )
 from pymoo_psi.parallel._progress import progress_bar
-from pymoo_psi.parallel._runner import JoblibRunner, in_order, in_parallel
+from pymoo_psi.parallel._runner import JoblibRunner, active_workers, in_order, in_parallel
 
 __all__ = [
     "MOMENT",
@@ -47,5 +45,4 @@ __all__ = [
     "one_line",
     "progress_bar",
     "same_folder",
-    "same_process",
 ]

@@ -12,13 +12,13 @@ per design, in their order. What pymoo leaves open is a design without values:
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import statistics
-import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
 from typing import Any
 
@@ -39,79 +39,55 @@ _LONGEST_REASON = 400  # characters: some lines of a terminal or a cell of a tab
 
 
 class Cost:
-    """The seconds a design takes, by the last measurements.
+    """The seconds a design takes: the median of the last five measurements.
 
-    Whether designs are worth sending is decided by the median, because a first evaluation often
-    loads libraries and a busy machine stalls. How many travel together is decided by the longest:
-    where short and long designs come in runs, the median sends several behind a long one.
+    A first evaluation often loads libraries, and a busy machine stalls.
     """
 
     def __init__(self) -> None:
-        self._samples: deque[float] = deque(maxlen=32)
+        self._samples: deque[float] = deque(maxlen=5)
 
     def add(self, seconds: float) -> None:
         """Add the seconds of a design."""
-        self._samples.append(max(seconds, 1e-9))  # 0 where a clock is too coarse
+        self._samples.append(seconds)
 
     @property
-    def measured(self) -> bool:
-        """Whether any design has been measured."""
-        return bool(self._samples)
+    def seconds(self) -> float:
+        """Seconds of a design; infinite if none is measured."""
+        return statistics.median_low(self._samples) if self._samples else math.inf
 
     def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
         """Whether workers save at least twice the overhead, since both are estimates.
 
         Known is the cost by three designs, or by one that takes more than an import.
         """
-        recent = list(self._samples)[-5:]
-        if len(recent) < 3 and max(recent, default=0.0) < 1.0:
-            return False
-        seconds = statistics.median_low(recent)
-        return designs * seconds * (1 - 1 / workers) > 2 * overhead
+        known = len(self._samples) >= 3 or 1.0 <= self.seconds < math.inf
+        return known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
     def chunk(self, waiting: int, workers: int) -> int:
         """Return how many of the waiting designs travel together next, at least 1.
 
         No more than half of a worker's share, so that all workers end together.
         """
-        longest = max(self._samples, default=math.inf)
-        return max(1, min(int(CHUNK / longest), math.ceil(waiting / (2 * workers))))
+        # 0 seconds where a clock is too coarse
+        lasting = int(CHUNK / max(self.seconds, 1e-9))
+        return max(1, min(lasting, math.ceil(waiting / (2 * workers))))
 
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
-    name = type(error).__name__
-    try:
-        text = " ".join(str(error).split())
-    except Exception as failure:
-        text = f"its message cannot be read: {type(failure).__name__}"
-    text = f"{name}: {text}" if text else name
+    text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
     return text if len(text) <= _LONGEST_REASON else f"{text[: _LONGEST_REASON - 3]}..."
 
 
-@contextlib.contextmanager
+@contextmanager
 def same_folder() -> Iterator[None]:
     """Undo a model's ``chdir``, which would move all relative file names of the process."""
-    try:
-        folder = os.getcwd()
-    except OSError:  # it has been deleted: nowhere to come back to, as chdir("") is an error
-        folder = ""
+    folder = os.getcwd()
     try:
         yield
     finally:
-        with contextlib.suppress(OSError):  # the model has deleted it
-            os.chdir(folder)
-
-
-@contextlib.contextmanager
-def same_process() -> Iterator[None]:
-    """End a process that a model forked and that returns here instead of ending."""
-    process = os.getpid()
-    try:
-        yield
-    finally:
-        if os.getpid() != process:
-            os._exit(0)  # without the handlers and buffers that the parent will end with
+        os.chdir(folder)
 
 
 def evaluate_here(
@@ -140,22 +116,22 @@ def evaluate_here(
     while waiting and not enough(len(waiting)):
         found: list[tuple[int, Values]] = []
         failure: BaseException | None = None
-        allowed = moment if cost.measured else 0.0
+        allowed = moment if cost.seconds < math.inf else 0.0
         began = now = perf_counter()
         # Nothing is given from within: whoever reads the results would have the model's settings.
         with same_folder(), np.errstate():
-            while waiting and failure is None and (now - began < allowed or not found):
-                index, design = waiting.popleft()
-                try:
+            try:
+                while waiting and (now - began < allowed or not found):
+                    index, design = waiting.popleft()
                     found.append((index, f(design)))
-                except Exception as error:
-                    if not isinstance(error, EvaluationError):
-                        error = EvaluationError(design, one_line(error), error)
-                    failure = error
-                except BaseException as error:  # an interrupt
-                    failure = error
-                now = perf_counter()
-        seconds = (now - began) / max(len(found), 1)
+                    now = perf_counter()
+            except Exception as error:
+                failure = error
+                if not isinstance(error, EvaluationError):
+                    failure = EvaluationError(design, one_line(error), error)
+            except BaseException as error:  # an interrupt
+                failure = error
+        seconds = (perf_counter() - began) / max(len(found), 1)
         cost.add(seconds)
         for index, values in found:
             yield index, values, seconds
@@ -163,42 +139,45 @@ def evaluate_here(
             raise failure
 
 
-def evaluate_chunk(f: Function, chunk: list[Any]) -> Iterator[tuple[Values, float]]:
-    """Give the values and the seconds of designs one after the other, in a worker.
+def evaluate_chunk(f: Function, chunk: Waiting) -> Iterator[Result]:
+    """Evaluate designs one after the other, in a worker.
 
     It stops early where they take longer than expected: those that are left are for others.
 
     Raises:
-        EvaluationError: Whatever ended an evaluation, as an error that can be sent.
+        EvaluationError: Whatever ended an evaluation.
     """
-    began = perf_counter()
-    for design in chunk:
+    began = now = perf_counter()
+    while chunk and now - began < 2 * CHUNK:
         start = perf_counter()
-        if start - began > 2 * CHUNK:
-            return
-        values = _evaluate(f, design)
-        yield values, perf_counter() - start
+        index, design = chunk.popleft()
+        try:
+            with same_folder():
+                values = f(design)
+        except BaseException as error:
+            # An interrupt can only come from the model here, elsewhere from the user, too.
+            if not isinstance(error, KeyboardInterrupt) or not hasattr(f, "lost"):
+                raise EvaluationError(design, one_line(error), error) from error
+            values = f.lost(design, one_line(error))
+        now = perf_counter()
+        yield index, values, now - start
 
 
-def _evaluate(f: Function, design: Any) -> Values:
-    try:
-        with same_folder():
-            return f(design)
-    except BaseException as error:
-        # An interrupt can only come from the model here, elsewhere from the user, too.
-        if isinstance(error, KeyboardInterrupt) and hasattr(f, "lost"):
-            values: Values = f.lost(design, one_line(error))
-            return values
-        if isinstance(error, EvaluationError):
-            error.original = _sendable(error.original)
-        trace = "".join(traceback.format_exception(error))
-        raise EvaluationError(design, one_line(error), _sendable(error), trace) from None
+def sendable(error: EvaluationError) -> EvaluationError:
+    """Return an error that can be pickled; where it arrives, tracebacks are causes as texts.
 
-
-def _sendable(error: BaseException | None) -> BaseException | None:
-    """Return the exception if pickling keeps it; many with own constructors do not survive."""
-    try:
-        copy = cloudpickle.loads(cloudpickle.dumps(error))
-    except Exception:
-        return None
-    return error if type(copy).__name__ == type(error).__name__ else None
+    Many exceptions with constructors of their own do not survive that; another stands for them.
+    """
+    original: Any = error.original
+    if isinstance(original, EvaluationError):
+        original = sendable(original)
+    if original is not None:
+        sent = ExceptionWithTraceback(original, original.__traceback__)
+        try:
+            kept = type(cloudpickle.loads(cloudpickle.dumps(sent))) is type(original)
+        except Exception:
+            kept = False
+        if not kept:
+            sent.exc = RuntimeError(error.reason)
+        error.original = sent
+    return error

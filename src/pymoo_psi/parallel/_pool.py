@@ -15,7 +15,6 @@ and the retries around it would be the larger part of this file and ``_worker``.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import signal
@@ -23,8 +22,9 @@ import socket
 import subprocess
 import sys
 import weakref
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Generator, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import connection, spawn, util
 from time import monotonic
@@ -75,7 +75,6 @@ class ProcessPool:
         cost: Cost,
         workers: int,
         timeout: float | None = None,
-        retries: int = 1,
     ) -> Generator[Result]:
         """Evaluate designs; give the results as they come.
 
@@ -85,7 +84,6 @@ class ProcessPool:
             cost: What a design takes, as measured so far; it takes further measurements.
             workers: How many processes to use.
             timeout: Seconds that the evaluation of a design may take; None is any number.
-            retries: How many times a design whose process died is tried again.
 
         Raises:
             EvaluationError: A design raised, or was lost and the function has no ``lost``.
@@ -98,8 +96,7 @@ class ProcessPool:
                 f"the problem cannot be sent to worker processes: {one_line(error)}; keep open "
                 "files, locks and connections out of it, or run it without workers"
             ) from error
-        limit = math.inf if timeout is None else timeout
-        run = _Run(function, pickled, waiting, cost, workers, limit, retries, self._idle)
+        run = _Run(function, pickled, waiting, cost, workers, timeout or math.inf, self._idle)
         try:
             yield from run.results()
         except BaseException:
@@ -127,7 +124,7 @@ class _Worker:
         threads: How many threads libraries may use in it, unless the environment says so already.
 
     Attributes:
-        process: What Popen started: the guard of the process that evaluates, except on Windows.
+        process: What Popen started: the guard of the process that evaluates.
         pipe: The connection to it.
         started: Whether a message has come from it.
         loaded: The pickled function that it has, or is loading.
@@ -143,20 +140,13 @@ class _Worker:
         self.deadline = math.inf
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
-        options: dict[str, Any] = {"pass_fds": (theirs.fileno(),), "start_new_session": True}
-        if sys.platform == "win32":
-            os.set_handle_inheritable(theirs.fileno(), True)
-            handles = {"handle_list": [theirs.fileno()]}
-            options = {
-                "startupinfo": subprocess.STARTUPINFO(lpAttributeList=handles),
-                "creationflags": subprocess.CREATE_NEW_PROCESS_GROUP,
-            }
         with theirs:
             self.process = subprocess.Popen(
                 [spawn.get_executable(), *flags, _worker.__file__, str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
-                **options,
+                pass_fds=(theirs.fileno(),),
+                start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
         # defines travels by value, so that a script needs no guard and a notebook works.
@@ -174,37 +164,33 @@ class _Worker:
 
     def send(self, kind: Any, content: Any) -> None:
         """Send a message; a process that is gone is noticed when it is waited for."""
+        # by value from __main__, which is another module there
         data = cloudpickle.dumps((kind, content))
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             self.pipe.send_bytes(data)
 
     def receive(self) -> tuple[str, Any]:
         """Return the kind and the content of the next message; "died" if the process has ended."""
         try:
-            data = self.pipe.recv_bytes()
+            kind, content = cloudpickle.loads(self.pipe.recv_bytes())
         except (EOFError, OSError):  # closed, or reset
             return "died", None
-        try:
-            kind, content = cloudpickle.loads(data)
         except Exception as error:
             return "unsent", one_line(error)
         return kind, content
 
     def disconnect(self) -> None:
-        """Make the process end, with what it has started, whatever they do."""
-        if self.pipe.closed:
-            return
-        if sys.platform == "win32":
-            self.process.kill()
-        else:  # its guard kills; a disconnection reaches it even if a fork holds the pipe open
+        """Make the guard kill the process, with what it has started, whatever they do."""
+        if not self.pipe.closed:
+            # a disconnection reaches the guard even if a fork holds the pipe open
             same = os.dup(self.pipe.fileno())
-            with contextlib.suppress(OSError), socket.socket(fileno=same) as pipe:
+            with suppress(OSError), socket.socket(fileno=same) as pipe:
                 pipe.shutdown(socket.SHUT_RDWR)
-        self.pipe.close()
+            self.pipe.close()
 
     def end(self, patience: float = 0.0) -> str:
         """Let the process end by itself or else kill it; return how it came to its end."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
+        with suppress(subprocess.TimeoutExpired):
             self.process.wait(max(patience, 0.0))
         self.disconnect()
         try:
@@ -213,16 +199,13 @@ class _Worker:
             self.process.kill()
             self.process.wait()
         code = self.process.returncode
-        code = code - 128 if code > 128 else -code  # a guard reports signals as shells do
-        try:
-            return signal.Signals(code).name
-        except ValueError:
-            return f"exit code {self.process.returncode}"
+        signals = {128 + one: one.name for one in signal.Signals}  # a guard reports as shells do
+        return signals.get(code, f"exit code {code}")
 
 
 @dataclass
 class _Run:
-    """One run: which designs wait, which are under way where, and how often one was tried."""
+    """One run: which designs wait, which are under way where, and which were tried."""
 
     function: Function
     pickled: bytes
@@ -230,10 +213,9 @@ class _Run:
     cost: Cost
     n_workers: int
     timeout: float
-    retries: int
     idle: list[_Worker]
     workers: list[_Worker] = field(default_factory=list)
-    deaths: Counter[int] = field(default_factory=Counter)
+    tried: set[int] = field(default_factory=set)  # designs whose process died once
 
     def results(self) -> Iterator[Result]:
         """Give the result of every design as it comes, until none waits or is under way."""
@@ -273,10 +255,10 @@ class _Run:
         size = self.cost.chunk(len(self.waiting), self.n_workers)
         worker.at.extend(self.waiting.popleft() for _ in range(size))
         worker.deadline = monotonic() + self.timeout
-        worker.send("designs", [design for _, design in worker.at])
+        worker.send("designs", worker.at)
 
     def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
-        """See to a message of a worker, or to its end."""
+        """Process a message of a worker, or its end."""
         if kind == "ready":
             worker.ready = worker.started = True
             worker.deadline = math.inf
@@ -292,9 +274,8 @@ class _Run:
             index, design = worker.at.popleft()
             worker.deadline = monotonic() + self.timeout if worker.at else math.inf
             if kind == "done":
-                values, seconds = content
-                self.cost.add(seconds)
-                yield index, values, seconds
+                self.cost.add(content[2])
+                yield content
             else:
                 reason = f"its values cannot be sent between processes: {content}"
                 yield self._lost(index, design, reason)
@@ -310,17 +291,13 @@ class _Run:
                 raise _cannot_load(f"it takes longer than {max(self.timeout, _START):g} s")
             if not worker.started:
                 raise _cannot_load(f"the process ends before ({how})")
-            return
-        index, design = at
-        reason = f"timed out after {self.timeout:g} s"
-        if not overdue:
-            self.deaths[index] += 1
-            if self.deaths[index] <= self.retries:
-                self.waiting.appendleft((index, design))  # it is the next to be evaluated
-                return
-            times = f", {self.deaths[index]} times" if self.deaths[index] > 1 else ""
-            reason = f"its worker process died ({how}{times})"
-        yield self._lost(index, design, reason)
+        elif overdue:
+            yield self._lost(*at, f"timed out after {self.timeout:g} s")
+        elif at[0] in self.tried:
+            yield self._lost(*at, f"its worker process died ({how}, 2 times)")
+        else:
+            self.tried.add(at[0])
+            self.waiting.appendleft(at)  # it is the next to be evaluated
 
     def _give_back(self, worker: _Worker) -> None:
         """Let any worker take the designs that one has not begun."""

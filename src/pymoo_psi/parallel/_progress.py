@@ -28,20 +28,17 @@ def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
         return
     # The bar's own statistics are a hundredth of the rate, "0.2%/s" for 20, and a time left that
     # takes tests known before for tests of this run. A notebook keeps all that a line has been.
-    refresh = 1.0 if notebook else 0.0
-    with ProgressBar(stats=False, stats_end=False, refresh_secs=refresh) as bar:
-        start = since = time.monotonic()
-        known = 0.0
+    with ProgressBar(stats=False, stats_end=False, refresh_secs=float(notebook)) as bar:
+        since = known = 0.0
 
         def show(share: float) -> None:
             nonlocal since, known
-            now, left = time.monotonic(), ""
-            # In the first second workers start, and tests that were known before arrive.
-            if now - start < 1.0 or known == 0:
-                since, known = now, share
+            left = ""
+            if known == 0:  # tests that were known before come first
+                since, known = time.monotonic(), share
             elif known < share < 1:
-                seconds = math.ceil((now - since) * (1 - share) / (share - known))
-                left = f"{timedelta(seconds=seconds)} left"
+                seconds = (time.monotonic() - since) * (1 - share) / (share - known)
+                left = f"{timedelta(seconds=math.ceil(seconds))} left"
             bar.set(share)
             bar.obj.text(left)
 

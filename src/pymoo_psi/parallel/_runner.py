@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import os
+import sys
+import threading
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
-from functools import partial
+from dataclasses import dataclass
+from functools import cache, partial
 from itertools import islice
-from multiprocessing.pool import RemoteTraceback  # type: ignore[attr-defined]
+from time import perf_counter
 from typing import Any
 
-from pymoo_psi._validation import boolean, integer, job_count, positive_number
+from pymoo_psi._validation import boolean, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel._backend import active_workers, evaluate_by_joblib
 from pymoo_psi.parallel._evaluation import (
+    CHUNK,
     Cost,
     Function,
     Result,
     Values,
     Waiting,
+    evaluate_chunk,
     evaluate_here,
 )
 from pymoo_psi.parallel._pool import ProcessPool
+
+# joblib is imported in the functions that need it: a worker, which imports this, does not.
 
 # To start workers takes about a second, but only once in a run: for a first batch it is spread over
 # ten of them, as an algorithm has at least. A stream may be the whole run.
@@ -32,6 +39,104 @@ _BATCH_SECONDS = 0.005
 # Tasks for each worker that are under way, wait for it, or are done and wait to be read: two are
 # sent ahead, and as many may be done while this process is busy with earlier ones.
 _TASKS_AHEAD = 4
+
+
+@dataclass(frozen=True)
+class Workers:
+    """What joblib would use now.
+
+    Attributes:
+        count: How many evaluations run at the same time.
+        kind: ``"processes"`` of our own, ``"threads"`` of this process, or a ``"cluster"``.
+    """
+
+    count: int
+    kind: str
+
+
+def active_workers(n_jobs: int) -> Workers:
+    """Return the workers for ``n_jobs`` jobs; -1 leaves the number to ``parallel_config``."""
+    from joblib.parallel import get_active_backend
+
+    backend, configured = get_active_backend()
+    if n_jobs == -1 and configured is not None:
+        n_jobs = configured
+    kind = "cluster"
+    if type(backend).__module__ == "joblib._parallel_backends":  # loky's processes are ours
+        n_jobs = _cores() if n_jobs == -1 else n_jobs
+        kind = "threads" if type(backend).__name__ == "ThreadingBackend" else "processes"
+    return Workers(max(1, backend.effective_n_jobs(n_jobs)), kind)
+
+
+@cache
+def _cores() -> int:
+    """Return the number of cores; joblib reads it from files, which takes longer than a batch."""
+    from joblib import cpu_count
+
+    return int(cpu_count())
+
+
+def _evaluate(
+    f: Function,
+    waiting: Waiting,
+    cost: Cost,
+    workers: Workers,
+    timeout: float | None,
+    pool: ProcessPool,
+) -> Generator[Result]:
+    """Evaluate designs by workers of any kind; see :meth:`ProcessPool.run`."""
+    if workers.kind == "processes" and sys.platform != "win32":
+        yield from pool.run(f, waiting, cost, workers.count, timeout)
+        return
+    from joblib.parallel import Parallel, delayed, get_active_backend
+
+    def tasks() -> Iterator[Any]:
+        while waiting:
+            # asked each time, since the cost becomes known on the way
+            size = min(len(waiting), cost.chunk(len(waiting), workers.count))
+            chunk = deque(waiting.popleft() for _ in range(size))
+            yield delayed(_chunk)(f, chunk, timeout, beside=workers.kind == "cluster")
+
+    unordered = get_active_backend()[0].supports_return_generator
+    while waiting:  # joblib asks for no more tasks once there were none
+        # One at a time: joblib would send many together that have been short so far.
+        return_as = "generator_unordered" if unordered else "list"
+        answers = Parallel(workers.count, batch_size=1, return_as=return_as)(tasks())
+        try:
+            for results, rest in answers:
+                waiting.extendleft(reversed(rest))
+                for result in results:
+                    cost.add(result[2])
+                    yield result
+        finally:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # that results are not read
+                if isinstance(answers, Generator):
+                    answers.close()
+
+
+_of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
+
+
+def _chunk(
+    f: Function, waiting: Waiting, timeout: float | None, beside: bool
+) -> tuple[list[Result], Waiting]:
+    """Return the results of a chunk and the designs that are left, in a worker of joblib.
+
+    A model that ends its process must not end a cluster's worker, for whose results joblib's Dask
+    backend would wait forever: there a process beside the worker evaluates.
+    """
+    if not beside:
+        return list(evaluate_chunk(f, waiting)), waiting
+    if not hasattr(_of_this_thread, "pool"):
+        _of_this_thread.pool = ProcessPool()
+    began, done, rest = perf_counter(), [], Waiting()
+    for result in _of_this_thread.pool.run(f, waiting, Cost(), 1, timeout):
+        done.append(result)
+        if perf_counter() - began > 2 * CHUNK:
+            rest += waiting
+            waiting.clear()
+    return done, rest
 
 
 class JoblibRunner:
@@ -48,10 +153,12 @@ class JoblibRunner:
     study on a cluster without a change of code; then every design is sent to the cluster, and
     evaluated in a process beside the cluster's worker, which a crash leaves unharmed.
 
-    A worker process that dies or runs out of time takes one design with it at most, which is told
-    with the reason; the others are evaluated by the worker that replaces it. What becomes of a
-    design that is lost is up to the problem: :class:`~pymoo_psi.FailureTolerant` records the
-    reason, any other stops with an :class:`~pymoo_psi.errors.EvaluationError`.
+    A worker process that dies or runs out of time takes one design with it at most; the others are
+    evaluated by the worker that replaces it. A design whose process died is tried once more; then
+    it is lost, with the reason. What becomes of it is up to the problem:
+    :class:`~pymoo_psi.FailureTolerant` records the reason, any other stops with an
+    :class:`~pymoo_psi.errors.EvaluationError`. On Windows the workers are those of joblib's loky,
+    which end together if one dies, and there is no time limit.
 
     The workers import from where this process does, and end with it, however it ends, with all
     that a model has started in them. A model may change the current folder: afterwards it is the
@@ -62,7 +169,6 @@ class JoblibRunner:
         timeout: Seconds that the evaluation of one design may take; then its worker process is
             replaced. Every design is evaluated in a process that can be ended. To start and to
             import the problem, a worker has as long, but at least 20 seconds.
-        retries: How many times a design whose process died is tried again.
         in_process: Whether designs may be evaluated in this process, to measure their cost and
             while they are cheap, or by threads of it. Say ``False`` if a design takes minutes or
             may crash: then none is, even if there is one worker.
@@ -88,12 +194,12 @@ class JoblibRunner:
         n_jobs: int = -1,
         *,
         timeout: float | None = None,
-        retries: int = 1,
         in_process: bool = True,
     ) -> None:
         self.n_jobs = job_count("n_jobs", n_jobs)
         self.timeout = None if timeout is None else positive_number("timeout", timeout)
-        self.retries = integer("retries", retries, minimum=0)
+        if timeout and sys.platform == "win32":
+            raise invalid("timeout", "None on Windows", timeout)
         self.in_process = boolean("in_process", in_process)
         self._cost = Cost()
         self._pool = ProcessPool()
@@ -141,45 +247,32 @@ class JoblibRunner:
 
     def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
         """Give what :meth:`stream` gives; to start workers takes so many seconds."""
-        workers, options = active_workers(self.n_jobs), (self.timeout, self.retries)
+        workers = active_workers(self.n_jobs)
         here = self.in_process and self.timeout is None
+        if workers.kind == "threads" and not here:
+            workers = Workers(workers.count, "processes")
 
         def enough(left: int) -> bool:
             overhead = _BATCH_SECONDS if self._started else starting
             return self._cost.worth_sending(left, workers.count, overhead)
 
+        if self._pool.owner != os.getpid():
+            self._pool = ProcessPool()
         try:
             if here and workers.kind != "cluster":
                 yield from evaluate_here(f, waiting, self._cost, enough)
-            if not waiting:
-                return
-            self._started = True
-            if workers.kind == "cluster" or (workers.kind == "threads" and here):
-                yield from evaluate_by_joblib(f, waiting, self._cost, workers, *options)
-            else:  # a time limit asks for processes that can be ended
-                if self._pool.owner != os.getpid():
-                    self._pool = ProcessPool()
-                yield from self._pool.run(f, waiting, self._cost, workers.count, *options)
+            if waiting:
+                self._started = True
+                yield from _evaluate(f, waiting, self._cost, workers, self.timeout, self._pool)
         except EvaluationError as error:
-            inner = error.original
-            if isinstance(inner, EvaluationError):  # of a problem that names the design itself
-                inner.trace, error = error.trace, inner
-            raise error from _cause(error)
+            # of a problem that names the design itself
+            named = error.original if isinstance(error.original, EvaluationError) else error
+            raise named from named.original
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
         settings = {name: v for name, v in vars(self).items() if not name.startswith("_")}
         return partial(type(self), **settings), ()
-
-
-def _cause(error: EvaluationError) -> BaseException | None:
-    """Return what a model raised, itself caused by its traceback in another process."""
-    there = RemoteTraceback(f'\n"""\n{error.trace}"""') if error.trace else None
-    if error.original is None:
-        return there
-    if there is not None:
-        error.original.__cause__ = there
-    return error.original
 
 
 def in_parallel(
@@ -207,19 +300,15 @@ def in_parallel(
         return
     left = enumerate(tasks)
     waiting = deque(islice(left, _TASKS_AHEAD * workers.count))
-    if workers.kind == "processes":
-        done = ProcessPool().run(function, waiting, Cost(), workers.count)
-    else:
-        done = evaluate_by_joblib(function, waiting, Cost(), workers, timeout=None, retries=1)
     try:
-        with closing(done):
+        with closing(_evaluate(function, waiting, Cost(), workers, None, ProcessPool())) as done:
             for number, result, _ in done:
                 yield number, result
                 waiting.extend(islice(left, 1))
     except EvaluationError as error:
         if error.original is None:
             raise WorkerError(f"a worker process failed: {error.reason}") from error
-        raise _cause(error) from None  # type: ignore[misc]
+        raise error.original from error.original.__cause__
 
 
 def in_order(numbered: Iterable[tuple[int, Any]]) -> Iterator[Any]:

@@ -5,13 +5,12 @@ to the pool, and then kills the child with all that a model has started in it. A
 worker would do but for a model that holds the interpreter's lock in C code; a signal at the death
 of the parent (Linux) would come at the end of the thread that started the worker, and not reach
 what the model started. On Linux the guard finds these also where they left the worker's group.
-On Windows there is no guard: there a worker ends itself.
 
 Messages to the worker: ``("function", pickled)``, where None is the function it has;
-``("designs", [design, ...])``; ``("leave", None)``. Messages from it: ``("ready", None)``, or
+``("designs", Waiting)``; ``("leave", None)``. Messages from it: ``("ready", None)``, or
 ``("unusable", text)`` for a function that cannot be loaded; for each design, in turn and as soon as
-it is done, ``("done", (values, seconds))``, ``("raised", error)`` or ``("unsent", text)`` if its
-values cannot be; ``("left", None)`` where the designs that are left of a chunk are for others.
+it is done, ``("done", Result)``, ``("raised", error)`` or ``("unsent", text)`` if its values cannot
+be; ``("left", None)`` where the designs that are left of a chunk are for others.
 """
 
 from __future__ import annotations
@@ -38,86 +37,78 @@ _PR_SET_CHILD_SUBREAPER = 36
 def main(handle: int) -> None:
     """Serve the other end of an inherited pipe until the pool says so or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
-    if sys.platform == "win32":
-        threading.Thread(target=_end_with_parent, daemon=True).start()
-        pipe: Any = connection.PipeConnection(handle)
-    else:
-        os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
-        _guard(handle)
-        pipe = connection.Connection(handle)
-        os.register_at_fork(after_in_child=pipe.close)  # a fork of the model has nothing to say
+    os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
+    _guard(handle)
+    pipe = connection.Connection(handle)
+    os.register_at_fork(after_in_child=pipe.close)  # a fork of the model has nothing to say
     sys.path[:], sys.argv[:] = pickle.loads(pipe.recv_bytes())
     with contextlib.suppress(EOFError, OSError):
         _serve(pipe)
 
 
-if sys.platform == "win32":
+def _guard(handle: int) -> None:
+    """Fork; return in the child, and in the guard end with the child, as it ended."""
+    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+    worker = os.fork()
+    if worker == 0:
+        _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        return
+    os.setpgid(worker, worker)
+    threading.Thread(target=_kill_at_hang_up, args=(handle, worker), daemon=True).start()
+    pid = 0
+    while pid != worker:
+        pid, status = os.wait()  # it also reaps what has lost its parent
+    _kill_descendants(worker)
+    code = os.waitstatus_to_exitcode(status)
+    os._exit(code if code >= 0 else 128 - code)  # as shells do
 
-    def _end_with_parent() -> None:
-        import _winapi
 
-        parent = _winapi.OpenProcess(_winapi.SYNCHRONIZE, False, os.getppid())
-        _winapi.WaitForSingleObject(parent, _winapi.INFINITE)
-        os._exit(1)
+def _kill_at_hang_up(handle: int, worker: int) -> None:
+    """Kill the worker when the pool has disconnected or is gone.
 
-else:
+    A fork of the pool's process may hold the pipe open; hence the look at the parent's number.
+    """
+    parent = os.getppid()
+    poller = select.poll()
+    poller.register(handle, 0)  # 0: a hang-up is always reported, messages are not
+    while not poller.poll(1000) and os.getppid() == parent:
+        pass
+    os.killpg(worker, signal.SIGKILL)
 
-    def _guard(handle: int) -> None:
-        """Fork; return in the child, and in the guard end with the child, as it ended."""
-        _prctl(_PR_SET_CHILD_SUBREAPER, 1)
-        worker = os.fork()
-        if worker == 0:
-            _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+def _kill_descendants(worker: int) -> None:
+    """Kill what a dead worker has left: its group and, on Linux, what has left the group."""
+    guard = os.getpid()
+    while True:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(worker, signal.SIGKILL)
+        with contextlib.suppress(OSError), open(f"/proc/{guard}/task/{guard}/children") as file:
+            for pid in file.read().split():
+                os.kill(int(pid), signal.SIGKILL)
+        try:
+            os.wait()  # the children of the killed are the guard's next
+        except ChildProcessError:
             return
-        os.setpgid(worker, worker)
-        threading.Thread(target=_kill_at_hang_up, args=(handle, worker), daemon=True).start()
-        pid = 0
-        while pid != worker:
-            pid, status = os.wait()  # it also reaps what has lost its parent
-        _kill_descendants(worker)
-        code = os.waitstatus_to_exitcode(status)
-        os._exit(code if code >= 0 else 128 - code)  # as shells do
-
-    def _kill_at_hang_up(handle: int, worker: int) -> None:
-        """Kill the worker when the pool has disconnected or is gone.
-
-        A fork of the pool's process may hold the pipe open; hence the look at the parent's number.
-        """
-        parent = os.getppid()
-        poller = select.poll()
-        poller.register(handle, 0)  # 0: a hang-up is always reported, messages are not
-        while not poller.poll(1000) and os.getppid() == parent:
-            pass
-        os.killpg(worker, signal.SIGKILL)
-
-    def _kill_descendants(worker: int) -> None:
-        """Kill what a dead worker has left: its group and, on Linux, what has left the group."""
-        guard = os.getpid()
-        while True:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(worker, signal.SIGKILL)
-            with contextlib.suppress(OSError), open(f"/proc/{guard}/task/{guard}/children") as file:
-                for pid in file.read().split():
-                    os.kill(int(pid), signal.SIGKILL)
-            try:
-                os.wait()  # the children of the killed are the guard's next
-            except ChildProcessError:
-                return
-
-    def _prctl(option: int, value: int) -> None:
-        if sys.platform == "linux":
-            ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
-def _serve(pipe: Any) -> None:
+def _prctl(option: int, value: int) -> None:
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
+
+
+def _serve(pipe: connection.Connection) -> None:
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._evaluation import evaluate_chunk, one_line
+    from pymoo_psi.parallel._evaluation import evaluate_chunk, one_line, sendable
 
     def send(kind: str, content: Any = None) -> None:
-        pipe.send_bytes(cloudpickle.dumps((kind, content)))
+        try:
+            data = pickle.dumps((kind, content))
+        except Exception:  # cloudpickle takes twice as long, and pickles more
+            data = cloudpickle.dumps((kind, content))
+        pipe.send_bytes(data)
 
     function: Any = None
     while True:
@@ -132,17 +123,15 @@ def _serve(pipe: Any) -> None:
             else:
                 send("ready")
             continue
-        left = len(content)
         try:
-            for answer in evaluate_chunk(function, content):
-                left -= 1
+            for result in evaluate_chunk(function, content):
                 try:
-                    send("done", answer)
+                    send("done", result)
                 except Exception as error:  # before a byte is sent, or as the pool is gone
                     send("unsent", one_line(error))
         except EvaluationError as error:
-            send("raised", error)
-        if left:
+            send("raised", sendable(error))
+        if content:
             send("left")
 
 

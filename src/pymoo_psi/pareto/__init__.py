@@ -1,4 +1,4 @@
-"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, reasons, robustness.
+"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, reasons.
 
 The rank of efficiency follows from three distances to the utopian point U (the best value of every
 objective) and the line from U to its opposite N: μ1 to U, μ2 to the line, μ3 from U to the
@@ -69,7 +69,6 @@ from pymoo_psi.pareto._ranking import (
 )
 from pymoo_psi.pareto._representatives import Representatives, representatives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
-from pymoo_psi.pareto._scenarios import Robustness, rank_scenario, tally
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
     capital,
@@ -91,7 +90,6 @@ __all__ = [
     "Explanation",
     "Objectives",
     "Representatives",
-    "Robustness",
     "UtopianFrame",
     "alternative",
     "attainment_surfaces",
@@ -114,14 +112,12 @@ __all__ = [
     "number",
     "percent",
     "rank_of_efficiency",
-    "rank_scenario",
     "ranking_from",
     "ranking_of",
     "representatives",
     "sentence",
     "settled",
     "spread_subset",
-    "tally",
     "unit_lengths",
     "violated_constraints",
     "wrapped",

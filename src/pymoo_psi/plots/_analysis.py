@@ -15,7 +15,6 @@ from matplotlib.ticker import NullLocator
 from pymoo_psi._markers import GREY, MARKERS
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.pareto import Robustness
 from pymoo_psi.plots._style import (
     CURVES,
     HUGE,
@@ -27,6 +26,7 @@ from pymoo_psi.plots._style import (
     wrapped,
 )
 from pymoo_psi.plots._tests import Column, _checked
+from pymoo_psi.selection import Robustness
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
 _PANELS = 3  # side by side

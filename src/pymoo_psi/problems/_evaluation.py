@@ -25,7 +25,6 @@ from pymoo_psi.parallel import (
     evaluate_here,
     one_line,
     same_folder,
-    same_process,
 )
 from pymoo_psi.pareto import competes, meets_constraints
 
@@ -134,8 +133,7 @@ class _Model:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design, as arrays of their own."""
         try:
-            with same_process():
-                raw = self.function(copy.copy(x))
+            raw = self.function(copy.copy(x))
             row: Values = {"failure": ""}
             for name, size in self.sizes.items():
                 row[name] = self._floats(name, raw.get(name), (size,))
@@ -209,12 +207,11 @@ class _Model:
             for i, x in enumerate(X):
                 designs[i] = copy.copy(x)
         out: dict[str, Any] = dict.fromkeys(self.sizes)
-        with same_process():
-            if type(self.problem).do is Problem.do:
-                # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
-                self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
-            else:
-                out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
+        if type(self.problem).do is Problem.do:
+            # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
+            self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
+        else:
+            out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
         # as in pymoo, a list holds the columns
         lists = {name: out[name] for name in self.sizes if isinstance(out[name], list)}
         return out | {name: np.ma.column_stack(value) for name, value in lists.items()}

@@ -51,7 +51,7 @@ and write ``_choose(self, ranking)``, which returns an index array; else derive 
 """
 
 from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
-from pymoo_psi.selection._robustness import robustness
+from pymoo_psi.selection._robustness import Robustness, robustness
 from pymoo_psi.selection._selectors import (
     CompromiseProgramming,
     EfficientSubset,
@@ -73,6 +73,7 @@ __all__ = [
     "McdmMethod",
     "RankingSelector",
     "ReferencePoint",
+    "Robustness",
     "SalukvadzeOptimum",
     "SelectorComparison",
     "compare_selectors",

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi._validation import Received, invalid, wrong_type
-from pymoo_psi.pareto import EfficiencyRanking, ranking_from
+from pymoo_psi._validation import Received, invalid, mapping, wrong_type
+from pymoo_psi.pareto import EfficiencyRanking, Objectives, ranking_from
 from pymoo_psi.selection._selectors import RankingSelector
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,13 +49,8 @@ class SelectorComparison(Shown):
     agreement: Array
 
     def __repr__(self) -> str:
-        """Return how many choose from how many, and what most of them choose."""
-        votes = self.votes
-        best = int(votes.argmax())
-        return (
-            f"SelectorComparison({len(self.chosen)} selectors, {len(votes)} designs: row {best} is "
-            f"chosen most often, by {votes[best]})"
-        )
+        """Return how many choose from how many."""
+        return f"SelectorComparison({len(self.chosen)} selectors, {len(self.votes)} designs)"
 
     @property
     def votes(self) -> NDArray[np.int64]:
@@ -66,10 +62,8 @@ class SelectorComparison(Shown):
             >>> compare_selectors([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]], selectors).votes
             array([0, 2, 0])
         """
-        votes = np.zeros(len(self.ranking.rank), dtype=np.int64)
-        for indices in self.chosen.values():
-            votes[indices] += 1
-        return votes
+        every = np.concatenate([*self.chosen.values()])
+        return np.bincount(every, minlength=len(self.ranking.rank))
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each selector and design it chooses.
@@ -77,11 +71,11 @@ class SelectorComparison(Shown):
         Returns:
             Columns: ``selector``, ``design`` (its row, or its label in the data frame that was
             given), the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``, ``votes`` of all
-            selectors for it. A selector that chooses nothing has one row without a design.
+            selectors for it. A selector that chooses nothing has no row.
 
         Raises:
-            ArgumentValueError: An objective has the name of one of the other columns, or the name
-                of another objective.
+            ValueError: An objective has the name of one of the other columns, or the name of
+                another objective.
 
         Example:
             >>> from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum
@@ -93,21 +87,14 @@ class SelectorComparison(Shown):
             0   near U       1  0.3  0.4      1
             1       f2       2  1.0  0.0      1
         """
-        import pandas as pd
-
-        table = self.ranking.to_frame().drop(columns="pareto")
-        if taken := [name for name in table.columns if name in ("selector", "design", "votes")]:
-            rule = "of objectives with names other than selector, design and votes"
-            raise invalid("F", rule, taken[0], "these are columns of the table: rename it")
-        table.insert(0, "design", table.index)
-        table = table.set_axis(self.ranking.order).assign(votes=pd.Series(self.votes))
-        # -1 is no row, so that reindexing leaves the line of a selector without a choice empty.
-        rows = {name: i if len(i) else [-1] for name, i in self.chosen.items()}
-        selectors = [name for name, indices in rows.items() for _ in indices]
-        wanted = [index for indices in rows.values() for index in indices]
-        frame = table.reindex(wanted).reset_index(drop=True)
-        frame.insert(0, "selector", selectors)
-        return frame
+        counts = [len(rows) for rows in self.chosen.values()]
+        every = np.concatenate([*self.chosen.values()])
+        place = np.argsort(self.ranking.order)  # of each row in the frame
+        frame: pd.DataFrame = self.ranking.to_frame().drop(columns="pareto").iloc[place[every]]
+        frame.insert(0, "design", frame.index)
+        frame.insert(0, "selector", np.repeat([*self.chosen], counts))
+        frame.insert(len(frame.columns), "votes", self.votes[every])
+        return frame.reset_index(drop=True)
 
     def agreement_frame(self) -> pd.DataFrame:
         """Return :attr:`agreement` with the names of the selectors on both sides.
@@ -150,8 +137,8 @@ def compare_selectors(
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` does not fit, there is no selector, or one
-            returns what is no index of a row.
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, or a selector returns what is no
+            index of a row.
         ArgumentTypeError: ``selectors`` is no mapping to objects with ``.do``.
 
     Example:
@@ -173,51 +160,37 @@ def compare_selectors(
         1          L1       1  0.1  0.72     5      1
         2          L2       2  0.5  0.40     6      2
     """
-    _require_selectors(selectors)
+    mapping("selectors", selectors, "names to selectors")
     ranking = ranking_from(F, normalize, maximize)
-    chosen = _choices(selectors, ranking)
+    front = np.flatnonzero(ranking.pareto)
+    objectives = ranking.objectives.rows(front)
+    chosen = {
+        name: front[_choice(f"selectors[{name!r}]", selector, objectives)]
+        for name, selector in selectors.items()
+    }
     # The Jaccard index of every pair; max(..., 1), as two empty choices have nothing to divide by.
     sets = [set(choice.tolist()) for choice in chosen.values()]
     agreement = np.array([[len(a & b) / max(len(a | b), 1) for b in sets] for a in sets])
     return SelectorComparison(chosen, ranking, agreement)
 
 
-def _choices(
-    selectors: Mapping[str, Any], ranking: EfficiencyRanking
-) -> dict[str, NDArray[np.intp]]:
-    """Return the rows that each selector chooses among the Pareto-optimal ones of a ranking."""
-    front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives.rows(front)
-    chosen = {}
-    for name, selector in selectors.items():
-        if isinstance(selector, RankingSelector):  # it may name objectives and directions
-            answer: Any = selector.chosen(objectives)
-        else:
-            with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-                answer = selector.do(objectives.minimized)
-        chosen[name] = front[_indices(name, answer, len(front))]
-    return chosen
+def _choice(name: str, selector: Any, objectives: Objectives) -> Rows:
+    """Return what a selector chooses, each row once, in its own order, which may be of preference.
 
-
-def _require_selectors(selectors: Mapping[str, Any]) -> None:
-    if not isinstance(selectors, Mapping):
-        raise wrong_type("selectors", "a mapping from names to selectors", selectors)
-    if not selectors:
-        raise invalid("selectors", "one or more", selectors)
-    for name, selector in selectors.items():
-        if isinstance(selector, type) or not callable(getattr(selector, "do", None)):
-            raise wrong_type(f"selectors[{name!r}]", "an object with .do(F)", selector)
-
-
-def _indices(name: str, answer: Any, n: int) -> NDArray[np.intp]:
-    """Return what a selector answered as an array of distinct indices below n."""
-    indices = np.atleast_1d(np.asarray([] if answer is None else answer))
-    if indices.size == 0:
-        return np.zeros(0, dtype=np.intp)
-    wrong = indices.ndim != 1 or indices.dtype.kind not in "iu"
-    if wrong or ((indices < 0) | (indices >= n)).any():
+    Args:
+        name: The selector, for messages.
+        selector: One of this package, which knows names and directions, or any with ``.do(F)``.
+        objectives: Of the Pareto-optimal designs.
+    """
+    if isinstance(selector, type) or not hasattr(selector, "do"):
+        raise wrong_type(name, "an object with .do(F)", selector)
+    if isinstance(selector, RankingSelector):
+        return selector.chosen(objectives)
+    n, F = len(objectives.values), objectives.minimized
+    with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+        answer = selector.do(F)
+    rows = np.atleast_1d(np.asarray([] if answer is None else answer))
+    if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
         rule = f"a selector that returns indices from 0 to {n - 1}"
-        raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
-    # Each once, in the selector's own order, which may be its order of preference.
-    _, first = np.unique(indices, return_index=True)
-    return indices[np.sort(first)].astype(np.intp)
+        raise invalid(name, rule, Received(repr(answer)))
+    return np.array(list(dict.fromkeys(rows.tolist())), dtype=np.intp)

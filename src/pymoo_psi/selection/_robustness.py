@@ -1,26 +1,24 @@
-"""Designs of a family of problems whose parameters are uncertain."""
+"""How a ranking of designs holds from scenario to scenario of uncertain parameters.
+
+A scenario gives every design its objective values, and says which designs are feasible in it.
+These are ranked anew, with U, N and the scale of that scenario. Scenarios come one by one and
+only sums are kept, so that memory does not grow with their number.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import (
-    Received,
-    boolean,
-    integer,
-    invalid,
-    job_count,
-    known_name,
-    mapping,
-)
+from pymoo_psi._tables import Shown
+from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, mapping
 from pymoo_psi.parallel import in_order, in_parallel
-from pymoo_psi.pareto import Robustness, rank_scenario, tally
+from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import (
     FailureTolerant,
     design_space,
@@ -29,8 +27,108 @@ from pymoo_psi.problems import (
     scenario_values,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robustness(Shown):
+    """What becomes of n designs in S scenarios.
+
+    Shares are of all S scenarios. The statistics of objectives and regret are over the scenarios in
+    which the design is feasible, NaN if it is in none. Regret is measured in the frame of each
+    scenario: how much farther from that scenario's U the design is than the nearest design.
+
+    Attributes:
+        X: ``(n, n_var)`` the designs, or n designs as mappings.
+        parameters: Names of the k uncertain parameters.
+        scenarios: ``(S, k)`` their values.
+        objectives: Names of the m objectives.
+        optimum_share: ``(n,)`` share of scenarios in which the design is the Salukvadze optimum.
+        efficient_share: ``(n,)`` share in which its rank of efficiency is 5 or 6.
+        pareto_share: ``(n,)`` share in which it is Pareto optimal among the designs.
+        infeasible_share: ``(n,)`` share in which it is infeasible.
+        mean: ``(n, m)`` mean of every objective, in the original direction.
+        spread: ``(n, m)`` standard deviation of every objective, of the scenarios as they are.
+        worst: ``(n, m)`` worst value of every objective: the largest, or of one that the problem
+            says is maximised the least.
+        mean_regret: ``(n,)`` mean regret.
+        worst_regret: ``(n,)`` largest regret.
+
+    Example:
+        A lighter rod bends more; whatever the load, the middle one of three is the optimum.
+
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> from scipy.stats import uniform
+        >>> from pymoo_psi import robustness
+        >>> def rod(load):
+        ...     return FunctionalProblem(1, [lambda x: x[0], lambda x: load / x[0]], xl=0, xu=9)
+        >>> loads = {"load": uniform(0.5, 1.0)}
+        >>> result = robustness(rod, [[0.5], [1.0], [2.0]], uncertainty=loads)
+        >>> result.optimum_share
+        array([0., 1., 0.])
+        >>> result.order  # the first and the last tie in all but the regret
+        array([1, 0, 2])
+        >>> result.mean.round(2)  # the mean load is 1
+        array([[0.5, 2. ], [1. , 1. ], [2. , 0.5]])
+    """
+
+    X: Any
+    parameters: tuple[str, ...]
+    scenarios: Array
+    objectives: tuple[str, ...]
+    optimum_share: Array
+    efficient_share: Array
+    pareto_share: Array
+    infeasible_share: Array
+    mean: Array
+    spread: Array
+    worst: Array
+    mean_regret: Array
+    worst_regret: Array
+
+    def __repr__(self) -> str:
+        """Return how many designs there are, and which row is the most robust."""
+        return (
+            f"Robustness({len(self.optimum_share)} designs in {len(self.scenarios)} scenarios of "
+            f"{', '.join(self.parameters)}: row {self.order[0]} is the most robust)"
+        )
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """``(n,)`` indices of the designs, the most robust first.
+
+        By the share as optimum, then in rank 5 or better, then by rarely being infeasible, then
+        by mean regret.
+        """
+        return np.lexsort(
+            (self.mean_regret, self.infeasible_share, -self.efficient_share, -self.optimum_share)
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row per design, the most robust first; its index is the row in ``X``.
+
+        Returns:
+            Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``, and
+            ``f1_mean``, ``f1_spread``, ``f1_worst`` for every objective.
+        """
+        import pandas as pd
+
+        frame = pd.DataFrame(list(self.X)) if isinstance(self.X, tuple) else pd.DataFrame(self.X)
+        # Mappings name their variables; the columns of a matrix have numbers only.
+        frame.columns = [f"x{c + 1}" if isinstance(c, int) else c for c in frame.columns]
+        for name in (
+            "optimum_share", "efficient_share", "pareto_share", "infeasible_share",
+            "mean_regret", "worst_regret",
+        ):  # fmt: skip
+            frame[name] = getattr(self, name)
+        for j, name in enumerate(self.objectives):
+            for statistic in ("mean", "spread", "worst"):
+                frame[f"{name}_{statistic}"] = getattr(self, statistic)[:, j]
+        return frame.iloc[self.order]
 
 
 def robustness(
@@ -98,13 +196,11 @@ def robustness(
     """
     normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
     n_jobs = job_count("n_jobs", n_jobs)
-    designs = _designs(X)
+    designs, n_scenarios = _designs(X), integer("n_scenarios", n_scenarios, minimum=1)
     if not mapping("uncertainty", uncertainty, "names to distributions"):
         raise invalid("uncertainty", "one parameter or more", uncertainty)
-    points = scenario_values(
-        integer("n_scenarios", n_scenarios, minimum=1),
-        {f"uncertainty[{name!r}]": given for name, given in uncertainty.items()},
-    )
+    named = {f"uncertainty[{name!r}]": given for name, given in uncertainty.items()}
+    points = scenario_values(n_scenarios, named)
     rows = [dict(zip(uncertainty, row, strict=True)) for row in points.tolist()]
 
     # The first scenario has the sizes that all must have, and shows mistakes before any work.
@@ -112,16 +208,15 @@ def robustness(
     if designs.ndim == 2 and designs.shape[1] != first.n_var:
         shown = Received(f"an array of shape {designs.shape}")
         raise invalid("X", f"of {first.n_var} variables, as the problem", shown)
-    m, sizes = first.n_obj, (first.n_var, first.n_obj)
-    given = getattr(first, "names", None) or {}
-    own = [given.get(f"f{j + 1}", f"f{j + 1}") for j in range(m)]
-    more = [known_name("maximize", name, own) for name in getattr(first, "maximize", None) or ()]
-    sign = [-1.0 if name in more else 1.0 for name in own]
+    given, maximize = getattr(first, "names", None) or {}, getattr(first, "maximize", None) or ()
+    own = [given.get(f"f{j + 1}", f"f{j + 1}") for j in range(first.n_obj)]
+    sign = np.array([-1.0 if name in maximize else 1.0 for name in own])
     objectives = own if names is None else list(names)
-    if len(objectives) != m:
-        raise invalid("names", f"{m} names", objectives)
+    if len(objectives) != len(own):
+        raise invalid("names", f"{len(own)} names", objectives)
 
     def ranked(parameters: dict[str, float]) -> tuple[Mask, Array]:
+        sizes = first.n_var, first.n_obj
         problem = scenario_problem("make_problem", make_problem, parameters, sizes)
         F, feasible, reasons = evaluated(problem, designs)
         if all(reasons) and not isinstance(problem, FailureTolerant):  # likely a mistake
@@ -129,31 +224,88 @@ def robustness(
             raise invalid("make_problem", "of problems that evaluate X", reasons[0], remedy)
         if keep_bounds:
             feasible = feasible & _within_bounds(problem, designs)
-        return rank_scenario(F, feasible, normalize=normalize)
+        return _ranked(F, feasible, normalize)
 
     # In order, as the last digits of the sums depend on it, and must not on the processes.
-    found = tally(
-        in_order(in_parallel(ranked, rows, n_jobs)),
-        X=designs if designs.ndim == 2 else tuple(designs),
-        parameters=tuple(uncertainty),
-        scenarios=points,
-        objectives=objectives,
+    found = in_order(in_parallel(ranked, rows, n_jobs))
+    shares, (mean, spread, worst), regret = _summed(found, len(designs), len(own) + 1)
+    optimum, efficient, pareto, infeasible = shares
+    return Robustness(
+        designs if designs.ndim == 2 else tuple(designs),
+        tuple(uncertainty),
+        points,
+        tuple(objectives),
+        optimum,
+        efficient,
+        pareto,
+        infeasible,
+        mean=mean[:, :-1] * sign,
+        spread=spread[:, :-1],
+        worst=worst[:, :-1] * sign,
+        mean_regret=regret,
+        worst_regret=worst[:, -1],
     )
-    return replace(found, mean=found.mean * sign, worst=found.worst * sign)
+
+
+def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
+    """Rank the feasible designs of a scenario.
+
+    Returns:
+        ``(4, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal,
+        infeasible; ``(n, m + 1)`` their objectives and their regret, μ1 less the least μ1 of the
+        scenario, of no meaning where infeasible.
+    """
+    rows, marks, regret = np.flatnonzero(feasible), np.zeros((4, len(F)), bool), np.zeros(len(F))
+    marks[3] = ~feasible
+    if len(rows):
+        ranking = rank_of_efficiency(F[rows], normalize=normalize)
+        marks[0, rows[ranking.salukvadze]] = True
+        # 5 and 6 are the ranks of P23 and one more pair at least: nearest to U in two respects.
+        marks[1, rows], marks[2, rows] = ranking.rank >= 5, ranking.pareto
+        # The least of the Pareto-optimal designs is the least of all: with f >= U a dominated one
+        # is farther from U than the one that dominates it.
+        mu1 = ranking.criteria[:, 0]
+        regret[rows] = mu1 - mu1[ranking.pareto].min()
+    return marks, np.column_stack([F, regret])
+
+
+def _summed(
+    rankings: Iterable[tuple[Mask, Array]], n: int, k: int
+) -> tuple[Array, tuple[Array, Array, Array], Array]:
+    """Sum up what :func:`_ranked` gives for one scenario or more, in the order given.
+
+    Means and squares are updated by Welford's method (Technometrics 4, 1962), which does not
+    cancel where an objective varies little around a large mean.
+
+    Returns:
+        ``(4, n)`` shares of the marks; three ``(n, k)``, the mean, standard deviation and largest
+        value of each column; ``(n,)`` the mean of the last one, the regret.
+    """
+    counts, regret = np.zeros((4, n), dtype=np.int64), np.zeros(n)
+    mean, squares, worst = np.zeros((n, k)), np.zeros((n, k)), np.full((n, k), -np.inf)
+    for number, (marks, values) in enumerate(rankings, start=1):
+        counts += marks
+        there = ~marks[3]
+        delta = values[there] - mean[there]
+        mean[there] += delta / (number - counts[3, there])[:, None]
+        squares[there] += delta * (values[there] - mean[there])
+        worst[there] = np.maximum(worst[there], values[there])
+        regret[there] += values[there, -1]  # a plain sum: regrets are small, none is negative
+    met = (number - counts[3]).astype(float)
+    met[met == 0] = np.nan  # of a design that is never feasible nothing is known
+    for statistic in (mean, squares, worst):
+        statistic[np.isnan(met)] = np.nan
+    return counts / number, (mean, np.sqrt(squares / met[:, None]), worst), regret / met
 
 
 def _designs(X: Any) -> NDArray[Any]:
     """Return designs as pymoo evaluates them: a matrix, or an array of mappings."""
     # By next(iter(X)), as X[0] of a data frame is a column of that name.
-    if not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping):
-        designs = np.fromiter(X, object)
-    else:
-        designs = np.array(X)
-    if designs.ndim != 2 and not (designs.ndim == 1 and designs.dtype == object):
+    named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
+    designs = np.fromiter(X, object) if named else np.array(X)
+    if not len(designs) or (designs.ndim != 2 and designs.dtype != object):
         shape = Received(f"an array of shape {designs.shape}")
-        raise invalid("X", "two-dimensional (n designs, n_var variables)", shape)
-    if len(designs) == 0:
-        raise invalid("X", "of at least one design", Received("none"))
+        raise invalid("X", "two-dimensional (n designs, n_var variables), n >= 1", shape)
     return designs
 
 

@@ -10,7 +10,9 @@ index, its ``HighTradeoffPoints`` an array or None.
 from __future__ import annotations
 
 import numbers
-from collections.abc import Collection
+import warnings
+from collections.abc import Callable, Collection
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,7 +49,9 @@ Rows = NDArray[np.intp]
 _STRAIGHT = 1e-9
 # Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
 _FLAT = 1e-6
-_RADIUS = 0.125  # of neighbours, pymoo's own
+# The worst term, and among rows that share it the sum of terms: the augmented distance
+# max + rho * sum in the limit of a small rho.
+_AUGMENTED = (partial(np.max, axis=1), partial(np.sum, axis=1))
 
 
 class RankingSelector(Indicator):
@@ -78,7 +82,8 @@ class RankingSelector(Indicator):
             >>> SalukvadzeOptimum().do([[0.0, 0.0], [0.3, 0.6], [1.0, 1.0]], maximize=[1])
             array([1])
         """
-        return self.chosen(objectives_of(F, maximize))
+        F = F if hasattr(F, "columns") else np.atleast_2d(F)  # a mask is kept, to be refused
+        return self.chosen(Objectives.of(F, maximize))
 
     def chosen(self, objectives: Objectives) -> Rows:
         """Return what :meth:`do` returns, of checked objectives with names and directions."""
@@ -151,9 +156,8 @@ class CompromiseProgramming(RankingSelector):
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: ``p`` is below 1, a weight is negative, or all are 0; by ``.do``: the
-            number of weights is not that of the objectives.
-        ArgumentTypeError: ``p`` is not a number.
+        ArgumentValueError: ``p`` is no number from 1, a weight is negative, or all are 0; by
+            ``.do``: the number of weights is not that of the objectives.
 
     Example:
         >>> import numpy as np
@@ -167,33 +171,19 @@ class CompromiseProgramming(RankingSelector):
         array([4])
     """
 
-    p: float
-    weights: Array | None
-
     def __init__(
         self, p: float = 2, *, weights: ArrayLike | None = None, normalize: bool = True
     ) -> None:
         super().__init__(normalize=normalize)
-        if isinstance(p, bool) or not isinstance(p, numbers.Real):
-            raise wrong_type("p", "a number from 1 to inf", p)
-        if not p >= 1:  # below 1 it is no norm; written so that NaN is refused
+        if not isinstance(p, numbers.Real) or not p >= 1:  # below 1 it is no norm; NaN is refused
             raise invalid("p", "a number from 1 to inf", p)
-        self.p = float(p)
-        self.weights = None if weights is None else checked_weights(weights)
+        self.p: float = float(p)
+        self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         (front, F), frame = front_of(ranking), ranking.frame
-        weights = weights_of(F.shape[1], self.weights)
-        with np.errstate(over="ignore"):  # NumPy 1 warns where it divides denormal numbers
-            d = frame.scaled(F)
-            unit = d.max() or 1.0  # so that no sum of terms overflows
-            terms, noise = weights * (d / unit), LAST_PLACES * (weights * (frame.sizes(F) / unit))
-            # At p = inf rows that share the worst term are told apart by the sum of terms: the
-            # augmented distance max + rho * sum in the limit of a small rho.
-            for p in (self.p, 1.0) if np.isinf(self.p) else (self.p,):
-                nearest = levels(_norm(terms, p), float(_norm(noise[None, :], p)[0])) == 0
-                front, terms = front[nearest], terms[nearest]
-        return front
+        measures = _AUGMENTED if np.isinf(self.p) else (partial(_norm, p=self.p),)
+        return _least(front, frame.scaled(F), frame.sizes(F), self.weights, *measures)
 
 
 class ReferencePoint(RankingSelector):
@@ -227,22 +217,13 @@ class ReferencePoint(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.point = finite_array("point", point)
-        self.weights = None if weights is None else checked_weights(weights)
+        self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         (front, F), frame = front_of(ranking), ranking.frame
-        weights = weights_of(F.shape[1], self.weights)
         point = ranking.objectives.turned("point", self.point)
-        with np.errstate(over="ignore"):  # as above
-            d = (F - point) / frame.scale
-            unit = np.abs(d).max() or 1.0
-            terms = weights * (d / unit)
-            sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
-            noise = LAST_PLACES * (weights * (sizes / unit))
-            for measure, tolerance in ((np.max, noise.max()), (np.sum, noise.sum())):
-                best = levels(measure(terms, axis=1), float(tolerance)) == 0
-                front, terms = front[best], terms[best]
-        return front
+        sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
+        return _least(front, (F - point) / frame.scale, sizes, self.weights, *_AUGMENTED)
 
 
 class Lexicographic(RankingSelector):
@@ -280,9 +261,9 @@ class Lexicographic(RankingSelector):
         columns = [ranking.objectives.column("order", entry) for entry in self.order]
         rows, values = front_of(ranking)
         allowed = self.tolerance * np.ptp(values, axis=0)
-        for k, j in enumerate(columns):
-            last = k == len(columns) - 1
-            kept = values[:, j] <= values[:, j].min() + (0.0 if last else allowed[j])
+        allowed[columns[-1]] = 0.0
+        for j in columns:
+            kept = values[:, j] <= values[:, j].min() + allowed[j]
             rows, values = rows[kept], values[kept]
         return rows
 
@@ -351,12 +332,12 @@ class HighTradeoff(RankingSelector):
         distinct, which = np.unique(points, axis=0, return_inverse=True)
         if len(distinct) < 3:
             return front[:0]
-        mu = _least_tradeoffs(distinct)
-        mean, deviation = mu.mean(), mu.std()
-        found = np.flatnonzero((mu - mean >= 2 * deviation) & (deviation > 0))
-        if not len(found) and mu.max() - mean > deviation > 0:
-            found = np.array([mu.argmax()])
-        return front[np.isin(which.ravel(), found)]
+        with warnings.catch_warnings():  # it imports what SciPy has deprecated, and divides by 0
+            warnings.simplefilter("ignore")
+            from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+
+            found = HighTradeoffPoints().do(distinct)
+        return front[np.isin(which.ravel(), [] if found is None else found)]
 
 
 class McdmMethod(RankingSelector):
@@ -392,71 +373,74 @@ class McdmMethod(RankingSelector):
 
     def __init__(self, method: Any, *, weights: ArrayLike | None = None) -> None:
         super().__init__()
-        if isinstance(method, type) or not callable(method) or not hasattr(method, "rank"):
+        if isinstance(method, type) or not hasattr(method, "rank"):
             rule = "a method of pymcdm such as pymcdm.methods.TOPSIS()"
             raise wrong_type("method", rule, method)
         self.method = method
-        self.weights = None if weights is None else checked_weights(weights)
+        self.weights: Array | None = _checked(weights)
 
     def chosen(self, objectives: Objectives) -> Rows:
         """Return the rows that the method ranks first."""
         F = objectives.minimized
-        weights = weights_of(F.shape[1], self.weights)
+        weights = _weights(F.shape[1], self.weights)
         # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
         counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
         if not counts.any():  # all designs are equal
             return np.arange(len(F))
-        F, weights = F[:, counts], weights[counts] / weights[counts].sum()
-        rule = f"fit for {type(self.method).__name__}"
-        try:
-            with np.errstate(all="ignore"):  # scores that are not finite are refused below
-                # pymcdm's types: -1 is a cost.
-                scores = np.asarray(self.method(F, weights, -np.ones(F.shape[1], dtype=int)))
-        except ValueError as error:
-            raise invalid("F", rule, Received("an error"), str(error)) from error
+        weights = weights[counts] / weights[counts].sum()
+        with np.errstate(all="ignore"):  # scores that are not finite are refused below
+            # pymcdm's types: -1 is a cost.
+            scores = np.asarray(self.method(F[:, counts], weights, -np.ones(len(weights), int)))
         if scores.shape != (len(F),) or not np.isfinite(scores).all():
-            raise invalid("F", rule, Received("no finite scores"))
+            raise invalid(
+                "F", f"fit for {type(self.method).__name__}", Received("no finite scores")
+            )
         ranks = np.asarray(self.method.rank(scores))
         return np.flatnonzero(ranks == ranks.min())
 
 
-def objectives_of(F: Any, maximize: Collection[Any]) -> Objectives:
-    """Return what ``.do(F)`` of a selector gets; one design may be a vector."""
-    if not hasattr(F, "columns"):
-        F = np.asanyarray(F)  # a mask is kept, to be refused
-        F = F[None, :] if F.ndim == 1 else F
-    return Objectives.of(F, maximize)
-
-
-def checked_weights(weights: ArrayLike) -> Array:
+def _checked(weights: ArrayLike | None) -> Array | None:
     """Return ``(m,)`` weights, none negative and not all 0, so scaled that they sum to 1."""
+    if weights is None:
+        return None
     array = finite_array("weights", weights)
     if array.ndim != 1 or (array < 0).any() or not array.any():
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
     ratios = array / array.max()  # first, as the sum of large weights overflows
-    shares: Array = ratios / ratios.sum()
-    return shares
+    return np.asarray(ratios / ratios.sum())
 
 
-def weights_of(m: int, weights: Array | None) -> Array:
+def _weights(m: int, weights: Array | None) -> Array:
     """Return ``(m,)`` weights of a selector, whose number is known by its ``.do`` only."""
-    if weights is None:
-        return np.ones(m)
+    weights = np.ones(m) if weights is None else weights
     if len(weights) != m:
-        raise invalid(
-            "weights", f"{m} numbers, one for each objective", Received(f"{len(weights)}")
-        )
+        found = Received(f"{len(weights)}")
+        raise invalid("weights", f"{m} numbers, one for each objective", found)
     return weights
+
+
+@np.errstate(over="ignore")  # NumPy 1 warns where it divides denormal numbers
+def _least(
+    rows: Rows, d: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
+) -> Rows:
+    """Return the rows with the least measure of their weighted terms ``d``, up to rounding.
+
+    Of several measures the next decides among rows that are equal in those before. ``sizes`` is how
+    large the values behind the terms are.
+    """
+    weights, unit = _weights(d.shape[1], weights), np.abs(d).max() or 1.0  # no sum overflows
+    terms, noise = weights * (d / unit), LAST_PLACES * (weights * (sizes / unit))
+    for measure in measures:
+        best = levels(measure(terms), float(measure(noise[None, :])[0])) == 0
+        rows, terms = rows[best], terms[best]
+    return rows
 
 
 def _norm(terms: Array, p: float) -> Array:
     """Return the L_p norms of rows >= 0, which do not underflow at a large p."""
-    largest: Array = terms.max(axis=1)
-    if np.isinf(p):
-        return largest
+    largest = terms.max(axis=1)
     share = terms / np.where(largest > 0, largest, 1.0)[:, None]
-    norms: Array = largest * (share**p).sum(axis=1) ** (1 / p)
-    return norms
+    return np.asarray(largest * (share**p).sum(axis=1) ** (1 / p))
 
 
 def _bulges(d: Array) -> Array:
@@ -471,27 +455,4 @@ def _bulges(d: Array) -> Array:
     normal = np.linalg.solve(extremes, np.ones(m))  # the plane is d·normal = 1
     if (normal <= 0).any():
         return np.zeros(n)
-    bulges: Array = (1 - d @ normal) / np.linalg.norm(normal)
-    return bulges
-
-
-def _least_tradeoffs(points: Array) -> Array:
-    """``(n,)`` what leaving each of ``(n, m)`` points for a neighbour costs at least for its gain.
-
-    Losses over gains, summed over the objectives; the neighbours are those within ``_RADIUS``, or,
-    if that are fewer than 2 m with the point itself, the nearest 2 m. The points are distinct, and
-    none dominates another, so that each gain is above 0.
-    """
-    from scipy.spatial import KDTree  # a fifth of a second, at every start of a command
-
-    n, m = points.shape
-    tree = KDTree(points)
-    mu, least = np.empty(n), min(2 * m, n - 1)
-    for i in range(n):
-        near = tree.query_ball_point(points[i], _RADIUS)
-        if len(near) < least:
-            near = tree.query(points[i], k=least + 1)[1]
-        step = points[near] - points[i]
-        loss, gain = np.maximum(step, 0).sum(axis=1), np.maximum(-step, 0).sum(axis=1)
-        mu[i] = (loss[gain > 0] / gain[gain > 0]).min(initial=np.inf)
-    return mu
+    return np.asarray((1 - d @ normal) / np.linalg.norm(normal))
