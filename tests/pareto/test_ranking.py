@@ -1,6 +1,7 @@
 """Ranks of efficiency: their invariances, obvious cases, and what is refused."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -81,53 +82,6 @@ def test_frame():
         rank_of_efficiency(F).to_frame(names=["cost"])
 
 
-@pytest.mark.parametrize(
-    ("F", "kind", "message"),
-    [
-        ([1.0, 2.0], ValueError, r"F must be two-dimensional .* got an array of shape \(2,\)"),
-        (np.zeros((0, 2)), ValueError, r"F must be of at least one design .* shape \(0, 2\)"),
-        (np.zeros((2, 0)), ValueError, r"F must be of at least one design .* shape \(2, 0\)"),
-        ([[1.0, np.nan]], ValueError, r"F must be finite, got nan at index \(0, 1\); leave out"),
-        ([[np.inf, 1.0]], ValueError, r"F must be finite, got inf at index \(0, 0\)"),
-        ([[1.0, 2.0], [3.0]], ValueError, "F must be a rectangular array of numbers"),
-        ([["a", "b"]], TypeError, "F must be an array of real numbers, got dtype"),
-        (
-            np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0),
-            ValueError,
-            "F must be without masked values, got a masked array",
-        ),
-        ([[1j, 2]], TypeError, "F must be an array of real numbers, got dtype complex128"),
-        (
-            None,
-            TypeError,
-            "got None; where it is res.F of pymoo, the run found no feasible design",
-        ),
-    ],
-)
-def test_bad_objectives(F, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        rank_of_efficiency(F)
-    assert isinstance(caught.value, PsiError)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"ideal": [0.0]}, r"ideal must be of shape \(2,\), got shape \(1,\)"),
-        (
-            {"ideal": [0.5, 0.0]},
-            "ideal must be no worse than the best value .* 0.5 against 0.0 in objective 1",
-        ),
-        ({"nadir": [1.0, -1.0]}, "nadir must be no better than the ideal.* in objective 2"),
-        ({"nadir": [1.0, np.nan]}, "nadir must be finite, got nan at index 1"),
-        ({"normalize": 1}, "normalize must be True or False, got 1"),
-    ],
-)
-def test_bad_options(options, message):
-    with pytest.raises(PsiError, match=message):
-        rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]], **options)
-
-
 def test_a_dense_front_is_no_chain_of_ties():
     """Neighbours closer than the rounding of a large offset do not make one level of all."""
     x = np.linspace(0, 1, 20_001)
@@ -139,6 +93,37 @@ def test_a_dense_front_is_no_chain_of_ties():
     assert len(ranking.salukvadze) < 200
 
 
-def test_a_range_beyond_floats_is_refused():
-    with pytest.raises(ValueError, match=r"F must be of finite range, got -1e\+308 to 1e\+308"):
-        rank_of_efficiency([[-1e308, 1e308], [1e308, -1e308]])
+FRAME = pd.DataFrame({"cost": [1.0, 2.0], "mass": [2.0, 1.0]})
+SAME = FRAME.set_axis(["a", "a"], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("F", "options", "kind", "message"),
+    [
+        ([1.0, 2.0], {}, ValueError, r"F must be two-dimensional .* got an array of shape \(2,\)"),
+        (np.zeros((0, 2)), {}, ValueError, r"F must be of at least one design .* shape \(0, 2\)"),
+        ([[1.0, np.nan]], {}, ValueError, r"F must be finite, got nan at index \(0, 1\); leave out"),
+        ([[np.inf, 1.0]], {}, ValueError, r"F must be finite, got inf at index \(0, 0\)"),
+        ([[1.0, 2.0], [3.0]], {}, ValueError, "F must be a rectangular array of numbers"),
+        ([["a", "b"]], {}, TypeError, "F must be an array of real numbers, got dtype"),
+        (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
+        (None, {}, TypeError, "got None; where it is res.F of pymoo, the run found no feasible design"),
+        ([[-1e308, 1e308], [1e308, -1e308]], {}, ValueError, "F must be of finite range, got"),
+        (np.ones((2, 256)), {}, ValueError, "F must be of at most 255 objectives, got 256"),
+        (FRAME, {"ideal": [0.0]}, ValueError, r"ideal must be of shape \(2,\), got shape \(1,\)"),
+        (FRAME, {"ideal": [1.5, 0.0]}, ValueError, "ideal must be no worse than the best value"),
+        (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "ideal must be no worse"),
+        (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
+        (FRAME, {"nadir": [1.0, np.nan]}, ValueError, "nadir must be finite, got nan at index 1"),
+        (FRAME, {"normalize": 1}, TypeError, "normalize must be True or False, got 1"),
+        (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
+        (FRAME, {"maximize": "cost"}, TypeError, "maximize must be a list of objectives, got 'cost'"),
+        (FRAME, {"maximize": [2]}, ValueError, "maximize must be column indices from 0 to 1, got 2"),
+        (FRAME.assign(name="x"), {}, TypeError, "column 'name' of F must be of real numbers"),
+        (SAME, {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),
+    ],
+)  # fmt: skip
+def test_mistakes(F, options, kind, message):
+    with pytest.raises(kind, match=message) as caught:
+        rank_of_efficiency(F, **options)
+    assert isinstance(caught.value, PsiError)

@@ -61,8 +61,6 @@ def test_names_labels_and_senses_are_kept():
     assert frame.index.tolist() == ["B", "C"]  # C and A are 0.822 and 0.712 from B
     assert frame["yield"].tolist() == [30, 40]
     assert frame["share"].tolist() == pytest.approx([2 / 3, 1 / 3])
-    with pytest.raises(PsiError, match="names other than share and farthest"):
-        representatives(F.rename(columns={"cost": "share"}), 2).to_frame()
 
 
 def test_distances_may_be_as_small_as_numbers_are():

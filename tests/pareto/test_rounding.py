@@ -6,8 +6,8 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import CompromiseProgramming, PsiError, SalukvadzeOptimum, rank_of_efficiency
-from pymoo_psi.pareto import levels, nondominated, settled
+from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum, rank_of_efficiency
+from pymoo_psi.pareto import levels, settled
 from tests.pareto.exact import exact_ranking
 
 EPS = 2.0**-52
@@ -221,10 +221,3 @@ def test_the_euclidean_compromise_is_the_salukvadze_optimum_of_any_set(data, nor
     )
     compromise = CompromiseProgramming(normalize=normalize).do(F)
     assert compromise.tolist() == SalukvadzeOptimum(normalize=normalize).do(F).tolist()
-
-
-def test_more_objectives_than_dominance_can_compare_are_refused():
-    F = np.random.default_rng(0).random((4, 256))
-    assert nondominated(F[:, :255]).shape == (4,)
-    with pytest.raises(PsiError, match="F must be of at most 255 objectives, got 256"):
-        rank_of_efficiency(F)

@@ -71,7 +71,6 @@ from pymoo_psi.pareto._representatives import Representatives, representatives
 from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
-    capital,
     listed,
     number,
     percent,
@@ -93,7 +92,6 @@ __all__ = [
     "UtopianFrame",
     "alternative",
     "attainment_surfaces",
-    "capital",
     "cautions",
     "compare_designs",
     "competes",

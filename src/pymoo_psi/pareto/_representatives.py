@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import integer
 from pymoo_psi.pareto._indicators import farthest_first
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 
@@ -48,10 +48,7 @@ class Representatives(Shown):
     def __repr__(self) -> str:
         """Return how many stand for how many, and how closely."""
         n = int(self.ranking.pareto.sum())
-        return (
-            f"Representatives({len(self.rows)} for {n} Pareto-optimal designs, none of which is "
-            f"farther than {self.radius:.3g} from one)"
-        )
+        return f"Representatives({len(self.rows)} of {n} Pareto optimal, radius {self.radius:.3g})"
 
     @property
     def radius(self) -> float:
@@ -71,7 +68,7 @@ class Representatives(Shown):
             objectives, ``share``, ``farthest``.
 
         Raises:
-            ArgumentValueError: An objective is called ``share`` or ``farthest``, or as another.
+            ValueError: An objective is called ``share`` or ``farthest``.
 
         Example:
             >>> print(representatives([[0, 9], [1, 8], [4, 4], [9, 0]], 3).to_frame().round(2))
@@ -82,14 +79,12 @@ class Representatives(Shown):
         """
         import pandas as pd
 
-        objectives = self.ranking.objectives
-        names = list(objectives.names)
-        if len({*names, "share", "farthest"}) < len(names) + 2:
-            rule = "of objectives with different names other than share and farthest"
-            raise invalid("F", rule, names, "rename them")
-        labels = pd.Index([objectives.labels[row] for row in self.rows])
-        frame = pd.DataFrame(objectives.values[self.rows], columns=names, index=labels)
-        return frame.assign(share=self.shares, farthest=self.farthest)
+        objectives = self.ranking.objectives.rows(self.rows)
+        labels = pd.Index(objectives.labels)
+        frame = pd.DataFrame(objectives.values, columns=list(objectives.names), index=labels)
+        frame.insert(len(objectives.names), "share", self.shares)
+        frame.insert(len(objectives.names) + 1, "farthest", self.farthest)
+        return frame
 
 
 def representatives(
@@ -121,8 +116,7 @@ def representatives(
         >>> F = [[x / 100, (1 - x / 100) ** 2] for x in range(101)]
         >>> few = representatives(F, 3)
         >>> few
-        Representatives(3 for 101 Pareto-optimal designs, none of which is farther than 0.379 from
-        one)
+        Representatives(3 of 101 Pareto optimal, radius 0.379)
         >>> few.rows, few.shares.round(2)
         (array([ 41,   0, 100]), array([0.48, 0.19, 0.34]))
     """
