@@ -14,8 +14,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     TestTable,
     compare,
-    compare_designs,
-    explain,
     rank_of_efficiency,
     representatives,
 )
@@ -62,8 +60,6 @@ def frame_of(table):
         lambda t: t,
         lambda t: t.ranking(),
         lambda t: convergence(t),
-        lambda t: explain(frame_of(t), 3, maximize=["gain"], units={"gain": "<i>"}),
-        lambda t: compare_designs(frame_of(t), [1, 2], maximize=["gain"]),
         lambda t: representatives(frame_of(t), 3, maximize=["gain"]),
         lambda t: compare_selectors(frame_of(t), {EVIL: SalukvadzeOptimum()}),
     ],

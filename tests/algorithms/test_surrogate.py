@@ -282,7 +282,9 @@ def test_tests_of_another_problem_are_refused():
     other = minimize(get_problem("bnh"), PSI(8)).algorithm.table
     with pytest.raises(PsiError, match=r"start must be .*same problem"):
         run(get_problem("tnk"), 8, start=other)
-    with pytest.raises(PsiError, match="start must be tests of .* with the names, .* against .*x1|x1.* against"):
+    with pytest.raises(
+        PsiError, match="start must be tests of .* with the names, .* against .*x1|x1.* against"
+    ):
         run(Mixed(), 8, start=TestTable.of([1], [[0.1]], [[1.0]]))
 
 

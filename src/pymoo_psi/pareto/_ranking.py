@@ -524,7 +524,8 @@ class UtopianFrame:
         e2 = self._direction**2
         across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
         parts = np.array([np.ones_like(e2), across, self._direction])
-        return LAST_PLACES * np.hypot.reduce(parts * self.sizes(F) / units[:, None], axis=1)
+        bounds = np.hypot.reduce(parts * self.sizes(F) / units[:, None], axis=1)
+        return np.asarray(LAST_PLACES * bounds)
 
     def sizes(self, F: Array) -> Array:
         """Return ``(m,)`` how large values are in the scale: ``LAST_PLACES`` of it is noise."""
