@@ -28,7 +28,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import FailureTolerant, Recorded, SurrogatePSI, TestTable, nsga3
-from pymoo_psi.algorithms import _recorded
+from pymoo_psi.algorithms import _store
 
 EVALUATIONS = 20  # for each kill
 FURTHER = 3  # evaluations in one of which, or between which, a kill comes
@@ -116,7 +116,7 @@ def recorded(folder: Path, kills: int) -> None:
     """Kill a recorded run of NSGA-III."""
     log, path = folder / "log", folder / "run.db"
 
-    _recorded.SECONDS = 0.0  # a commit for each result, so that kills come between them
+    _store.SECONDS = 0.0  # a commit for each result, so that kills come between them
 
     def search(log: Path, study: Path) -> Any:
         problem = Recorded(FailureTolerant(Logged(log)), study=study)

@@ -148,13 +148,13 @@ def test_a_vectorised_model_gives_the_outputs_of_one_that_takes_one_design():
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("profile", [1.0, 2.0], "'profile'.* not kept in the table: it is not one number for each design; .*out..profile1"),
-        ("note", "fine", "'note'.* not one number for each design"),
-        ("f1", 1.0, "'f1'.* another column has that name"),
-        ("status", 1.0, "'status'.* another column has that name"),
-        (7, 1.0, "7.* its name is no text"),
+        ("profile", [1.0, 2.0], "'profile'.* not kept in the table where it is no single number"),
+        ("note", "fine", "'note'.* no single number, such as 'fine'"),
+        ("f1", 1.0, "'f1'.* not kept in the table by this name"),
+        ("status", 1.0, "'status'.* not kept in the table by this name"),
+        (7, 1.0, "7.* by this name"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_kept_is_told(name, value, message):
     class Further(One):
         def _evaluate(self, x, out, *args, **kwargs):

@@ -102,7 +102,7 @@ def test_another_problem_is_refused(tmp_path, other, options, message):
 @pytest.mark.parametrize("seconds", [0.0, 1e9])
 def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds):
     """No more is lost than the design that was being evaluated, however rare the commits are."""
-    monkeypatch.setattr("pymoo_psi.algorithms._engine.SECONDS", seconds)
+    monkeypatch.setattr("pymoo_psi.algorithms._store.SECONDS", seconds)
     path = tmp_path / "s.db"
 
     class Impatient(Counted):

@@ -84,8 +84,8 @@ def test_reading_a_folder_warns_of_missing_points(tmp_path):
             {"share": (9, 16)},
             "share must be one that gets a point of points 1 to 8, got 9 of 16; test as many",
         ),
-        ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder"),
-        ({"study": "."}, "study must be the name of a file.*with share=.* it is a folder"),
+        ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder with a share"),
+        ({"study": "."}, "with a share=.*, of a file without one"),
         ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),
     ],
 )

@@ -156,9 +156,8 @@ class Slow(ElementwiseProblem):
         out["F"] = np.reshape([a + b**2, 1 - a * b], np.shape(x))
 
 from pymoo_psi import Recorded, investigate
-from pymoo_psi.algorithms import _engine
-from pymoo_psi.algorithms import _recorded
-_engine.SECONDS = _recorded.SECONDS = 1e9  # no commit but the last
+from pymoo_psi.algorithms import _store
+_store.SECONDS = 1e9  # no commit but the last
 RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"

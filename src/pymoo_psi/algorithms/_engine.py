@@ -11,23 +11,24 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping
-from contextlib import ExitStack, closing, suppress
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import identity_text, integer, invalid
+from pymoo_psi._validation import identity_text, integer
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._outputs import table_of_values, values_of_table
-from pymoo_psi.algorithms._points import Points, Sequence
+from pymoo_psi.algorithms._points import Points, PointSequence
 from pymoo_psi.algorithms._sampling import default_sampling, sampling_name
-from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
-from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.algorithms._store import SECONDS, Store, in_groups, stored_at_termination
+from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import (
     JoblibRunner,
     Result,
@@ -35,7 +36,6 @@ from pymoo_psi.parallel import (
     Waiting,
     active_workers,
     in_parallel,
-    one_line,
 )
 from pymoo_psi.problems import (
     DesignSpace,
@@ -44,12 +44,12 @@ from pymoo_psi.problems import (
     evaluate_designs,
     problem_identity,
     problem_layout,
-    require_problem,
     stream_designs,
     streams,
     untolerant,
 )
 from pymoo_psi.table import (
+    RESERVED,
     Layout,
     Limits,
     TestTable,
@@ -58,6 +58,8 @@ from pymoo_psi.table import (
     lacking,
     real_column,
 )
+
+Rows = NDArray[np.intp]
 
 # Designs in the first piece of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.
@@ -85,10 +87,8 @@ class Keep:
 
     def mask(self, tests: TestTable) -> NDArray[np.bool_]:
         """``(n,)`` which tests are kept."""
-        if self.what == "all":
-            return np.ones(len(tests), dtype=bool)
-        if lacking(self.limits, tests.layout):
-            return np.zeros(len(tests), dtype=bool)
+        if self.what == "all" or lacking(self.limits, tests.layout):
+            return np.full(len(tests), self.what == "all")
         if self.what == "feasible":
             return tests.feasible(self.limits)
         return tests.pareto(self.limits)
@@ -141,82 +141,58 @@ class Engine:
         further: int = 0,
         method: str = "",
     ) -> None:
-        require_problem(problem)
         integer("n_points", n_points, minimum=1)
         self.problem, self._stop = untolerant(problem, options.on_failure == "raise")
         self.space = design_space(self.problem)
         columns = options.names, options.maximize, options.units
-        layout = problem_layout(self.problem, self.space, *columns)
+        self.table = TestTable.empty(problem_layout(self.problem, self.space, *columns))
+        _require_limits(options.limits, self.table.layout, self.space)
         n_dim = len(self.space.free.variables)
         sampling = options.sampling or default_sampling(n_dim)
-        points = Sequence(options, n_points, sampling, n_dim)
-        first, last = points.first, points.last + further
-        for number in options.retry if options.retry != "failed" else ():
-            if not first <= int(number) <= last:
-                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
-        _require_limits(options.limits, layout, self.space)
-
-        def identity() -> dict[str, Any]:
+        self.points: PointSequence | Points = PointSequence(options, n_points, sampling, n_dim)
+        # Shares must be of the same points, whether they are stored or not; a run without a study
+        # needs no identity that a file can hold.
+        strict = options.study is not None or options.part.of > 1
+        with nullcontext() if strict else suppress(PsiError):
             name = sampling_name(sampling, n_points, options.seed) + method
-            known = problem_identity(self.problem, self.space)
-            known |= {"sampling": name, "key": options.study_key}
-            return dict(json.loads(identity_text(known)))
-
-        self.points: Sequence | Points = points
-        self.store, self.table = Store(options), TestTable.empty(layout)
-        # Shares must be of the same points, whether they are stored or not.
-        if self.store.study is not None or self.store.share.of > 1:
-            self.table = replace(self.table, problem=identity())
-            self.store.begin(identity(), layout, (first, last))
-        else:
-            self.store.layout = layout
-            with suppress(PsiError):  # a run without a study needs none that files can hold
-                self.table = replace(self.table, problem=identity())
+            identity = problem_identity(self.problem, self.space)
+            text = identity_text(identity | {"sampling": name, "key": options.study_key})
+            self.table = replace(self.table, problem=json.loads(text))
+        last = options.first + n_points - 1 + further
+        self.store = Store(options, self.table, (options.first, last))
         self._keep = keep or Keep()
-        self._streams, elementwise = streams(self.problem), self.problem.elementwise
-        runner = self.problem.elementwise_runner
-        workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
+        elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
+        self._streams = streams(self.problem)
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
-            self._ahead = _FAR if whole else _NEAR * workers
+            self._ahead = _FAR if whole else _NEAR * active_workers(runner.n_jobs).count
         self._repeats = _Repeats() if self.space.finite and (elementwise or n_jobs == 1) else None
         if self._repeats is not None:
             self._repeats.learn(self.store.known_designs())
-        # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
-        self._largest = options.block_size or (64 if elementwise else 65_536)
-        self._grows = self.store.study is not None or (elementwise and self._stop)
-        self._least = workers if elementwise else min(_LEAST, self._largest)
-        self._size = self._least if self._grows else self._largest  # of a piece
         count = 1 if n_jobs == 1 else active_workers(n_jobs).count
         self._n_jobs = n_jobs if count > 1 else 1
+        # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
+        self._largest = self._size = options.block_size or (64 if elementwise else 65_536)
+        if self.store.study is not None:  # small at first, and then as many as take a second
+            self._size = min(_NEAR if elementwise else _LEAST, self._largest)
         if count > 1:
-            self._size = min(self._size, max(_LEAST, -(-len(points) // (_PIECES * count))))
-        self._hand = TestTable.empty(layout)  # tests that are not given out yet
-        self._called = np.zeros(0, dtype=np.int64)  # numbers of those with a call of the model
-        self._look_from(0, 0)
-
-    def _look_from(self, start: int, end: int) -> None:
-        """Begin at a row of the points; nothing is being evaluated then."""
-        self._opened, self._end = start, end  # rows below were looked at; are asked for
-        self._left = 0  # rows looked at and asked for that have not arrived
-        self._waiting: Waiting = deque()  # designs that nobody evaluates yet, by row
-        self._rows = np.zeros(0, dtype=np.intp)  # as these, of a model evaluated in pieces
-        self._under_way: set[int] = set()  # rows that wait or are being evaluated one by one
-        self._group: list[Result] = []  # results that have arrived and are not stored
-        self._ready: list[Block] = []  # what has arrived and is not given
-        self._steps: Generator[bool] | None = None
-        if self._repeats is not None:
-            self._repeats.waiting.clear()
+            self._size = min(self._size, max(_LEAST, -(-len(self.points) // (_PIECES * count))))
+        self._opened = self._end = 0  # rows of points below were looked at; are asked for
+        self._under_way: dict[int, None] = {}  # rows that wait or are being evaluated one by one
+        self._ready: list[Block] = []  # what has arrived and is not given by the steps
+        self._hand: list[Block] = []  # what the steps have given beyond the last block
+        self._steps: Generator[Block] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies begin where this one is; what is being evaluated stays here."""
-        here = {"_waiting", "_rows", "_under_way", "_group", "_ready", "_steps", "_lock"}
-        return {name: value for name, value in self.__dict__.items() if name not in here}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Start as one that has nothing under way."""
-        self.__dict__.update(state)
-        self._look_from(0, 0)
+        """Copies begin at the next block; what is being evaluated stays here."""
+        here: dict[str, Any] = {
+            "_under_way": {},
+            "_ready": [],
+            "_hand": [],
+            "_steps": None,
+            "_lock": None,
+        }
+        return {**self.__dict__, **here}
 
     def tests(self) -> Generator[Block]:
         """Test all points; blocks come in any order, those of the study too.
@@ -227,14 +203,10 @@ class Engine:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._look_from(0, len(self.points))
+        self._end = len(self.points)
         if self._keep.what == "all":  # too large a table is refused now, not after hours
-            np.empty((len(self.points), 1 + len(self.table.layout.columns)))
-        with closing(self._run()) as steps:
-            for _ in steps:
-                ready, self._ready = self._ready, []
-                yield from ready
-        yield from self._ready
+            np.empty((self._end, 1 + len(self.table.layout.columns)))
+        return self._run(0)
 
     def block(self, start: int, count: int) -> tuple[TestTable, int]:
         """Test consecutive points; what arrives is stored within a second or two.
@@ -249,65 +221,56 @@ class Engine:
         Raises:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
-        end = min(start + count, len(self.points))
-        first, last = self.points.at(np.array([start, end - 1])).numbers
-        self._end, self._left = end, sum(row < end for row in self._under_way)
-        complete = None
+        self._end = end = min(start + count, len(self.points))
+        last = int(self.points.at(np.array([end - 1])).numbers[0])
         with stored_at_termination():
             try:
-                while True:
-                    if self._ready or complete is None:
-                        self._take()
-                        numbers = self._hand.numbers
-                        mine = (numbers >= first) & (numbers <= last)
-                        complete = int(mine.sum()) == end - start
-                    # Where nothing is under way the lock is given back; workers are kept.
-                    if complete and (self._steps is None or self._under_way):
-                        break
+                while sum(int((b.tests.numbers <= last).sum()) for b in self._hand) < end - start:
                     if self._steps is None:
-                        self._look_from(start, end)
-                        self._steps = self._run()
-                    if not next(self._steps, False):
+                        self._steps = self._run(start + sum(len(b.called) for b in self._hand))
+                    if (block := next(self._steps, None)) is None:
                         self._steps = None
+                    else:
+                        self._hand.append(block)
+                if self._steps is not None and not self._under_way:
+                    self._hand += self._steps  # which gives the lock back; workers are kept
+                    self._steps = None
             except BaseException:
                 self.close()
                 raise
-        tests, self._hand = by_number([self._hand.rows(mine)]), self._hand.rows(numbers > last)
-        called, self._called = self._called, self._called[self._called > last]
-        return tests, len(called) - len(self._called)
+        tests = self.table.extended(*(block.tests for block in self._hand))
+        called = np.concatenate([block.called for block in self._hand])
+        mine = tests.numbers <= last
+        self._hand = [] if mine.all() else [Block(tests.rows(~mine), called[~mine])]
+        return by_number([tests.rows(mine)]), int(called[mine].sum())
 
     def close(self) -> None:
-        """Give up what is being evaluated; what has arrived is stored, and kept for later."""
+        """Give up what is being evaluated; what has arrived is in the study, if there is one."""
         if self._steps is not None:
-            steps, self._steps = self._steps, None
-            steps.close()
-        self._take()
+            self._steps.close()
+        self._steps, self._hand, self._under_way = None, [], {}
 
-    def tests_of(self, rows: range | NDArray[np.intp], X: Any, out: Mapping[str, Any]) -> TestTable:
+    def tests_of(self, rows: Rows, X: Any, out: Mapping[str, Any]) -> TestTable:
         """Return the tests of evaluated designs, given by the rows of their points."""
         return table_of_values(self.table.layout, self.points.at(rows), X, out)
 
-    def _take(self) -> None:
-        """Have in hand what has arrived."""
-        if self._ready:
-            new = [block.tests.numbers[block.called] for block in self._ready]
-            self._hand = self._hand.extended(*(block.tests for block in self._ready))
-            self._called = np.concatenate([self._called, *new])
-            self._ready = []
-
-    def _run(self) -> Generator[bool]:
-        """Evaluate the points that wait; each step brings at least one result."""
-        with ExitStack() as self._lock:
+    def _run(self, start: int) -> Generator[Block]:
+        """Evaluate the points from a row on; nothing is being evaluated yet."""
+        self._opened, self._under_way, self._ready = start, {}, []
+        if self._repeats is not None:
+            self._repeats.waiting.clear()
+        steps = self._one_by_one() if self._streams else self._in_pieces()
+        with ExitStack() as self._lock, closing(steps):
             self._locked = self.store.study is None
-            try:
-                yield from self._one_by_one() if self._streams else self._in_pieces()
-            finally:
-                self._flush()
+            for _ in steps:
+                while self._ready:
+                    yield self._ready.pop(0)
+        while self._ready:
+            yield self._ready.pop(0)
 
-    def _open(self, until: int) -> None:
-        """Look at the points below a row: what is stored is ready, the others wait."""
+    def _open(self, until: int) -> Rows:
+        """Return the rows of points below one that are to be evaluated; give the stored ones."""
         rows, self._opened = np.arange(self._opened, until), until
-        known = self._hand.numbers
         if self.store.study is not None:
             numbers = self.points.at(rows).numbers
             stored = self.store.recall(numbers)
@@ -316,179 +279,120 @@ class Engine:
                 self._lock.enter_context(self.store.writing())
                 self._locked = True
                 stored = self.store.recall(numbers)
-            stored = stored.rows(~np.isin(stored.numbers, known))
             self._give(stored, called=False)
+            rows = rows[~np.isin(numbers, stored.numbers)]
             if self._repeats is not None:
                 self._repeats.learn(stored)
-            known = np.append(known, stored.numbers)
-        if len(known):
-            rows = rows[~np.isin(self.points.at(rows).numbers, known)]
-        if self._repeats is not None and len(rows):
+        if self._repeats is not None:
             rows, again = self._repeats.new(rows, self._matrix(rows))
             self._put_again(again)
-        self._left += int((rows < self._end).sum())
-        if not self._streams:
-            self._rows = np.append(self._rows, rows)
-        elif len(rows):
-            designs = self.space.designs(self._matrix(rows))
-            self._waiting.extend(zip(rows.tolist(), designs, strict=True))
-            self._under_way.update(rows.tolist())
+        return rows
 
-    def _matrix(self, rows: NDArray[np.intp]) -> NDArray[Any]:
+    def _matrix(self, rows: Rows) -> NDArray[Any]:
         return self.space.matrix(self.points.at(rows).units)
 
-    def _one_by_one(self) -> Iterator[bool]:
+    def _one_by_one(self) -> Generator[None]:
         """Evaluate designs by workers that do not wait for each other."""
+        waiting: Waiting = deque()
 
         def top_up(ahead: int) -> None:
             until = min(self._end + ahead, len(self.points))
-            while self._opened < until and len(self._waiting) < _FAR:
-                self._open(min(until, self._opened + _FAR))
+            while self._opened < until and len(waiting) < _FAR:
+                rows = self._open(min(until, self._opened + _FAR))
+                designs = self.space.designs(self._matrix(rows))
+                waiting.extend(zip(rows.tolist(), designs, strict=True))
+                self._under_way |= dict.fromkeys(rows.tolist())
 
-        began, computed = time.monotonic(), 0.0
+        def at_once(result: Result) -> bool:
+            del self._under_way[result[0]]
+            complete = next(iter(self._under_way), self._end) >= self._end
+            return complete or bool(self._stop and result[1]["failure"])
+
         top_up(0)
-        while self._waiting:
+        if waiting:
             top_up(self._ahead)
-            results = stream_designs(self.problem, self._waiting, one_by_one=self._stop)
-            with closing(results):
-                for row, values, seconds in results:
-                    self._group.append((row, values, seconds))
-                    self._under_way.discard(row)
-                    self._left -= row < self._end
-                    computed += seconds
-                    if (
-                        self._left == 0
-                        or (self._stop and values["failure"])
-                        or computed >= COMPUTED
-                        or time.monotonic() - began >= SECONDS
-                    ):
-                        self._flush()
-                        began, computed = time.monotonic(), 0.0
-                    yield True
+            results = stream_designs(self.problem, waiting, one_by_one=self._stop)
+            with closing(in_groups(results, self._put_results, at_once)) as steps:
+                for step in steps:
+                    yield step
                     top_up(self._ahead)
 
-    def _flush(self) -> None:
-        """Store the results that have arrived."""
-        group, self._group = self._group, []
-        if group:
-            indices, values, seconds = zip(*group, strict=True)
-            rows = np.array(indices)
-            out = columns_of_values(self.problem, list(values))
-            self._put(self.tests_of(rows, self._matrix(rows), out), np.array(seconds))
+    def _put_results(self, results: list[Result]) -> None:
+        rows, values, seconds = zip(*results, strict=True)
+        self._put(self._valued(np.array(rows), values), np.array(seconds))
 
-    def _in_pieces(self) -> Iterator[bool]:
+    def _valued(self, rows: Rows, values: Sequence[Values]) -> TestTable:
+        out = columns_of_values(self.problem, values)
+        return self.tests_of(rows, self._matrix(rows), out)
+
+    def _in_pieces(self) -> Generator[None]:
         """Evaluate points by calls for many, here or in processes."""
-        every = self._grows or self._stop or self._repeats is not None
-        task = _Task(self.problem, self.space, self.table.layout, self._keep, every)
-        pieces = self._pieces()
-        done = map(task, pieces) if self._n_jobs == 1 else _on_workers(task, pieces, self._n_jobs)
-        for tests, kept, seconds in done:
-            if every:
-                self._put(tests, seconds, kept)
-            else:
-                self._ready.append(Block(tests, np.ones(len(kept), dtype=bool)))
-            if self._grows:
-                # The first designs, which load libraries, say little: at most 100 times as many.
-                fitting = min(SECONDS / max(seconds, 1e-9), 100 * len(kept))
-                self._size = max(self._least, min(self._largest, int(fitting)))
-            yield True
+        every = self.store.study is not None or self._stop or self._repeats is not None
+        kept = Keep() if every else self._keep
+        task = partial(_tested, self.problem, self.space, self.table.layout, kept)
+        if self._n_jobs == 1:
+            done = (pair for pair in enumerate(map(task, self._pieces())))
+        else:
+            done = in_parallel(task, self._pieces(), self._n_jobs)
+        with closing(done):
+            for _, (tests, n, seconds) in done:
+                if every:
+                    self._put(tests, seconds)
+                else:
+                    self._ready.append(Block(tests, np.ones(n, dtype=bool)))
+                if self.store.study is not None:
+                    # The first designs load libraries and say little: at most 100 times as many.
+                    fitting = min(SECONDS / max(seconds, 1e-9), 100 * n)
+                    self._size = max(_NEAR, min(self._largest, int(fitting)))
+                yield
 
     def _pieces(self) -> Iterator[Points]:
+        rows = np.zeros(0, dtype=np.intp)
         while True:
-            while len(self._rows) < self._size and self._opened < self._end:
-                self._open(min(self._end, self._opened + self._largest))
-            if len(self._rows) == 0:
+            while len(rows) < self._size and self._opened < self._end:
+                new = self._open(min(self._end, self._opened + self._largest))
+                rows = np.append(rows, new)
+            if len(rows) == 0:
                 return
-            piece, self._rows = self._rows[: self._size], self._rows[self._size :]
+            piece, rows = rows[: self._size], rows[self._size :]
             yield self.points.at(piece)
 
-    def _put(
-        self, tests: TestTable, seconds: ArrayLike, kept: NDArray[np.bool_] | None = None
-    ) -> None:
+    def _put(self, tests: TestTable, seconds: ArrayLike) -> None:
         """Store tests, and those of the same designs."""
         self.store.keep(tests, seconds)
-        self._give(tests, called=True, kept=kept)
-        if self._stop:
-            raise_failure(tests)
+        self._give(tests, called=True)
+        if self._stop and tests.reasons:
+            number, reason = next(iter(tests.reasons.items()))
+            raise EvaluationError(tests.X[tests.numbers == number][0], reason)
         if self._repeats is not None:
             self._put_again(self._repeats.learn(tests))
 
     def _put_again(self, again: list[tuple[int, Values]]) -> None:
         """Store tests of designs whose values are known, given by the rows of their points."""
         if again:
-            rows = np.array([row for row, _ in again])
-            out = columns_of_values(self.problem, [values for _, values in again])
-            tests = self.tests_of(rows, self._matrix(rows), out)
+            rows, values = zip(*again, strict=True)
+            tests = self._valued(np.array(rows), values)
             self.store.keep(tests, 0.0)
             self._give(tests, called=False)
 
-    def _give(
-        self, tests: TestTable, *, called: bool, kept: NDArray[np.bool_] | None = None
-    ) -> None:
-        if self._keep.what != "all":
-            kept = self._keep.mask(tests) if kept is None else kept
-            self._ready.append(Block(tests.rows(kept), np.full(len(tests), called)))
-        elif len(tests):
-            self._ready.append(Block(tests, np.full(len(tests), called)))
+    def _give(self, tests: TestTable, *, called: bool) -> None:
+        if len(tests):
+            kept = tests if self._keep.what == "all" else tests.rows(self._keep.mask(tests))
+            self._ready.append(Block(kept, np.full(len(tests), called)))
 
 
-class _Piece(NamedTuple):
-    """What comes back of a piece of a vectorised model.
-
-    Attributes:
-        tests: All its tests, or those kept.
-        kept: ``(n,)`` which of its n tests are kept.
-        seconds: What the evaluation of a design took.
-    """
-
-    tests: TestTable
-    kept: NDArray[np.bool_]
-    seconds: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Task:
-    """The testing of some points; it is sent to processes.
-
-    Attributes:
-        problem: A problem, not tolerant of failures.
-        space: Its variables.
-        layout: The columns of its test table.
-        keep: What is kept.
-        every: Whether all tests come back, beside which are kept.
-    """
-
-    problem: Any
-    space: DesignSpace
-    layout: Layout
-    keep: Keep
-    every: bool
-
-    def __call__(self, points: Points) -> _Piece:
-        """Test some points."""
-        began = time.monotonic()
-        X = self.space.matrix(points.units)
-        out = evaluate_designs(self.problem, self.space.designs(X))
-        seconds = (time.monotonic() - began) / len(points)
-        tests = table_of_values(self.layout, points, X, out)
-        kept = self.keep.mask(tests)
-        if not self.every and not kept.all():
-            tests = tests.rows(kept)
-        return _Piece(tests, kept, seconds)
-
-
-def _on_workers(task: _Task, pieces: Iterator[Points], n_jobs: int) -> Iterator[_Piece]:
-    try:
-        with closing(in_parallel(task, pieces, n_jobs)) as done:
-            for _, piece in done:
-                yield piece
-    except PsiError:
-        raise
-    except Exception as error:  # joblib's backends have errors of their own for this
-        raise WorkerError(
-            f"the workers did not give back what they were sent: {one_line(error)}; a problem must "
-            "be one that pickle can send, and a block (block_size) fit into a worker's memory"
-        ) from error
+def _tested(
+    problem: Any, space: DesignSpace, layout: Layout, keep: Keep, points: Points
+) -> tuple[TestTable, int, float]:
+    """Return the kept tests of n points, n, and the seconds of one; it is sent to processes."""
+    began = time.monotonic()
+    X = space.matrix(points.units)
+    out = evaluate_designs(problem, space.designs(X))
+    seconds = (time.monotonic() - began) / len(points)
+    tests = table_of_values(layout, points, X, out)
+    if keep.what != "all":
+        tests = tests.rows(keep.mask(tests))
+    return tests, len(points), seconds
 
 
 class _Repeats:
@@ -511,15 +415,8 @@ class _Repeats:
             again += [(row, values) for row in self.waiting.pop(key, ())]
         return again
 
-    def new(
-        self, rows: NDArray[np.intp], X: NDArray[Any]
-    ) -> tuple[NDArray[np.intp], list[tuple[int, Values]]]:
-        """Return which rows are to be evaluated, and those whose values are known.
-
-        Args:
-            rows: ``(k,)`` rows of points.
-            X: ``(k, n_var)`` their designs.
-        """
+    def new(self, rows: Rows, X: NDArray[Any]) -> tuple[Rows, list[tuple[int, Values]]]:
+        """Return which rows of points, with designs X, to evaluate, and those of known values."""
         new, again = [], []
         for row, key in zip(rows.tolist(), design_keys(X), strict=True):
             if key in self.known:
@@ -532,6 +429,79 @@ class _Repeats:
         return np.array(new, dtype=np.intp), again
 
 
+# What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.
+NO_OUTPUTS = {
+    *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
+    "failure",
+}
+
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+
+
+def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:
+    """Return the tests of n designs with all numbers that the model gave.
+
+    What is no single number for any design, or has the name of another column, is left out with a
+    warning: the values of the other columns count, and a run is not to end for it. What is one for
+    some designs stays theirs, whatever others of the same block have.
+
+    Args:
+        layout: The columns that the problem promises.
+        points: The n points that they are of.
+        X: ``(n, n_var)`` the designs.
+        out: Their values, as :func:`evaluate_designs` returns them.
+    """
+    numbers = points.numbers
+    if points.rounds is not None:
+        # First, whatever the first design gives; a repeated design has the round of its own point.
+        out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
+    reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
+    taken, outputs = {*layout.columns, *RESERVED}, {}
+    for name, values in out.items():
+        if name in NO_OUTPUTS or str(name).startswith("__"):
+            continue
+        column, odd = _numbers(values, len(numbers))
+        if named := isinstance(name, str) and name not in taken:
+            outputs[name] = np.where(out["failure"] == "", column, np.nan)
+            if odd and np.isnan(column).all():
+                del outputs[name]
+        if odd or not named:
+            why = f"where it is no single number, such as {odd[0]!r:.40}" if odd else "by this name"
+            warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=2)
+    table = TestTable.of(
+        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
+    )
+    unknown = [name for name in layout.units if name not in table.layout.columns]
+    if unknown and len(reasons) < len(numbers):
+        columns = ", ".join(table.layout.columns)
+        warnings.warn(f"units names {unknown[0]!r}, but the columns are {columns}", stacklevel=2)
+    return table
+
+
+def _numbers(values: Any, n: int) -> tuple[NDArray[Any], list[Any]]:
+    """Return a number for each of n designs, NaN where there is none, and what is no number."""
+    column = np.asarray(values)
+    if column.dtype.kind in "fiub" and column.size == n:
+        return column.reshape(n), []
+    numbers, odd = np.full(n, np.nan), []
+    for i, value in enumerate(column):
+        cell = np.asarray(value)
+        if cell.size == 1 and cell.dtype.kind in "fiub":
+            numbers[i] = cell.item()
+        elif value is not None:
+            odd.append(value)
+    return numbers, odd
+
+
+def values_of_table(tests: TestTable) -> list[Values]:
+    """Return the values of each test as its evaluation has given them."""
+    names = ("F", "G", "H", *tests.layout.outputs, "failure")
+    reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+    rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]
+
+
 def _require_limits(limits: Limits | None, layout: Layout, space: DesignSpace) -> None:
     """Refuse limits that no test can meet, before there are tests."""
     # A column that the problem does not promise may be an output, which its tests will tell.
@@ -541,14 +511,7 @@ def _require_limits(limits: Limits | None, layout: Layout, space: DesignSpace) -
     limited = bounds_of(limits, layout)
     for name, variable in zip(layout.variables, space.variables, strict=True):
         if name in limited and variable.kind is Kind.CHOICE:
-            plain = (o.item() if isinstance(o, np.generic) else o for o in variable.options)
-            real_column(name, np.fromiter(plain, object))
-
-
-def raise_failure(tests: TestTable) -> None:
-    """Raise the error of the first test that failed, if there is one."""
-    for number, reason in tests.reasons.items():
-        raise EvaluationError(tests.X[tests.numbers == number][0], reason)
+            real_column(name, np.fromiter(variable.options, object))
 
 
 def by_number(tables: list[TestTable]) -> TestTable:

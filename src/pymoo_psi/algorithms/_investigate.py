@@ -7,7 +7,7 @@ through the problem in large blocks, and only what is wanted is kept.
 from __future__ import annotations
 
 from contextlib import closing
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pymoo_psi._validation import invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import Engine, Keep, by_number
@@ -16,11 +16,6 @@ from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import require_problem
 from pymoo_psi.table import TestTable, bounds_of
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from pymoo_psi.algorithms._options import Options
 
 # Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
 # were left, so that all filtering together takes as long as the last one, or twice that.
@@ -34,7 +29,7 @@ def investigate(
     keep: str = "all",
     n_jobs: int = 1,
     progress: bool = False,
-    **options: Unpack[Options],
+    **options: Any,
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 

@@ -5,45 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any
 
 from pymoo_psi._validation import collection, integer, known_name
 from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
 from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.study import ALL, Share, Study
 from pymoo_psi.table import Limits
-
-if TYPE_CHECKING:
-
-    class Options(TypedDict, total=False):
-        """The keyword arguments that become :class:`RunOptions`."""
-
-        first: int
-        sampling: UniformSampling | None
-        seed: int | None
-        limits: Limits | None
-        share: tuple[int, int] | None
-        study: str | PathLike[str] | None
-        study_key: str | None
-        retry: str | Collection[int]
-        on_failure: str
-        names: Mapping[str, str] | None
-        maximize: Collection[str] | None
-        units: Mapping[str, str] | None
-        block_size: int | None
-
-    class AlgorithmOptions(Options, total=False):
-        """These, and the arguments of pymoo's ``Algorithm``."""
-
-        termination: Any
-        output: Any
-        display: Any
-        callback: Any
-        archive: Any
-        return_least_infeasible: bool
-        save_history: bool
-        verbose: bool
-        evaluator: Any
 
 
 @dataclass(frozen=True)
@@ -121,7 +89,7 @@ class RunOptions:
             for number in collection("retry", self.retry, "'failed' or numbers of test points"):
                 integer("a number in retry", number, minimum=1)
         if self.study is not None:
-            Study(self.study)
+            Study(self.study)  # checks the name
         _ = self.part
 
     @property

@@ -12,8 +12,6 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 
-Rows = range | NDArray[np.intp]
-
 
 @dataclass(frozen=True, eq=False)
 class Points:
@@ -41,18 +39,17 @@ class Points:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
             return self.given
-        if (np.diff(self.numbers) == 1).all():  # all at once is faster
+        if len(self) and (np.diff(self.numbers) == 1).all():  # all at once is faster
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
-    def at(self, rows: Rows) -> Points:
+    def at(self, rows: NDArray[np.intp]) -> Points:
         """Return the points in some rows, from 0."""
-        rows = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
         given, rounds = (None if a is None else a[rows] for a in (self.given, self.rounds))
         return Points(self.numbers[rows], self.n_dim, given, rounds)
 
 
-class Sequence:
+class PointSequence:
     """The points of a sequence of which a run, or its share of one, consists.
 
     Nothing of the size of the run is held for LPτ, whose points are made when they are asked for,
@@ -63,38 +60,33 @@ class Sequence:
         n_points: How many points the run has, those of other shares too.
         sampling: Where they lie.
         n_dim: In how many dimensions.
-
-    Attributes:
-        first: Number of the first point of the run.
-        last: Number of the last one.
     """
 
     def __init__(
         self, options: RunOptions, n_points: int, sampling: UniformSampling, n_dim: int
     ) -> None:
-        first, last = options.first, options.first + n_points - 1
-        if last >= 2**62:  # NumPy numbers them in int64, and a round beyond the last is asked
-            raise invalid("first + n_points - 1", "below 2**62", last)
-        self.first, self.last, self._n_dim, self._share = first, last, n_dim, options.part
-        self._rounds = self._share.rounds(first, last)
-        if len(self._rounds) == 0:
-            remedy = "test as many points as there are shares, or more"
-            rule = f"one that gets a point of points {first} to {last}"
-            raise invalid("share", rule, Received(self._share), remedy)
+        self._first, self._n_dim, self._share = options.first, n_dim, options.part
+        last = options.first + n_points - 1
         self._units = None
         if not isinstance(sampling, LPTauSampling):  # any part needs all before it, or all
             state = np.random.default_rng(options.seed)
-            self._units = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
+            self._units = sampling.unit_points(
+                n_points, n_dim, first=options.first, random_state=state
+            )
         else:
             lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
+        self._rounds = self._share.rounds(options.first, last)
+        if len(self._rounds) == 0:
+            rule = f"one that gets a point of points {options.first} to {last}"
+            remedy = "test as many points as there are shares, or more"
+            raise invalid("share", rule, Received(self._share), remedy)
 
     def __len__(self) -> int:
         """Return how many points there are."""
         return len(self._rounds)
 
-    def at(self, rows: Rows) -> Points:
+    def at(self, rows: NDArray[np.intp]) -> Points:
         """Return the points in some rows, from 0."""
-        rows = np.arange(rows.start, rows.stop) if isinstance(rows, range) else rows
         numbers = self._share.numbers(self._rounds.start + rows)
-        given = None if self._units is None else self._units[numbers - self.first]
+        given = None if self._units is None else self._units[numbers - self._first]
         return Points(numbers, self._n_dim, given)

@@ -7,9 +7,8 @@ test table is all its state: pymoo's individuals are made from it when they are 
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +21,8 @@ from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.algorithms._engine import Engine
+from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine
 from pymoo_psi.algorithms._options import run_options
-from pymoo_psi.algorithms._outputs import NO_OUTPUTS
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     evaluate_designs,
@@ -34,11 +32,6 @@ from pymoo_psi.problems import (
     value_column,
 )
 from pymoo_psi.table import TestTable, bounds_of, excess, lacking
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from pymoo_psi.algorithms._options import AlgorithmOptions
 
 
 class PSI(Algorithm):
@@ -93,10 +86,11 @@ class PSI(Algorithm):
 
     is_initialized: bool  # pymoo's, as is the seed
     seed: int | None
+    _without: tuple[str, ...] = ("seed",)  # run options that are none here: pymoo's has a seed
 
-    def __init__(self, n_points: int, **options: Unpack[AlgorithmOptions]) -> None:
-        # pymoo's seed may be given with the run instead
-        self.options, own = run_options("PSI", options, Algorithm, without=("seed",))
+    def __init__(self, n_points: int, **options: Any) -> None:
+        name = type(self).__name__
+        self.options, own = run_options(name, options, Algorithm, without=self._without)
         self.n_points = integer("n_points", n_points, minimum=1)
         # by default 32 lines of a display; blocks of less than 64 designs would take their time
         lines = max(64, -(-self.n_points // (32 * self.options.part.of)))
@@ -128,8 +122,7 @@ class PSI(Algorithm):
         require_problem(problem)
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             shown = Received(f"one that has tested {self.n_tested} points")
-            remedy = "make another for a new run; minimize takes a copy of one that is not set up"
-            raise invalid("the algorithm", "set up before it runs", shown, remedy)
+            raise invalid("the algorithm", "set up before it runs", shown, "make another")
         problem, self._stop = untolerant(problem, self._stop)
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
@@ -162,11 +155,8 @@ class PSI(Algorithm):
         rows = self._rows(size)
         if len(rows) == 0:
             return
-        store = self._engine.store
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            # where all are stored there is nothing to test, and the study is not even locked
-            known = len(store.recall(self._engine.points.at(rows).numbers)) == len(rows)
-            with nullcontext() if known else store.writing():
+            with self._engine.store.writing():
                 super().next()  # these take pymoo's populations
             return
         if not self.is_initialized:
@@ -189,9 +179,9 @@ class PSI(Algorithm):
         self._engine.close()
         super().finalize()
 
-    def _rows(self, size: int) -> range:
+    def _rows(self, size: int) -> NDArray[np.intp]:
         """Return the rows of the next points, at most so many."""
-        return range(self.n_tested, min(self.n_tested + size, len(self._engine.points)))
+        return np.arange(self.n_tested, min(self.n_tested + size, len(self._engine.points)))
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
@@ -238,22 +228,12 @@ class PSI(Algorithm):
 
     def _tests_of(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        layout, rows = self.table.layout, self._rows(len(infills))
+        rows = self._rows(len(infills))
         numbers, asked = infills.get("test_point"), self._engine.points.at(rows).numbers
-        if not np.array_equal(numbers, asked):
+        if not np.array_equal(numbers, asked) or infills.get("F").shape[1] != self.problem.n_obj:
             which = f"from number {asked[0]}" if len(asked) else "of which none is left"
-            rule = f"the test points asked for, {which}, in their order"
-            remedy = "tell the population that ask() returned"
-            raise invalid("infills", rule, Received(str(numbers.tolist())), remedy)
-        groups = {"F": layout.objectives, "G": layout.inequalities, "H": layout.equalities}
-        for name, columns in groups.items():
-            if (shape := infills.get(name).shape) != (len(infills), len(columns)):
-                rule, received = (
-                    f"{len(columns)} values for each design",
-                    f"an array of shape {shape}",
-                )
-                remedy = "evaluate the population before it is told"
-                raise invalid(f"{name} of infills", rule, Received(received), remedy)
+            rule = f"the test points asked for, {which}, in their order and evaluated"
+            raise invalid("infills", rule, Received(str(numbers.tolist())))
         # What else an individual carries may be a mark of the user's.
         outputs = {name: None for i in infills for name in i.data.get("outputs", ())}
         out = {name: value_column([i.data.get(name) for i in infills]) for name in outputs}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from contextlib import closing
+from dataclasses import replace
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,10 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
+from pymoo_psi.algorithms._engine import table_of_values, values_of_table
 from pymoo_psi.algorithms._options import run_options
-from pymoo_psi.algorithms._outputs import table_of_values, values_of_table
 from pymoo_psi.algorithms._points import Points
-from pymoo_psi.algorithms._store import COMPUTED, SECONDS, Store, stored_at_termination
+from pymoo_psi.algorithms._store import Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Result, Values
 from pymoo_psi.problems import (
@@ -33,17 +33,10 @@ from pymoo_psi.problems import (
     seed_ties,
     stream_designs,
     streams,
-    untolerant,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from pymoo_psi.algorithms._options import Options
-
 _Key = tuple[str, ...]  # of a design: what is the same bit for bit
-_SAMPLING = "an algorithm (Recorded)"  # where the designs of a study come from
 
 
 class Recorded(WrappedProblem):
@@ -106,7 +99,7 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
-    def __init__(self, problem: Any, **options: Unpack[Options]) -> None:
+    def __init__(self, problem: Any, **options: Any) -> None:
         without = {"first", "sampling", "seed", "limits", "share", "on_failure", "block_size"}
         run, _ = run_options("Recorded", options, without=without)
         if run.study is None:
@@ -114,20 +107,16 @@ class Recorded(WrappedProblem):
         require_problem(problem)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
-        self._model, _ = untolerant(problem)
-        if self._model is not problem and self._tolerant is None:
-            remedy = "give Recorded(FailureTolerant(Restricted(problem, box)), ...)"
-            raise invalid("problem", "the FailureTolerant itself", Received("one within"), remedy)
+        self._model = problem.wrapped if self._tolerant else problem
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             rule = "one whose values depend on the design alone"
-            remedy = "what is stored would be wrong for the next call"
-            raise invalid("problem", rule, Received(self._model.name()), remedy)
-        self._space, self._store = design_space(self._model), Store(run)
+            raise invalid("problem", rule, Received(self._model.name()))
+        self._space = design_space(self._model)
         columns = run.names, run.maximize, run.units
         layout = problem_layout(self._model, self._space, *columns)
         identity = problem_identity(self._model, self._space)
-        identity |= {"sampling": _SAMPLING, "key": run.study_key}
-        self._store.begin(identity, layout)
+        identity |= {"sampling": "an algorithm (Recorded)", "key": run.study_key}
+        self._store = Store(run, replace(TestTable.empty(layout), problem=identity))
         self._answers = _Answers()
         self.n_evaluated = 0
 
@@ -180,17 +169,17 @@ class Recorded(WrappedProblem):
                 self._read()  # what another process stored before we got the lock
                 # the same design twice is evaluated once
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
-                if first:
-                    self._evaluate(X, matrix, sorted(first.values()))
+                if rows := sorted(first.values()):
+                    self._evaluate_new(np.asarray(X)[rows], matrix[rows])
         numbers, values = zip(*(known[key] for key in keys), strict=True)
-        out = columns_of_values(self._model, list(values)) | {"test_point": np.array(numbers)}
+        out = columns_of_values(self._model, values)
+        if "test_point" in return_values_of:
+            out["test_point"] = np.array(numbers)
         for name in return_values_of:  # pymoo would fill in infinity
             if name == "failure" or name not in out:
                 rule = "of what Recorded keeps: F, G, H and further numbers of the model"
                 remedy = "evaluate the problem within for gradients and other values"
                 raise invalid("return_values_of", rule, name, remedy)
-        if "test_point" not in return_values_of:
-            del out["test_point"]
         if self._tolerant is not None:
             return self._tolerant.tolerated(X, out, return_values_of)
         failure = out.pop("failure")
@@ -204,54 +193,36 @@ class Recorded(WrappedProblem):
         stored = self._store.stored(self._answers.first)
         self._answers.add(stored, self._store.to_retry(stored))
 
-    def _evaluate(self, X: Any, matrix: NDArray[Any], rows: list[int]) -> None:
+    def _evaluate_new(self, X: Any, matrix: NDArray[Any]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. Those that are missing then get
         the numbers that they would have had, since these are the ones between that are free.
 
         Args:
-            X: A batch, as the problem takes it.
+            X: The designs, as the problem takes them.
             matrix: The same as a matrix.
-            rows: Which of it, in their order.
         """
-        matrix = matrix[rows]
         numbers = np.array(self._answers.numbers_for(design_keys(matrix)))
-        chosen = X[rows] if isinstance(X, np.ndarray) else [X[i] for i in rows]
-        began = time.monotonic()
-        if not streams(self._model):
-            out = evaluate_designs(self._model, chosen)
-            self._keep(numbers, matrix, out, (time.monotonic() - began) / len(rows))
-            return
-        group: list[Result] = []
-        computed = 0.0
 
-        def store() -> None:
-            if group:
-                indices, values, seconds = (list(column) for column in zip(*group, strict=True))
-                group.clear()
-                out = columns_of_values(self._model, values)
-                self._keep(numbers[indices], matrix[indices], out, np.array(seconds))
+        def keep(rows: Any, out: Any, seconds: ArrayLike) -> None:
+            points = Points(numbers[rows], 0)
+            tests = table_of_values(self._store.layout, points, matrix[rows], out)
+            self._store.keep(tests, seconds)
+            self._answers.add(tests)
+            self.n_evaluated += len(tests)
 
-        try:
-            results = stream_designs(self._model, deque(enumerate(chosen)), one_by_one=False)
-            with closing(results):  # ends the workers if a result cannot be stored
-                for result in results:
-                    group.append(result)
-                    computed += result[2]
-                    if computed >= COMPUTED or time.monotonic() - began >= SECONDS:
-                        store()
-                        began, computed = time.monotonic(), 0.0
-        finally:  # also what has arrived when the user stops
-            store()
+        def keep_results(group: list[Result]) -> None:
+            rows, values, seconds = zip(*group, strict=True)
+            keep(list(rows), columns_of_values(self._model, values), np.array(seconds))
 
-    def _keep(
-        self, numbers: NDArray[np.int64], matrix: NDArray[Any], out: Any, seconds: ArrayLike
-    ) -> None:
-        tests = table_of_values(self._store.layout, Points(numbers, 0), matrix, out)
-        self._store.keep(tests, seconds)
-        self._answers.add(tests)
-        self.n_evaluated += len(tests)
+        if streams(self._model):
+            results = stream_designs(self._model, deque(enumerate(X)), one_by_one=False)
+            deque(in_groups(results, keep_results), maxlen=0)
+        else:
+            began = time.monotonic()
+            out = evaluate_designs(self._model, X)
+            keep(slice(None), out, (time.monotonic() - began) / len(X))
 
 
 class _Answers:
@@ -272,15 +243,11 @@ class _Answers:
 
     def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
         """Add tests, some of which are to be evaluated again; one of a known number is not new."""
-        once_more = np.zeros(len(tests), dtype=bool) if again is None else again
-        rows = (
-            tests.numbers.tolist(),
-            design_keys(tests.X),
-            values_of_table(tests),
-            once_more.tolist(),
+        rows = zip(
+            tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), strict=True
         )
-        for number, key, values, unknown in zip(*rows, strict=True):
-            if not unknown:
+        for i, (number, key, values) in enumerate(rows):
+            if again is None or not again[i]:
                 self.tests.setdefault(key, (number, values))
                 self._again.pop(key, None)
             elif key not in self.tests:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+import time
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -15,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import invalid
 from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.parallel import Result
 from pymoo_psi.study import LAST, Study
-from pymoo_psi.table import Layout, TestTable, columns_of, head_of, kinds_of_columns, table_of
+from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of
 
 # Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
 # and not much more is lost when the process is killed.
@@ -29,45 +31,33 @@ COMPUTED = 20.0
 class Store:
     """The study of a run, or nothing where there is none.
 
+    Args:
+        options: The options of the run.
+        table: A table without tests: the columns that the problem promises, and what makes its
+            tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
+        points: The first and the last test point of a run of several shares.
+
     Attributes:
         study: The study file; ``None`` stores nothing.
-        share: Which of the points are tested.
         layout: The columns that the problem promises.
         origin: Where the designs come from, for the readers of the study.
     """
 
-    def __init__(self, options: RunOptions) -> None:
-        self.share, self.study = options.part, None
-        self._retry, self.layout, self.origin = options.retry, Layout.of(), ""
+    def __init__(
+        self, options: RunOptions, table: TestTable, points: tuple[int, int] = (1, 1)
+    ) -> None:
+        self.study, self.layout, self._retry = None, table.layout, options.retry
+        self.origin = ""
         if options.study is None:
             return
-        path = Study(options.study).path
-        if options.share is None and os.path.isdir(path):
-            remedy = "with share=(k, n) it is a folder; 'pymoo-psi export' makes one study of it"
-            raise invalid("study", "the name of a file", path, remedy)
-        if options.share is not None and os.path.isfile(path):
-            rule = "the name of a folder, new or of other shares, where there is a share"
-            raise invalid("study", rule, path)
-        self.study = Study(path if options.share is None else f"{path}/{self.share.file}")
-
-    def begin(
-        self, identity: Mapping[str, Any], layout: Layout, points: tuple[int, int] = (1, 1)
-    ) -> None:
-        """Create the study, or make sure that it belongs to the same problem.
-
-        Args:
-            identity: What makes the tests belong together: the :func:`problem_identity`; where
-                the designs come from, as ``sampling``; and the user's ``key``.
-            layout: The columns of its tests.
-            points: For a share, the first and the last test point of the run.
-        """
+        path, share = Study(options.study).path, options.part if options.share else None
+        if os.path.exists(path) and os.path.isdir(path) != bool(share):
+            rule = "the name of a folder with a share=(k, n), of a file without one"
+            raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
+        self.study = Study(f"{path}/{share.file}" if share else path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
-        self.layout, self.origin = layout, identity["sampling"].partition(" from ")[0]
-        head = {**head_of(TestTable.empty(layout)), "problem": identity}
-        if self.study is not None and self.share.of == 1:
-            self.study.begin(head)
-        elif self.study is not None:
-            self.study.begin(head, self.share, points)
+        self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
+        self.study.begin(head_of(table), share if share and share.of > 1 else None, points)
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from testing points of the study while the body runs."""
@@ -110,6 +100,36 @@ class Store:
         """Store tests, and what each of them took; those that are stored already are left alone."""
         if self.study is not None and len(tests):
             self.study.append(columns_of(tests), origin=self.origin, seconds=seconds)
+
+
+def in_groups(
+    results: Generator[Result],
+    store: Callable[[list[Result]], None],
+    at_once: Callable[[Result], bool] = lambda result: False,
+) -> Generator[None]:
+    """Take results, a step for each, and store them in groups, all of them whatever ends it.
+
+    Args:
+        results: The results; they are closed at the end.
+        store: Stores a group; about every second, and at the end.
+        at_once: Whether a result and those before it are to be stored without delay.
+    """
+    group: list[Result] = []
+    began, computed = time.monotonic(), 0.0
+    try:
+        with closing(results):
+            for result in results:
+                group.append(result)
+                computed += result[2]
+                late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
+                if at_once(result) or late:
+                    due, group = group, []
+                    store(due)
+                    began, computed = time.monotonic(), 0.0
+                yield
+    finally:
+        if group:
+            store(group)
 
 
 class _Terminated(KeyboardInterrupt):

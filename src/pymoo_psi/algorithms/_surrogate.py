@@ -10,16 +10,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pymoo.core.algorithm import Algorithm
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, instance, integer, invalid
-from pymoo_psi.algorithms._options import run_options
 from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
@@ -27,11 +25,6 @@ from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validate
 from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from pymoo_psi.algorithms._options import AlgorithmOptions
 
 Array = NDArray[np.float64]
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -99,6 +92,9 @@ class SurrogatePSI(PSI):
         (28, [1, 1, 1, 1, 1, 1, 1, 1])
     """
 
+    # A share of the points or blocks of them have no meaning here.
+    _without = ("share", "block_size", "seed")
+
     def __init__(
         self,
         n_evaluations: int,
@@ -106,31 +102,25 @@ class SurrogatePSI(PSI):
         n_points: int | None = None,
         batch: int | None = None,
         start: TestTable | None = None,
-        **options: Unpack[AlgorithmOptions],
+        **options: Any,
     ) -> None:
-        # a share of the points or blocks of them have no meaning here
-        without = ("share", "block_size", "seed")
-        run_options("SurrogatePSI", options, Algorithm, without=without)
-        integer("n_evaluations", n_evaluations, minimum=1)
-        size = _BATCH if batch is None else integer("batch", batch, minimum=1)
-        super().__init__(n_evaluations, **options | {"block_size": size})
-        if start is not None:
-            if len(instance("start", start, TestTable)) == 0:
-                raise invalid("start", "a table with tests", Received("none"))
-            if n_points is not None:
-                raise invalid("n_points", "left out where there is a start", n_points)
+        super().__init__(integer("n_evaluations", n_evaluations, minimum=1), **options)
+        self.block_size = _BATCH if batch is None else integer("batch", batch, minimum=1)
+        if start is not None and len(instance("start", start, TestTable)) == 0:
+            raise invalid("start", "a table with tests", Received("none"))
+        if start is not None and n_points is not None:
+            raise invalid("n_points", "left out where there is a start", n_points)
         self._given = start
         self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
-        self._n_uniform = 0  # tests before the first round
         self._rounds: list[Proposals] = []
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        self.seed = 0 if self.seed is None else self.seed
-        given, first = self._given, self.options.first
+        self.seed = self.seed or 0
+        given = self._given
         if given is not None:
             given = given.rows(np.argsort(given.numbers))
-            first = int(given.numbers[-1]) + 1
+            self.options = replace(self.options, first=int(given.numbers[-1]) + 1)
             size, what = 1, f", not tested, but {len(given)} tests given"
         else:
             n_var = len(design_space(problem).free.variables)
@@ -140,19 +130,22 @@ class SurrogatePSI(PSI):
             what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
         method = f"{what}, then proposals in batches of {self.block_size}, seed {self.seed}"
-        self.options = replace(self.options, first=first)
         self._engine = self._engine_of(size, further=self.n_points - size, method=method)
         self.table = self._engine.table
-        points, space = self._engine.points.at(range(size)), self._engine.space
-        numbers, units = points.numbers, points.units
+        first = self._engine.points.at(np.arange(size))
+        numbers, units = first.numbers, first.units
         if given is not None:
-            given = _of_this_run(given, self.table)
+            if other := difference(given, self.table, apart_from=("sampling", "key")):
+                rule = "tests of the same problem, with this run's names, directions, units, bounds"
+                raise invalid("start", rule, Received(other))
+            given = replace(given, problem=self.table.problem)
             self.table = self.table.extended(given)
             self._engine.store.keep(given)
             self._blocks = [len(given)]
-            numbers, units = given.numbers, space.points(given.X)
-        self._n_uniform = len(numbers)
-        self._engine.points = Points(numbers, units.shape[1], units, np.zeros(len(numbers)))
+            numbers, units = given.numbers, self._engine.space.points(given.X)
+        self._n_uniform = len(numbers)  # tests before the first round
+        self._points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
+        self._engine.points = self._points
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
@@ -160,30 +153,31 @@ class SurrogatePSI(PSI):
 
     def _block(self) -> int:
         """Return how many points are tested next; those of a round are proposed before."""
-        points, done = self._engine.points.at(range(len(self._engine.points))), self.n_tested
-        left = self._n_tests() - done
-        if done == len(points) and left:
+        points, done = self._points, self.n_tested
+        if done == len(points) and (left := self._n_tests() - done):
             ready = (done - self._n_uniform) // self.block_size
-            first = int(points.numbers[-1]) + 1
-            numbers = np.arange(first, first + min(self.block_size, left))
-            self._rounds.append(self._round(ready, first))
+            numbers = points.numbers[-1] + np.arange(1, 1 + min(self.block_size, left))
+            self._rounds.append(self._round(ready, int(numbers[0])))
             units = np.vstack([points.units, self._rounds[-1].points[: len(numbers)]])
             rounds = (np.arange(len(units)) - self._n_uniform) // self.block_size + 1.0
             numbers = np.append(points.numbers, numbers)
-            self._engine.points = Points(numbers, points.n_dim, units, np.maximum(rounds, 0))
-        return len(self._engine.points) - done
+            self._points = self._engine.points = Points(
+                numbers, points.n_dim, units, np.maximum(rounds, 0)
+            )
+        return len(self._points) - done
 
     def _round(self, ready: int, first: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""
         study = self._engine.store.study
-        stored = [] if study is None else study.proposals(first, self.block_size)
-        if stored:
-            return _restored(stored)
-        made = self._proposed(ready)
         if study is None:
-            return made
-        # What another process has proposed meanwhile is the same; but one file, one truth.
-        return _restored(study.propose(_rows(made, ready + 1, first)))
+            return self._proposed(ready)
+        stored = study.proposals(first, self.block_size)
+        if not stored:  # another process may propose the same meanwhile: one file, one truth
+            stored = study.propose(_rows(self._proposed(ready), ready + 1, first))
+        named = ("point", "predicted", "deviation")
+        values = ([content[name] for *_, content in stored] for name in named)
+        points, *outputs = (np.array(value, dtype=np.float64) for value in values)
+        return Proposals(points, stored[0][2] if stored[0][2] in KINDS else "", *outputs)
 
     @_one_thread
     def _proposed(self, ready: int) -> Proposals:
@@ -268,9 +262,6 @@ class SurrogatePSI(PSI):
         is not known, as for radial functions. The surrogate is empty where too few tests were known
         to make one.
 
-        Raises:
-            ArgumentValueError: An objective or constraint has the name of one of these columns.
-
         Example:
             >>> from pymoo.optimize import minimize
             >>> from pymoo_psi import SphereChute
@@ -280,24 +271,20 @@ class SurrogatePSI(PSI):
             True
         """
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
-        n, names, sign = len(table), _outputs(table), _signs(table)
-        rounds, sizes = self._rounds, [len(made.points) for made in self._rounds]
-        shown = {f"{name}_{what}" for name in names for what in ("predicted", "deviation")}
-        if taken := [name for name in names if name in {"round", "surrogate", *shown}]:
-            rule = "named unlike the columns of predictions"
-            raise invalid("the objectives and constraints", rule, taken[0])
+        n, rounds = len(table), self._rounds
+        sizes = [len(made.points) for made in rounds]
         columns: dict[str, Any] = {"test_point": table.numbers}
-        columns["round"] = np.repeat([k + 1 for k in range(len(rounds))], sizes)[:n]
+        columns["round"] = np.repeat(np.arange(len(rounds)) + 1, sizes)[:n]
         columns["surrogate"] = np.repeat([made.kind for made in rounds], sizes)[:n]
         columns["status"] = table.status
         found = np.hstack([table.F, table.G, table.H])
         found[table.status == "failed"] = np.nan
-        none = np.zeros((0, len(names)))
+        none = np.zeros((0, found.shape[1]))
         predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
         deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
-        for j, name in enumerate(names):
-            columns[name] = found[:, j] * sign[j]
-            columns[f"{name}_predicted"] = predicted[:, j] * sign[j]
+        for j, (name, sign) in enumerate(zip(_outputs(table), _signs(table), strict=True)):
+            columns[name] = found[:, j] * sign
+            columns[f"{name}_predicted"] = predicted[:, j] * sign
             columns[f"{name}_deviation"] = deviation[:, j]
         return pd.DataFrame(columns)
 
@@ -347,14 +334,6 @@ class SurrogatePSI(PSI):
         return pd.DataFrame(result, columns=columns).sort_values("output", kind="stable")
 
 
-def _of_this_run(given: TestTable, table: TestTable) -> TestTable:
-    """Return tests as those of a run, whatever points they are of; they must be of its problem."""
-    if other := difference(given, table, apart_from=("sampling", "key")):
-        rule = "tests of the same problem, with the names, directions, units and bounds of this run"
-        raise invalid("start", rule, Received(other))
-    return replace(given, problem=table.problem)
-
-
 def _outputs(table: TestTable) -> tuple[str, ...]:
     return table.layout.objectives + table.layout.constraints
 
@@ -365,28 +344,13 @@ def _signs(table: TestTable) -> Array:
 
 
 def _rows(made: Proposals, number: int, first: int) -> list[Proposal]:
-    """Return the proposals of a round as a study has them."""
-    columns = (made.points, made.predicted, made.deviation)
-    return [
-        (first + i, number, made.kind or "far from all tests", _plain(*values))
-        for i, values in enumerate(zip(*columns, strict=True))
-    ]
-
-
-def _plain(point: Array, predicted: Array, deviation: Array) -> dict[str, Any]:
-    """Return arrays as JSON can hold them: NaN, which it does not know, as None."""
-    named = {"point": point, "predicted": predicted, "deviation": deviation}
-    return {
-        name: [None if np.isnan(x) else x for x in values.tolist()]
-        for name, values in named.items()
-    }
-
-
-def _restored(stored: list[Proposal]) -> Proposals:
-    """Return the proposals of a round from a study."""
-    kind = stored[0][2]
-    points, predicted, deviation = (
-        np.array([content[name] for *_, content in stored], dtype=np.float64)
-        for name in ("point", "predicted", "deviation")
-    )
-    return Proposals(points, kind if kind in KINDS else "", predicted, deviation)
+    """Return the proposals of a round as a study has them: NaN, which JSON lacks, as None."""
+    named = {"point": made.points, "predicted": made.predicted, "deviation": made.deviation}
+    rows = []
+    for i in range(len(made.points)):
+        content = {
+            name: [None if math.isnan(x) else x for x in values[i].tolist()]
+            for name, values in named.items()
+        }
+        rows.append((first + i, number, made.kind or "far from all tests", content))
+    return rows

@@ -8,7 +8,7 @@ numbers, NaN, or infinite though the design is feasible.
 from __future__ import annotations
 
 import copy
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from typing import Any
 
 import numpy as np
@@ -104,7 +104,7 @@ def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Gener
         yield from evaluate_here(model, waiting, moment=0.0 if one_by_one else MOMENT)
 
 
-def columns_of_values(problem: Any, rows: list[Values]) -> dict[str, Any]:
+def columns_of_values(problem: Any, rows: Sequence[Values]) -> dict[str, Any]:
     """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
     out: dict[str, Any] = {}
     for name, size in _sizes(problem).items():
