@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import identity_text, integer
+from pymoo_psi._validation import identity_text, integer, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._points import Points, PointSequence
 from pymoo_psi.algorithms._sampling import default_sampling, sampling_name
@@ -159,6 +159,10 @@ class Engine:
             text = identity_text(identity | {"sampling": name, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
         last = options.first + n_points - 1 + further
+        numbers = [] if options.retry == "failed" else options.retry
+        if unknown := [n for n in numbers if not options.first <= int(n) <= last]:
+            rule = f"numbers of points of this run, {options.first} to {last}"
+            raise invalid("retry", rule, unknown[0])
         self.store = Store(options, self.table, (options.first, last))
         self._keep = keep or Keep()
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
