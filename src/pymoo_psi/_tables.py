@@ -9,8 +9,6 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from pymoo_psi.errors import PsiError
-
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -48,7 +46,7 @@ class Shown:
         """Return what Jupyter shows; names are data, and no markup of theirs is."""
         lines = [repr(self)]
         table = ""
-        with suppress(PsiError):  # of names that do not fit into one table
+        with suppress(ValueError):  # of names that do not fit into one table
             frame, n = self._first_rows(ROWS)
             table = frame.to_html(
                 max_cols=_COLUMNS, na_rep="", notebook=True, float_format=lambda v: f"{v:.5g}"
