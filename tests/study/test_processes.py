@@ -26,7 +26,7 @@ KILLS = 12
 
 # What the workers know: the modules are imported once, and every worker is a fork of the server.
 SERVER = """
-import json, os, resource, signal, sys, time, traceback
+import json, os, signal, sys, time, traceback
 from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.study import Study, read_study
 from tests.study.studies import HEAD, begun, block
@@ -253,26 +253,6 @@ def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
 
 
 # Disks and rights
-
-
-def test_a_quota_is_said_and_loses_nothing(tmp_path, workers):
-    path, log = tmp_path / "s.db", tmp_path / "log"
-    job = (
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))\n"
-        "try:\n"
-        f"    run({str(path)!r}, {str(log)!r}, 10**6)\n"
-        "except StudyAccessError as error:\n"
-        f"    say({str(log)!r}, 'error', error)\n"
-    )
-    assert workers.wait(workers.start(job)) == 0
-    *said, error = lines(log)
-    assert f"study {path} cannot be used: disk" in error or "is full" in error
-    assert "what was committed is still there" in error
-    committed = {int(line.split()[1]) for line in said if line.startswith("committed")}
-    assert len(committed) > 10
-    last = max(committed) + 8
-    assert workers.wait(workers.start(f"run({str(path)!r}, {str(log)!r}, {last})")) == 0
-    assert bits(read_study(path)[1]) == bits(whole(last))
 
 
 # Rights do not bind root. What is imported late is imported before: the packages may be root's.

@@ -183,19 +183,6 @@ def test_other_programs_read_a_study_without_us(study):
     assert facts["head"]["problem"] == HEAD["problem"]
 
 
-def test_what_others_add_does_no_harm(study):
-    study.append(block(1, 4))
-    with closing(sqlite3.connect(study.path)) as db:
-        db.execute("CREATE TABLE notes (text)")
-        db.execute("CREATE INDEX by_f1 ON tests (f1)")
-        db.execute("CREATE VIEW best AS SELECT test_point, f1 FROM tests")
-        db.execute("ALTER TABLE tests ADD COLUMN mine")
-        db.execute("UPDATE tests SET mine = 'good'")
-        db.commit()
-    study.append(block(5, 4))
-    assert bits(read_study(study.path)[1]) == bits(block(1, 8))
-
-
 # Continuing
 
 
@@ -271,23 +258,7 @@ def test_a_study_is_a_name(study, monkeypatch):
     assert bits(relative.columns(1, 9)) == bits(block(1, 4))
 
 
-@pytest.mark.parametrize("path", [3, "", None])
-def test_a_name_is_a_name(path):
-    with pytest.raises(ArgumentTypeError, match=f"path must be the name of a file, got {path!r}"):
-        Study(path)
-
-
 # Readers, writers and threads of one process
-
-
-def test_readers_see_what_is_committed_while_others_write(study):
-    study.append(block(1, 2))
-    with closing(sqlite3.connect(study.path, isolation_level=None)) as other:
-        other.execute("BEGIN IMMEDIATE")
-        other.execute("DELETE FROM tests")
-        with study.writing():
-            assert bits(read_study(study.path)[1]) == bits(study.columns(1, 5)) == bits(block(1, 2))
-        other.execute("ROLLBACK")
 
 
 def test_a_commit_waits_for_a_reader_to_end_its_query(study):
@@ -334,31 +305,3 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     assert bits(read_study(study.path)[1]) == bits(with_heat | {})
     with pytest.raises(ArgumentValueError, match="other values for test point 2"):
         study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0])})
-
-
-def test_writers_with_other_outputs_share_a_study(study):
-    """Each brings outputs that the others do not know; none is lost and nobody is refused."""
-    errors = []
-
-    def work(thread):
-        try:
-            own = Study(study.path)
-            for first in range(1 + 4 * thread, 41, 16):
-                values = {f"heat{thread}": first + np.arange(4.0), "noise": np.full(4, thread)}
-                own.append(block(first, 4) | values)
-        except BaseException as error:
-            errors.append(error)
-
-    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert errors == []
-    columns = read_study(study.path)[1]
-    assert bits({name: columns[name] for name in block(1, 1)}) == bits(block(1, 40))
-    writer = (columns["test_point"] - 1) // 4 % 4
-    np.testing.assert_array_equal(columns["noise"], writer)
-    for thread in range(4):
-        known = np.where(writer == thread, columns["test_point"], np.nan)
-        np.testing.assert_array_equal(columns[f"heat{thread}"], known)

@@ -10,8 +10,7 @@ reads it without this package. Files of several machines in one folder are read 
   `ALL` is the share that has every point, `LAST` the largest number of a test point.
 """
 
-from pymoo_psi.study._folder import read_folder
-from pymoo_psi.study._share import ALL, Share
+from pymoo_psi.study._shares import ALL, Share, read_folder
 from pymoo_psi.study._study import LAST, Proposal, Study, read_study, write_study
 
 __all__ = [

@@ -47,7 +47,6 @@ from pymoo_psi.errors import (
     StudyMismatchError,
     StudyVersionError,
 )
-from pymoo_psi.study._share import Share
 
 if sys.platform == "win32":
     import msvcrt
@@ -103,7 +102,7 @@ class Study:
         self._seen: tuple[str, int] | None = None
 
     def begin(
-        self, head: Head, share: Share | None = None, points: tuple[int, int] = (1, 1)
+        self, head: Head, share: tuple[int, int] | None = None, points: tuple[int, int] = (1, 1)
     ) -> None:
         """Create the file, or make sure that the one that is there belongs to the same problem.
 
@@ -111,9 +110,9 @@ class Study:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
                 else makes the problem what it is, but for its outputs, which tests bring.
-            share: Which share of an investigation the file is, if it is one. Its folder is made if
-                there is none; the other studies in it must belong to the same problem, too, and be
-                shares of as many.
+            share: Which of how many shares of an investigation the file is, if it is one. Its
+                folder is made if there is none; the other studies in it must belong to the same
+                problem, too, and be shares of as many.
             points: First and last test point of that investigation, kept to tell what is missing.
 
         Raises:
@@ -122,12 +121,11 @@ class Study:
             ArgumentTypeError: JSON cannot hold the head.
         """
         asked = json.loads(identity_text(head))
-        own: dict[str, Any] = {}
+        own: dict[str, Any] = {} if share is None else {"share": [*share], "points": [*points]}
         if share is not None:
-            own = {"share": [share.part, share.of], "points": list(points)}
             with _reported(self.path):
                 os.makedirs(os.path.dirname(self.path), exist_ok=True)
-            self._require_others_alike(asked, share)
+            self._require_others_alike(asked, share[1])
         if not os.path.exists(self.path):
             with self.writing():
                 # Again, as the owner of the lock before may have made it.
@@ -142,29 +140,26 @@ class Study:
             )
         if own and facts.get("share") != own["share"]:
             raise StudyMismatchError(
-                f"study {self.path} must be share {share}, and is none; move it away"
+                f"study {self.path} must be share {own['share']}, and is none; move it away"
             )
         if own and facts["points"] != (points_of_both := span([facts, own])):
             with self._writing() as (db, _):
                 _put(db, points=points_of_both)
 
-    def _require_others_alike(self, head: Head, share: Share) -> None:
+    def _require_others_alike(self, head: Head, of: int) -> None:
         """Refuse a share of another problem or division than the other studies in its folder."""
         for path in studies_in(os.path.dirname(self.path)):
             try:
                 facts = Study(path).facts()
             except StudyError:
                 continue  # reported when the folder is read
-            if facts.get("share", [1, share.of])[1] != share.of:
+            other = differences(facts["head"], head, "there", "asked")
+            if facts.get("share", [1, of])[1] != of:
+                other = f"it is one of {facts['share'][1]} shares, not of {of}"
+            if other:
                 raise StudyMismatchError(
-                    f"study {path} is one of {facts['share'][1]} shares, and its folder takes no "
-                    f"share {share}: give a share of {facts['share'][1]}, or continue with the "
-                    "one study that 'pymoo-psi export' makes of the folder"
-                )
-            if other := differences(facts["head"], head, "there", "asked"):
-                raise StudyMismatchError(
-                    f"study {path} in the same folder belongs to another problem: {other}. Give "
-                    "the name of another folder, or the problem (and study_key) of that study"
+                    f"study {path} in the same folder belongs to another problem or division: "
+                    f"{other}. Give the name of another folder, or what that study was begun with"
                 )
 
     @contextmanager
@@ -183,17 +178,17 @@ class Study:
         # inherits the entries, but not the locks.
         lock = _LOCKS.setdefault((os.getpid(), self.path), _Lock())
         with lock.thread:
-            if lock.depth == 0:
-                lock.file = _locked(self.path, self.wait)
-            lock.depth += 1
+            if lock.file is not None:  # nested
+                yield
+                return
+            lock.file = _locked(self.path, self.wait)
             try:
                 yield
             finally:
-                lock.depth -= 1
-                if lock.depth == 0:
-                    with suppress(OSError):  # Windows removes no open file
-                        os.unlink(self.path + _LOCK)
-                    lock.file.close()
+                with suppress(OSError):  # Windows removes no open file
+                    os.unlink(self.path + _LOCK)
+                lock.file.close()
+                lock.file = None
 
     def append(
         self, columns: Columns, *, origin: str | None = None, seconds: ArrayLike | None = None
@@ -276,7 +271,7 @@ class Study:
             StudyError: As :meth:`append`.
         """
         with self._writing() as (db, _):
-            if stored := _proposals(db, self.path, proposals[0][0], proposals[-1][0]):
+            if stored := _proposals(db, proposals[0][0], proposals[-1][0]):
                 return stored
             rows = [(*row, json.dumps(content, ensure_ascii=False)) for *row, content in proposals]
             db.executemany("INSERT INTO proposals VALUES (?, ?, ?, ?)", rows)
@@ -289,7 +284,7 @@ class Study:
             StudyError: As :meth:`columns`.
         """
         with self._transaction("BEGIN") as (db, _):
-            return _proposals(db, self.path, first, first + count - 1)
+            return _proposals(db, first, first + count - 1)
 
     @contextmanager
     def _writing(self) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
@@ -310,11 +305,10 @@ class Study:
             if self._seen is not None:
                 name, commits = self._seen
                 if facts["id"] != name or facts["commits"] < commits:
-                    what = "an older copy of it" if facts["id"] == name else "another study"
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
-                        f"{what} has taken its place, and was left as it is; put the right file "
-                        "back, or run again to continue this one"
+                        "another study, or an older copy, has taken its place, and was left as it "
+                        "is; put the right file back, or run again to continue this one"
                     )
             yield db, facts
             db.execute("COMMIT")
@@ -353,19 +347,10 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
 
 
 def studies_in(folder: str) -> list[str]:
-    """Return the studies in a folder: all files named ``*.db``, and all that are studies."""
+    """Return the studies in a folder, the files named ``*.db``."""
     with _reported(folder):
         names = sorted(os.listdir(folder))
-    paths = [os.path.join(folder, name) for name in names if not name.startswith(".")]
-    return [path for path in paths if os.path.isfile(path) and _is_study(path)]
-
-
-def _is_study(path: str) -> bool:
-    if path.endswith(".db"):  # a damaged one, too
-        return True
-    with suppress(StudyError), _connected(path) as db:
-        return bool(_pragma(db, "application_id") == _APPLICATION)
-    return False
+    return [os.path.join(folder, name) for name in names if name.endswith(".db")]
 
 
 # The file
@@ -387,12 +372,13 @@ def _reported(path: str) -> Iterator[None]:
         if "not a database" in text:
             raise _foreign(path) from error
         # By their texts, since Python 3.10 does not show SQLite's codes.
-        if any(known in text for known in ("is full", "disk I/O", "readonly", "unable to open")):
-            raise StudyAccessError(f"study {path} cannot be used: {text}; {_REMEDY}") from error
-        raise _corrupt(path, text) from error
+        if not any(known in text for known in ("full", "disk I/O", "readonly", "unable to open")):
+            raise _corrupt(path, text) from error
+        raise StudyAccessError(f"study {path} cannot be used: {text}; {_REMEDY}") from error
     except OSError as error:
-        reason = error.strerror
-        raise StudyAccessError(f"study {path} cannot be used: {reason}; {_REMEDY}") from error
+        raise StudyAccessError(
+            f"study {path} cannot be used: {error.strerror}; {_REMEDY}"
+        ) from error
 
 
 def _corrupt(path: str, what: str) -> StudyCorruptError:
@@ -480,12 +466,9 @@ def _put(db: sqlite3.Connection, **facts: Any) -> None:
     db.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", rows)
 
 
-def _proposals(db: sqlite3.Connection, path: str, first: int, last: int) -> list[Proposal]:
+def _proposals(db: sqlite3.Connection, first: int, last: int) -> list[Proposal]:
     query = "SELECT * FROM proposals WHERE test_point BETWEEN ? AND ? ORDER BY test_point"
-    try:
-        return [(*row, json.loads(content)) for *row, content in db.execute(query, (first, last))]
-    except (TypeError, ValueError) as error:
-        raise _corrupt(path, f"a proposal cannot be read ({error})") from error
+    return [(*row, json.loads(content)) for *row, content in db.execute(query, (first, last))]
 
 
 # Tests
@@ -540,12 +523,9 @@ def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) ->
     same = np.ones(len(here), dtype=bool)
     for name in columns.keys() & stored.keys():
         one, other = columns[name][here], stored[name][there]
-        equal = one == other
-        if one.dtype.kind == "f":
-            either = name in head.get("outputs", ())
-            unknown = np.isnan(one), np.isnan(other)
-            equal |= np.logical_or(*unknown) if either else np.logical_and(*unknown)
-        same &= equal.astype(bool)
+        # NaN is the value that differs from itself.
+        unknown = np.logical_or if name in head.get("outputs", ()) else np.logical_and
+        same &= ((one == other) | unknown(one != one, other != other)).astype(bool)
     for number in numbers[here][~same & (stored["status"][there] != "failed")]:
         raise invalid(
             "block",
@@ -615,7 +595,6 @@ class _Lock:
     """Whose turn it is among the threads of this process, and the lock that they share."""
 
     thread: Any = field(default_factory=threading.RLock)
-    depth: int = 0
     file: Any = None
 
 
@@ -672,24 +651,21 @@ def span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
 def differences(one: Head, other: Head, here: str, there: str) -> str:
     """Say in what two heads differ; empty if in nothing. NaN is NaN, and 2 is not 2.0."""
     a, b = _flat(_by_variable(one)), _flat(_by_variable(other))
-    names = [name for name in sorted({*a, *b}) if a.get(name) != b.get(name)]
-    # The name of the problem says more than its variables, of which there may be many.
-    names.sort(key=lambda name: name != "problem.problem")
-    shown = [
+    return "; ".join(
         f"{name} is {a.get(name, 'absent'):.120} {here}, {b.get(name, 'absent'):.120} {there}"
-        for name in names[:4]
-    ]
-    return "; ".join(shown) + (f"; and {len(names) - 4} more" if len(names) > 4 else "")
+        for name in [name for name in {**a, **b} if a.get(name) != b.get(name)][:4]
+    )
 
 
 def _by_variable(head: Head) -> dict[str, Any]:
     """Return what of a head is compared; messages name the variable of a bound, not its index."""
-    named = {k: dict(zip(head["variables"], head[k], strict=True)) for k in _OF_VARIABLES}
-    # A prototype is carried along, and outputs are those that tests have brought so far.
-    return {**head, **named, "prototype": None, "outputs": None}
-
-
-_OF_VARIABLES = ("lower", "upper", "kinds")
+    named = {
+        key: dict(zip(head["variables"], head[key], strict=True))
+        for key in ("lower", "upper", "kinds")
+    }
+    # The name of the problem says most. A prototype is carried along, and outputs are those that
+    # tests have brought so far.
+    return {"problem": None, **head, **named, "prototype": None, "outputs": None}
 
 
 def _flat(value: Any, name: str = "") -> dict[str, str]:
