@@ -302,7 +302,7 @@ def test_energy_balance(model, u1, v_p, p):
     [
         (([-0.1], [1.0]), "u1 must be tan α >= 0, got -0.1"),
         (([0.1, 0.2], [1.0, 2.0, 3.0]), "must be of shapes that broadcast together"),
-        ((0.1, 1.0, 0.4), "parameters must be ChuteParameters, got 0.4"),
+        ((0.1, 1.0, 0.4), "parameters must be a ChuteParameters, got float"),
     ],
 )
 def test_bad_motion_arguments(arguments, message):

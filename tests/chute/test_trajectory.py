@@ -112,8 +112,3 @@ def test_a_stall_ends_it():
 def test_bad_points(options, message):
     with pytest.raises(PsiError, match=message):
         chute.trajectory(0.3, 1.0, ChuteParameters(0.4), **options)
-
-
-def test_a_stall_before_the_first_point():
-    with pytest.raises(PsiError, match="eta must be a point or more up to 0.1126, where"):
-        trajectory(0.0, 0.1, 0.4, 0.3, 0.125, 0.0, -20.0, eta=[0.9])

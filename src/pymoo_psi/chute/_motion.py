@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, finite_array, invalid, known_name
+from pymoo_psi._validation import Received, finite_array, instance, invalid, known_name
 from pymoo_psi.chute._parameters import ChuteParameters
 from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, choose, follow_slip
-from pymoo_psi.errors import ArgumentTypeError
 
 Array = NDArray[np.float64]
 
@@ -137,20 +136,17 @@ def broadcast(
     u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None
 ) -> tuple[Array, ...]:
     """Return (u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0), checked and broadcast to one shape."""
-    parameters = ChuteParameters() if parameters is None else parameters
-    if not isinstance(parameters, ChuteParameters):
-        raise ArgumentTypeError(f"parameters must be ChuteParameters, got {parameters!r:.80}")
+    if parameters is None:
+        parameters = ChuteParameters()
+    instance("parameters", parameters, ChuteParameters)
     slope, speed = finite_array("u1", u1), finite_array("v_p", v_p)
     if (slope < 0).any():
         raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
-    columns = (slope, speed, *parameters.columns)
     try:
-        return tuple(np.broadcast_arrays(*columns))
+        return tuple(np.broadcast_arrays(slope, speed, *parameters.columns))
     except ValueError as error:
-        shapes = ", ".join(str(np.shape(column)) for column in columns)
-        raise invalid(
-            "u1, v_p and the parameters", "of shapes that broadcast together", Received(shapes)
-        ) from error
+        rule = "of shapes that broadcast together"
+        raise invalid("u1, v_p and the parameters", rule, Received(str(error))) from error
 
 
 def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:

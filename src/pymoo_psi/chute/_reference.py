@@ -31,9 +31,6 @@ def integrate(
     u1: ArrayLike,
     v_p: ArrayLike,
     parameters: ChuteParameters | None = None,
-    *,
-    rtol: float = 1e-12,
-    atol: float = 1e-14,
 ) -> Motion:
     """Integrate the full model design by design, as an independent check of :func:`motion`.
 
@@ -41,8 +38,6 @@ def integrate(
         u1: tan α >= 0, any shape that broadcasts with the others.
         v_p: Speed of the plane, as for ``u1``.
         parameters: The parameters of the chute; :class:`ChuteParameters` () by default.
-        rtol: Relative tolerance of DOP853.
-        atol: Absolute tolerance of DOP853.
 
     Returns:
         The motion under the full model, as :func:`motion` gives it.
@@ -61,7 +56,7 @@ def integrate(
     shape = columns[0].shape
     rows = np.stack([column.ravel() for column in columns], axis=-1).tolist()
     # (n, 10): the seven fields of one number and, among them, the three spins
-    solved = np.array([_one_design(row, rtol, atol) for row in rows]).reshape(*shape, 10)
+    solved = np.array([_one_design(row) for row in rows]).reshape(*shape, 10)
     time, speed, slip_end, slip_time = np.moveaxis(solved[..., :4], -1, 0)
     work, lost, reached = np.moveaxis(solved[..., 7:], -1, 0)
     spin = solved[..., 4:7]
@@ -69,13 +64,11 @@ def integrate(
     return Motion(u1, v_p, time, speed, slip_end, slip_time, spin, work, lost, reached)
 
 
-def _one_design(row: Sequence[float], rtol: float, atol: float) -> tuple[float, ...]:
+def _one_design(row: Sequence[float]) -> tuple[float, ...]:
     """Return t, v_C, η1, t1, the three spins, W, D and η reached of one design.
 
     Args:
         row: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0.
-        rtol: relative tolerance.
-        atol: absolute tolerance.
     """
     from scipy.integrate import solve_ivp  # takes a quarter of a second to import
 
@@ -108,8 +101,8 @@ def _one_design(row: Sequence[float], rtol: float, atol: float) -> tuple[float, 
             y,
             "DOP853",
             events=(at_exit, stalled, still),
-            rtol=rtol,
-            atol=np.array([atol, atol, atol, _NOISE, _NOISE, atol]),
+            rtol=1e-12,
+            atol=[1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14],
         )
         y = solution.y[:, -1]  # at the event, which SciPy locates to rounding
         ends = [len(times) > 0 for times in solution.t_events or ()]

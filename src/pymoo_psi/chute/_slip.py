@@ -165,11 +165,8 @@ def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
 
 def _endless(slip: Slip) -> PsiError:
     """Return the error for a slip that does not end."""
-    return PsiError(
-        f"the slip of {np.size(slip.t)} designs is not followed to its end in {STEPS} steps, one "
-        f"with tau = {np.ravel(slip.tau)[0]:.17g} and b = {np.ravel(slip.b)[0]:.17g}; please "
-        f"report it"
-    )
+    n, tau = np.size(slip.t), np.ravel(slip.tau)[0]
+    return PsiError(f"the slip of {n} designs, one with tau = {tau:.17g}, does not end; report it")
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:

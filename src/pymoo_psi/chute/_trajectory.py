@@ -111,16 +111,10 @@ def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
     if eta is None:
         return np.linspace(0.0, reached, integer("n", n, minimum=2))
     points = finite_array("eta", eta)
-    if (
-        points.ndim != 1
-        or (np.diff(points) <= 0).any()
-        or not ((points >= 0) & (points <= 1)).all()
-    ):
+    increasing = points.ndim == 1 and (np.diff(points) > 0).all()
+    if not increasing or (points < 0).any() or (points > 1).any():
         raise invalid("eta", "one-dimensional, increasing and within [0, 1]", points)
-    covered = points[points <= reached]
-    if not covered.size:
-        raise invalid("eta", f"a point or more up to {reached:.4g}, where the way ends", points)
-    return covered
+    return points[points <= reached]
 
 
 def _follow(
