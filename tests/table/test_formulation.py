@@ -260,7 +260,7 @@ def test_limits_are_those_of_a_formulation(name, ends):
     [
         ({"gain": 0.9}, r"limit on 'gain', which is maximised, must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
         ({1: 0.9}, "limit on 'gain', which is maximised"),
-        ({"stress": 0.1}, r"must be on an objective, a variable or an output, got 'stress'; leave the constraint out by Formulation\(relaxed="),
+        ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(relaxed="),
         ({"mass": (2, 1)}, r"limit on 'mass' must be \(lower, upper\) in increasing order, got \(2, 1\)"),
         ({"mass": (1, 2, 3)}, r"must be a number or a pair \(lower, upper\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),

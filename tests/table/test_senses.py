@@ -153,7 +153,7 @@ def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
         (lambda: Layout.of(1, ["mass"], maximize=["mas"]), ArgumentValueError, "maximize .* did you mean 'mass'"),
         (lambda: Layout.of(["w"], ["mass"], maximize=["w"]), ArgumentValueError, "maximize must be one of 'mass', got 'w'"),
         (lambda: Layout.of(1, ["mass"], maximize="mass"), ArgumentTypeError, "maximize must be a list of names, got 'mass'"),
-        (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "units must map names to texts, got 1 for 'mass'"),
+        (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "units must be names to texts, got .'mass': 1"),
         (lambda: Layout.of(1, ["mass"], units={"mass": "k\ng"}), ArgumentValueError, "must be one line of Unicode text"),
         (lambda: Layout.of(1, ["mass"], units="kg"), ArgumentTypeError, "units must map columns to units"),
         (lambda: Layout.of(1, ["mass"], outputs=["mass"]), ArgumentValueError, "distinct"),

@@ -77,14 +77,26 @@ from pymoo_psi.table._designs import (
     column_kinds,
     design_keys,
     design_matrix,
+    is_writable,
     real_column,
     value_ranks,
     values_in_order,
 )
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import RESERVED, Key, Layout, Limit, Limits, is_writable
-from pymoo_psi.table._limits import Bounds, bounds_of, ends, excess, lacking, within
+from pymoo_psi.table._layout import (
+    RESERVED,
+    Bounds,
+    Key,
+    Layout,
+    Limit,
+    Limits,
+    bounds_of,
+    ends,
+    excess,
+    lacking,
+    within,
+)
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._source import designs_head, read_table

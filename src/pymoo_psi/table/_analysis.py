@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, finite_number, integer, invalid
 from pymoo_psi.table._designs import design_row, value_ranks
-from pymoo_psi.table._layout import Key, Limits
-from pymoo_psi.table._limits import bounds_of
+from pymoo_psi.table._layout import Key, Limits, bounds_of
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:

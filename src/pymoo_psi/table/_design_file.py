@@ -17,8 +17,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Column, is_blank
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._formulation import Formulation, computed_columns
-from pymoo_psi.table._layout import RESERVED, Layout
-from pymoo_psi.table._limits import bounds_of, within
+from pymoo_psi.table._layout import RESERVED, Layout, bounds_of, within
 from pymoo_psi.table._roles import NAMING, Roles, guessed_roles, labels_among
 from pymoo_psi.table._table import TestTable
 

@@ -15,11 +15,16 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
-from pymoo_psi.table._layout import is_writable
 
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
-_BEYOND: dict[type, float] = {float: np.inf, int: 2**63, bool: 2}
 _KIND_OF_DTYPE = {"f": Kind.REAL, "i": Kind.INTEGER, "b": Kind.BINARY}
+
+
+def is_writable(text: str) -> bool:
+    """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
+    # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
+    # What one file could not hold is refused at once, lest a table be written to some files only.
+    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
 
 
 def design_matrix(
@@ -40,22 +45,16 @@ def design_matrix(
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
     if hasattr(value, "itertuples"):  # a frame of pandas
-        if not value.columns.is_unique:  # a design would lose a variable
-            rule = "a frame whose columns have different names"
-            raise invalid(name, rule, list(value.columns))
         value = value.to_dict("records")
-    # Iterating over frames of other packages gives their columns.
-    frame = hasattr(value, "columns")
-    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable) or frame:
+    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
         raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = value if isinstance(value, np.ndarray) else list(value)
-    first = rows[0] if (isinstance(rows, list) or rows.ndim) and len(rows) else None
-    if isinstance(first, Mapping):
-        rows = _from_mappings(name, rows, list(first) if variables is None else variables)
+    if isinstance(rows, list) and any(isinstance(row, Mapping) for row in rows):
+        rows = _from_mappings(name, rows, variables)
     try:
         array = np.asarray(rows)
-        # numpy gives [2^62 + 1, 0.5] float64, which loses the last digits of the integer; as
-        # objects the cells keep their types until their kinds are known.
+        # numpy makes numbers of booleans beside them, floats of large integers, texts of numbers
+        # beside these; as objects the cells keep their types until their kinds are known.
         if isinstance(rows, list) and (len(set(kinds)) > 1 or _has_lost_types(rows, array)):
             array = np.array(rows, dtype=object)
     except ValueError as error:  # rows of unequal length
@@ -207,22 +206,19 @@ def _as_kind(cell: Any, kind: Kind) -> Any:
     # Exact types, since True is an int for isinstance.
     if type(cell) is int and kind is Kind.REAL and float(cell) == cell:
         return float(cell)
-    if type(cell) is float and kind is Kind.INTEGER and cell.is_integer():
+    if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and abs(cell) < 2**63:
         return int(cell)
     if type(cell) in (int, float) and kind is Kind.BINARY and cell in (0, 1):
         return bool(cell)
     return cell
 
 
-def _from_mappings(name: str, rows: Any, variables: Sequence[str]) -> NDArray[Any]:
-    matrix = np.empty((len(rows), len(variables)), dtype=object)
-    for i, row in enumerate(rows):
-        if not isinstance(row, Mapping) or set(row) != set(variables):
-            rule = f"mappings of the variables {', '.join(variables)}"
-            found = Received(", ".join(map(str, row))) if isinstance(row, Mapping) else row
-            raise invalid(name, rule, found)
-        matrix[i] = [row[variable] for variable in variables]
-    return matrix
+def _from_mappings(name: str, rows: Any, variables: Sequence[str] | None) -> NDArray[Any]:
+    names = list(rows[0]) if variables is None else list(variables)
+    for row in rows:
+        if not isinstance(row, Mapping) or {*row} != {*names}:
+            raise invalid(name, f"mappings of the variables {', '.join(names)}", row)
+    return np.array([[row[variable] for variable in names] for row in rows], dtype=object)
 
 
 def _has_lost_types(rows: list[Any], array: NDArray[Any]) -> bool:
@@ -236,12 +232,15 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
     """Return a cell as Python's own type; subclasses of it become it, too."""
     if isinstance(cell, np.generic):
         cell = cell.item()
-    for kind in (bool, int, float, str):  # bool ahead of int, of which it is a subclass
-        if isinstance(cell, kind):
-            value: Any = kind(cell)
-            if is_writable(value) if kind is str else abs(value) < _BEYOND[kind]:
-                return value  # type: ignore[no-any-return]
-            rule = "finite numbers within int64, booleans or Unicode text"
-            found = Received("a larger integer") if kind is int else cell
-            raise invalid(f"a value of {name}", rule, found, "name options of a choice by text")
-    raise wrong_type(name, "of numbers, booleans or text", cell)
+    kind = next((kind for kind in (bool, int, float, str) if isinstance(cell, kind)), None)
+    if kind is None:
+        raise wrong_type(name, "of numbers, booleans or text", cell)
+    if (
+        (kind is int and not -(2**63) <= cell < 2**63)
+        or (kind is float and not np.isfinite(cell))
+        or (kind is str and not is_writable(cell))
+    ):
+        rule = "finite numbers within int64, booleans or Unicode text"
+        found = Received("a larger integer") if kind is int else cell
+        raise invalid(f"a value of {name}", rule, found, "name options of a choice by text")
+    return kind(cell)

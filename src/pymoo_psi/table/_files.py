@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from importlib.util import find_spec
 from io import BytesIO, StringIO
 from os import PathLike
@@ -34,7 +34,7 @@ Columns: TypeAlias = dict[str, NDArray[Any]]
 Table = TypeVar("Table")
 
 MARK = "pymoo_psi_test_table"
-_FORMAT = 4  # of the head; formats 2 and 3 have "maximized" and one prototype, see layout_of
+_FORMAT = 4  # of the head
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in a frame
 _ROWS = 8192  # written at a time, so that the memory for texts stays small
@@ -103,9 +103,8 @@ def layout_of(head: Mapping[str, Any], where: object) -> Layout:
     """Return the layout in a head; see :func:`table_of` for the arguments."""
     try:
         known = {name: head[name] for name in (*_LAYOUT, "lower", "upper", "kinds")}
-        known |= {name: head.get(name, value) for name, value in _OPTIONAL.items()}
-        return Layout(**known | {"maximize": head.get("maximized", known["maximize"])})
-    except (PsiError, ValueError, KeyError, TypeError) as error:
+        return Layout(**known, **{name: head.get(name, value) for name, value in _OPTIONAL.items()})
+    except (PsiError, KeyError, TypeError) as error:
         raise damaged(where, f"its head is damaged: {error}") from None
 
 
@@ -149,21 +148,24 @@ def table_of(
     for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
         X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
     groups = (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
-    F, G, H, outputs = (_reals(columns, names, len(numbers)) for names in groups)
+    F, G, H, outputs = (
+        np.column_stack([np.zeros((len(numbers), 0)), *(columns[name] for name in names)])
+        for names in groups
+    )
     # The status is taken from the file, not derived: the table checks it against the constraints,
     # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
     carried = {name: choice_values(columns[name]) for name in extra}
-    problem = head.get("problem")
+    former = head.get("prototype") or dict.fromkeys(("names", *"xfgh"), ())
     try:
         table: Any = make(
-            layout, numbers, X, F * layout.sign, G, H, status, reasons, None, outputs, problem,
-            carried,
+            layout, numbers, X, F * layout.sign, G, H, status, reasons, None, outputs,
+            head.get("problem"), carried,
         )  # fmt: skip
-        for name, *values in _prototypes(head.get("prototype")):
+        for name, *values in zip(*(former[key] for key in ("names", *"xfgh")), strict=True):
             table = table.with_prototype(*values, name=name)
-    except PsiError as error:
-        raise damaged(where, str(error)) from None
+    except (PsiError, KeyError, TypeError, ValueError) as error:
+        raise damaged(where, f"{error}") from None
     return table  # type: ignore[no-any-return]
 
 
@@ -307,22 +309,19 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:
         version, n = head.pop(MARK), int(head.pop("tests"))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
-    if version not in (2, 3, _FORMAT):
-        what = f"its format is {version!r:.20}, this version of pymoo-psi reads 2 to {_FORMAT}"
-        raise damaged(path, what)
+    if version != _FORMAT:
+        raise damaged(path, f"its format is {version!r:.20}, this version reads {_FORMAT}")
     return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ()))
 
 
 def _complete(path: Path, frame: Any, n: int, kinds: Mapping[str, Kind]) -> Columns:
     """Return the columns of a frame if no column or test is missing."""
-    if missing := [name for name in kinds if name not in frame]:
-        raise damaged(path, f"the columns {', '.join(map(repr, missing))} are missing")
     # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
     if len(frame) != n:
         what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
         raise damaged(path, f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
     columns = {}
-    for name, kind in kinds.items():
+    for name, kind in ((name, kind) for name, kind in kinds.items() if name in frame):
         # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
         if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
             raise damaged(path, f"the column {name!r} holds other than {kind.value} values")
@@ -343,18 +342,6 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
     return layout.kinds or (Kind.REAL,) * len(layout.variables)
 
 
-def _prototypes(values: Any) -> list[Any]:
-    """Return name and values of the prototypes in a head, which the table checks."""
-    if values is None:
-        return []
-    try:
-        if "name" in values:  # of formats 2 and 3, with one prototype
-            values = {"names": [values["name"]], **{k: [values[k]] for k in "xfgh"}}
-        return list(zip(*(values[key] for key in ("names", *"xfgh")), strict=True))
-    except (KeyError, TypeError, ValueError) as error:
-        raise ArgumentValueError(f"its head is damaged: {error} of its prototype") from None
-
-
 def _is_json(text: str) -> bool:
     """Say whether a text is a number, true, false, null or a text of JSON."""
     if text.lstrip()[:1] in ("[", "{"):  # no option; of these a long one is a RecursionError
@@ -365,10 +352,3 @@ def _is_json(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _reals(columns: Mapping[str, Any], names: Sequence[str], n: int) -> NDArray[np.float64]:
-    block = np.empty((n, len(names)), dtype=np.float64)
-    for j, name in enumerate(names):
-        block[:, j] = columns[name]
-    return block

@@ -23,8 +23,7 @@ from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
-from pymoo_psi.table._layout import RESERVED, Layout, Limit, column_names
-from pymoo_psi.table._limits import bounds_of, ends
+from pymoo_psi.table._layout import RESERVED, Layout, Limit, bounds_of, column_names, ends
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 Computation: TypeAlias = str | Callable[[Columns], Any]

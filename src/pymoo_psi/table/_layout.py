@@ -1,9 +1,10 @@
-"""What the columns of a test table mean: names, directions, units, kinds, bounds."""
+"""What the columns of a test table mean, from names to bounds; limits on them."""
 
 from __future__ import annotations
 
+import numbers
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -21,16 +22,21 @@ from pymoo_psi._validation import (
     real_array,
     wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import EQ_TOLERANCE
+from pymoo_psi.table._designs import is_writable, real_column
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
 Limit: TypeAlias = float | Sequence[float | None]
 """The greatest value allowed, or a pair (lower, upper) with None for an end that is open."""
 Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | int, Limit]
 """Limits on objectives, variables and outputs by name; on objectives also by index from 0."""
+
+Bounds: TypeAlias = dict[str, tuple[float, float]]
+"""The least and the greatest value of columns by name, in the original direction; infinite if
+open."""
 
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # further ones of joined experiments
@@ -87,7 +93,10 @@ class Layout:
         }
         # JSON has lists for tuples.
         values["experiments"] = tuple((name, int(number)) for name, number in self.experiments)
-        values["kinds"] = _known_kinds(self.kinds, len(self.variables))
+        n, words = len(self.variables), [kind.value for kind in Kind]
+        values["kinds"] = tuple(Kind(known_name("kinds", kind, words)) for kind in self.kinds)
+        if len(self.kinds) not in (0, n):
+            raise invalid("kinds", f"{n} kinds, one for each variable", Received(len(self.kinds)))
         values["units"] = _unit_texts(self.units)
         values["eq_tolerance"] = finite_number("eq_tolerance", self.eq_tolerance)
         if values["eq_tolerance"] < 0:
@@ -95,13 +104,12 @@ class Layout:
         for side in ("lower", "upper"):
             # A copy, as it is made read-only and the caller's array is the caller's.
             values[side] = bounds = real_array(side, getattr(self, side)).copy()
-            if bounds.shape != (len(self.variables),):
-                rule = f"{len(self.variables)} bounds, one for each variable"
+            if bounds.shape != (n,):
+                rule = f"{n} bounds, one for each variable"
                 raise invalid(side, rule, Received(f"shape {bounds.shape}"))
             bounds.setflags(write=False)
-        for name, low, high in zip(self.variables, values["lower"], values["upper"], strict=True):
-            if low > high:  # false with NaN, a bound that is not known
-                raise invalid("lower", "at most upper", Received(f"{low} > {high} for {name!r}"))
+        if (values["lower"] > values["upper"]).any():  # false with NaN, a bound that is not known
+            raise invalid("lower", "at most upper", Received(f"{self.lower} and {self.upper}"))
         columns = values["objectives"] + values["outputs"]
         for name in values["maximize"]:
             known_name("maximize", name, columns)
@@ -247,13 +255,6 @@ def joined_layout(layout: Layout, other: Layout) -> Layout:
     return replace(layout, outputs=outputs, maximize=more, units=units, kinds=kinds)
 
 
-def is_writable(text: str) -> bool:
-    """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
-    # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
-    # What one file could not hold is refused at once, lest a table be written to some files only.
-    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
-
-
 def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
     """Return names as texts that every file can hold."""
     if isinstance(names, str) or not isinstance(names, Sequence):
@@ -273,23 +274,12 @@ def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
     return tuple(group)
 
 
-def _known_kinds(kinds: Sequence[Any], n_var: int) -> tuple[Kind, ...]:
-    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
-        raise wrong_type("kinds", "a list of kinds", kinds)
-    words = [kind.value for kind in Kind]
-    known = tuple(Kind(known_name("kinds", kind, words)) for kind in kinds)
-    if len(known) not in (0, n_var):
-        raise invalid("kinds", f"{n_var} kinds, one for each variable", Received(len(known)))
-    return known
-
-
 def _unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
     mapping("units", units, "columns to units, such as {'mass': 'kg'}")
     for name, unit in units.items():
         if not isinstance(name, str) or not isinstance(unit, str):
-            found = f"{unit!r:.40} for {name!r:.40}"
-            raise ArgumentTypeError(f"units must map names to texts, got {found}")
+            raise wrong_type("units", "names to texts", units)
         if not is_writable(name) or not unit.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
     return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
@@ -302,3 +292,94 @@ def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
             raise invalid(kind, f"a name or an index from 0 to {len(names) - 1}", int(key))
         return int(key)
     return names.index(known_name(kind, key, names))
+
+
+def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
+    """Return what limits say, in the order of the table's columns.
+
+    Raises:
+        ArgumentValueError: A column is not known, is named twice, or is a constraint; a limit is
+            NaN, its lower end above the upper one, or which end it is remains open.
+        ArgumentTypeError: The limits are no mapping, a limit is neither number nor pair.
+    """
+    found: Bounds = {}
+    free = [name for name in layout.columns if name not in layout.constraints]
+    rule = "columns to numbers, such as {'f1': 2.5}"
+    for key, limit in mapping("limits", {} if limits is None else limits, rule).items():
+        name = key if isinstance(key, str) else layout.objectives[layout.objective(key)]
+        remedy = ""
+        if name in layout.constraints:
+            remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
+        known_name("a limit", name, free, remedy)
+        if name in found:
+            raise invalid("limits", "given once for a column", limits)
+        found[name] = ends(name, limit)
+        if name in layout.maximize and isinstance(limit, numbers.Real):
+            which = f"the limit on {name!r}, which is maximised,"
+            remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
+            raise invalid(which, "a pair (lower, upper)", limit, remedy)
+    # The order of the columns, not of the mapping: columns of violations stand in it.
+    return {name: found[name] for name in layout.columns if name in found}
+
+
+def lacking(limits: Limits | None, layout: Layout) -> bool:
+    """Whether a limit is on no column so far: on an output that only later tests may have.
+
+    A test without a value keeps no limit, so no test so far keeps this one. Whether the name is a
+    mistake is known when all tests are there, however they were cut into blocks.
+    """
+    names = limits if isinstance(limits, Mapping) else ()
+    return any(isinstance(name, str) and name not in layout.columns for name in names)
+
+
+def ends(name: str, limit: Any) -> tuple[float, float]:
+    """Return the least and the greatest value that a limit allows; a number is the greatest.
+
+    Raises:
+        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
+        ArgumentTypeError: It is neither a number nor a pair of numbers or None.
+    """
+    pair = tuple(limit) if isinstance(limit, (tuple, list)) else (None, limit)
+    values = [np.inf * (2 * k - 1) if end is None else end for k, end in enumerate(pair)]
+    plain = all(isinstance(v, numbers.Real) and not isinstance(v, (bool, np.bool_)) for v in values)
+    if len(pair) != 2 or limit is None or not plain:
+        raise wrong_type(f"the limit on {name!r}", "a number or a pair (lower, upper)", limit)
+    low, high = values
+    if not low <= high:  # of NaN, too
+        raise invalid(f"the limit on {name!r}", "(lower, upper) in increasing order", limit)
+    return float(low), float(high)
+
+
+def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
+    """``(n,)`` which rows keep every limit; what is not finite keeps none.
+
+    Args:
+        bounds: The limits.
+        column: Gives the ``(n,)`` values of a column by its name, in the original direction.
+        n: How many rows there are.
+    """
+    mask = np.ones(n, dtype=bool)
+    for low, high, values in _limited(bounds, column):
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        mask &= (low <= values) & (values <= high) & np.isfinite(values)
+    return mask
+
+
+def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
+    """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
+    total = np.zeros(n)
+    for low, high, values in _limited(bounds, column):
+        known = np.isfinite(values)
+        over = np.maximum(low - values[known], 0) + np.maximum(values[known] - high, 0)
+        total[known] += over
+        total[~known] = np.inf
+    return total
+
+
+def _limited(
+    bounds: Bounds, column: Callable[[str], NDArray[Any]]
+) -> Iterator[tuple[float, float, Array]]:
+    """Yield the ends and the values of each limit that is not open at both ends."""
+    for name, (low, high) in bounds.items():
+        if low > -np.inf or high < np.inf:
+            yield low, high, real_column(name, column(name))

@@ -18,9 +18,10 @@ from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._analysis import alike
 from pymoo_psi.table._cells import Column, Marks, read_columns
 from pymoo_psi.table._design_file import DesignFile, unfit
+from pymoo_psi.table._designs import is_writable
 from pymoo_psi.table._files import MARK, read_csv, read_parquet, table_of
 from pymoo_psi.table._formulation import distinct
-from pymoo_psi.table._layout import ORIGIN, is_writable
+from pymoo_psi.table._layout import ORIGIN
 from pymoo_psi.table._roles import ROLES_MARK, Roles, labels_among, told_roles
 from pymoo_psi.table._sheet import Sheet, UnfitError, decoded, sheet_of_text, sheet_of_workbook
 from pymoo_psi.table._summaries import require_designs

@@ -52,6 +52,7 @@ from pymoo_psi.table._designs import (
     design_matrix,
     design_row,
     first_rows,
+    is_writable,
     joined_designs,
 )
 from pymoo_psi.table._files import (
@@ -71,10 +72,10 @@ from pymoo_psi.table._layout import (
     Key,
     Layout,
     Limits,
-    is_writable,
+    bounds_of,
     joined_layout,
+    within,
 )
-from pymoo_psi.table._limits import bounds_of, within
 
 if TYPE_CHECKING:
     import pandas as pd
