@@ -26,27 +26,30 @@ def problem_layout(
         problem: A pymoo problem, which may have attributes ``names``, ``maximize`` and ``units``.
         space: Its variables.
         names: The user's names of columns by their default names, instead of the attribute.
-        maximize: The criteria that ``out["F"]`` holds with the sign turned, by the user's names,
-            likewise.
-        units: Units by the user's names, likewise; also of further outputs.
+        maximize: The objectives that ``out["F"]`` holds with the sign turned, by the user's names;
+            all that the attribute has, unless ``names`` are given.
+        units: Units by the user's names, as for ``names``; also of further outputs.
 
     Raises:
         ArgumentValueError: There is no such column, or two would have one name.
         ArgumentTypeError: A name or unit is not text, or an argument of another type.
     """
-    renamed = names is not None
-    names = _mapping("names", names, getattr(problem, "names", None))
-    units = _mapping("units", units, getattr(problem, "units", None))
-    told = getattr(problem, "maximize", None)
-    told = () if told is None else told
+    own = getattr(problem, "maximize", None) or ()
     if maximize is None:
-        maximize = told
-    elif maximize and not renamed and (lost := [name for name in told if name not in maximize]):
-        rule = f"a list with what the problem says itself, {', '.join(told)}"
-        remedy = f"add {lost[0]!r}, or change the problem's attribute"
-        raise invalid("maximize", rule, maximize, remedy)
-    rule = "a list of criteria, such as ['efficiency']"
-    collection("maximize", maximize, rule, "one goes into a list too")
+        maximize = own
+    collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+    if maximize and names is None and not set(own) <= set(maximize):
+        rule = f"a list with what the problem says itself, {', '.join(own)}"
+        raise invalid("maximize", rule, maximize, "or change the problem's attribute")
+    names, units = (
+        mapping(
+            name,
+            getattr(problem, name, None) or {} if given is None else given,
+            "names to texts",
+            "also as an attribute of the problem",
+        )
+        for name, given in (("names", names), ("units", units))
+    )
     kinds = [variable.kind for variable in space.variables]
     discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
     plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
@@ -61,13 +64,6 @@ def problem_layout(
         upper=np.where(discrete, np.nan, space.upper),
         kinds=kinds,
     )
-
-
-def _mapping(argument: str, given: Mapping[str, str] | None, attribute: Any) -> Mapping[str, str]:
-    """Return what is told of a problem's columns: by the argument, or else by its attribute."""
-    told = given if given is not None else {} if attribute is None else attribute
-    whose = argument if given is not None else f"the attribute {argument} of the problem"
-    return mapping(whose, told, "names to texts", f"see the argument {argument} of PSI")
 
 
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
