@@ -167,11 +167,6 @@ def test_what_is_not_kept_is_told(name, value, message):
     assert table.layout.outputs == ("heat",)
 
 
-def test_a_unit_of_no_column_is_told():
-    with pytest.warns(UserWarning, match="units names 'haet', but the columns are x1, .*, heat"):
-        investigate(Model(), 4, units={"haet": "K"})
-
-
 def test_a_study_of_other_senses_is_refused(tmp_path):
     investigate(Model(), 8, study=tmp_path / "study.db")
     with pytest.raises(StudyMismatchError, match="maximize"):

@@ -9,15 +9,11 @@ from scipy.optimize import approx_fprime
 from pymoo_psi.algorithms import _proposals
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, _risk, _survivors, encoded, propose
 from pymoo_psi.algorithms._surrogates import (
-    KINDS,
     Fit,
     GaussianProcess,
     Scale,
     _matern,
     _negative_log_likelihood,
-    bounded,
-    cross_validated,
-    fit_lengths,
     scales,
     without_penalties,
 )
@@ -42,16 +38,6 @@ def test_the_gradient_of_the_likelihood_is_its_difference_quotient(data):
     np.testing.assert_allclose(_negative_log_likelihood(*data, x)[1], numeric, rtol=1e-4, atol=1e-4)
 
 
-def test_a_process_passes_through_its_tests_and_forgets_them_far_away(data):
-    Z, t = data
-    process = GaussianProcess(Z, t, np.log([0.5, 0.7, 2.0, 1e-6]))
-    np.testing.assert_allclose(process(Z), t, atol=1e-3)
-    assert process.deviation(Z).max() < 0.01
-    far = np.full((1, 3), 50.0)
-    np.testing.assert_allclose(process(far), process.mean)
-    np.testing.assert_allclose(process.deviation(far), np.sqrt(process.variance))
-
-
 def test_leaving_a_test_out_is_predicting_it_from_the_others(data):
     """The closed form against the long way: a system of equations for each test."""
     Z, t = data
@@ -66,23 +52,6 @@ def test_leaving_a_test_out_is_predicting_it_from_the_others(data):
         variance = process.variance * (K[i, i] - weights @ K[rest, i])
         np.testing.assert_allclose(means[i], mean, rtol=1e-6, atol=1e-8)
         np.testing.assert_allclose(variances[i], variance, rtol=1e-6)
-
-
-def test_a_variable_without_effect_gets_the_longest_length(data):
-    lengths = fit_lengths(*data)
-    assert lengths[2] > lengths[1] + 1 > lengths[0]
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_cross_validated_predictions_know_a_smooth_function_and_no_noise(data, kind):
-    Z, t = data
-    noise = np.random.default_rng(0).normal(size=len(t))
-    Y = np.column_stack([t, noise])
-    fit = Fit.of(Z, Y, len(Z), 2)
-    error = cross_validated(kind, Z, fit.to(Y), fit) - fit.to(Y)
-    smooth, rough = np.sqrt((error**2).mean(axis=0))
-    assert smooth < 0.2
-    assert rough > 0.8
 
 
 # Scales
@@ -104,16 +73,6 @@ def test_only_heavy_tails_may_be_logarithmic():
     assert [np.isinf(s.unit) for s in scales(1 / u**2, 1 / u**2, constraint=False)] == [True, False]
     # the sign of a constraint stays where it is
     assert scales(1 / u**2 - 5, 1 / u**2 - 5, constraint=True)[1].origin == 0
-
-
-def test_outputs_without_bound_become_bounded():
-    Y = np.column_stack([[1.0, 2.0, 3.0, 4.0, 1e30], [np.nan, np.inf, 1.0, 2.0, 3.0], [np.nan] * 5])
-    B = bounded(Y)
-    assert np.isfinite(B).all()
-    assert B[4, 0] == B[:, 0].max() < 1e8
-    np.testing.assert_array_equal(B[:4, 0], Y[:4, 0])
-    assert B[0, 1] == 3.0  # what is not known is as bad as the worst
-    assert np.isfinite(bounded(np.array([[1e300], [1e300], [-1e300], [-1e300]])).std())
 
 
 # The search

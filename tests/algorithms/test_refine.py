@@ -8,7 +8,6 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     PsiError,
-    SphereChute,
     VectorizedSphereChute,
     investigate,
     lp_tau,
@@ -35,15 +34,6 @@ def best_of(problem, n, **options):
     return result.X[ranking.salukvadze[0]], ranking
 
 
-def test_closed_form():
-    x0, ranking = best_of(Parabolas(), 100)
-    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])  # U = 0, N = 1
-    refined = refine(Parabolas(), x0, ranking)
-    np.testing.assert_allclose(refined.x, [0.5, 0], atol=1e-6)
-    np.testing.assert_allclose(refined.distance, np.hypot(0.25, 0.25), rtol=1e-9)
-    np.testing.assert_array_equal(refined.start, x0)
-
-
 def test_a_constraint_is_kept():
     ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
     refined = refine(Parabolas(limit=0.4), [0.1, 0.3], ranking)
@@ -63,14 +53,6 @@ def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
     assert refined.distance < refined.start_distance == ranking.criteria[ranking.salukvadze[0], 0]
 
 
-def test_a_problem_with_one_design():
-    """Where the bounds leave no room the start is the answer."""
-    problem = Parabolas(xl=0.3, xu=0.3)
-    refined = refine(problem, [0.3, 0.3], rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]]))
-    assert refined.x.tolist() == [0.3, 0.3]
-    assert refined.distance == refined.start_distance
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -87,11 +69,6 @@ def test_bad_start(arguments, message):
     ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
     with pytest.raises(PsiError, match=message):
         refine(Parabolas(limit=0.4), *arguments, ranking)
-
-
-def test_bad_ranking():
-    with pytest.raises(TypeError, match="ranking must be an EfficiencyRanking, got None"):
-        refine(SphereChute(), [0.1, 0.2], None)
 
 
 def test_a_ranking_with_a_maximised_objective():
@@ -130,21 +107,3 @@ def test_an_optimum_at_an_upper_bound_is_in_the_box():
     problem = Parabolas(xl=-0.1, xu=0.2)
     refined = refine(problem, [0.15, 0.0], rank_of_efficiency([[-1.0, 1.0], [1.0, -1.0]]))
     assert refined.x[0] == 0.2
-
-
-def test_a_model_that_changes_its_design_or_fails():
-    """It is as good as the sound one: what fails is passed over, and x is what was evaluated."""
-
-    class Rough(Parabolas):
-        def _evaluate(self, x, out, *args, **kwargs):
-            if (x[:, 0] > self.limit).any():
-                raise ArithmeticError("no convergence")
-            super()._evaluate(x, out)
-            out["G"] = np.full((len(x), 1), -1.0)
-            x[:] = np.nan
-
-    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
-    start = np.array([0.1, 0.3])
-    rough, sound = (refine(p(limit=0.4), start, ranking) for p in (Rough, Parabolas))
-    np.testing.assert_array_equal(rough.x, sound.x)
-    assert start.tolist() == [0.1, 0.3]

@@ -82,11 +82,6 @@ def test_a_continued_sequence_is_the_whole_one():
         np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
-def test_any_number_of_sobol_points_without_a_warning():
-    assert QMCSampling("sobol").unit_points(13, 3).shape == (13, 3)
-    assert QMCSampling("sobol").unit_points(0, 3).shape == (0, 3)
-
-
 def test_bad_arguments():
     with pytest.raises(
         ValueError, match="engine must be one of .* got 'soboll'; did you mean 'sobol'"

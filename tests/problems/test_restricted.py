@@ -1,8 +1,5 @@
 """A part of a box gives the whole problem's values, to any algorithm and in every table."""
 
-import copy
-import pickle
-
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -16,7 +13,6 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from benchmarks.many_variables import Cantilever, in_turn
 from pymoo_psi import (
     PSI,
     FailureTolerant,
@@ -29,9 +25,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
     lp_tau,
-    rank_of_efficiency,
 )
-from pymoo_psi.algorithms import refine
 from pymoo_psi.errors import StudyMismatchError
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
@@ -179,15 +173,6 @@ def test_refined_bounds_lead_to_a_part(make):
     )
 
 
-def test_the_optimum_is_refined_among_the_free_variables():
-    part = Restricted(VectorizedSphereChute(0.4, model="rolling"), {"x1": (0.2, 1.0), "x2": 1.0})
-    result = minimize(part, PSI(32))
-    ranking = rank_of_efficiency(result.F)
-    found = refine(part, result.X[ranking.salukvadze[0]], ranking)
-    assert found.distance <= found.start_distance
-    assert found.x.shape == (1,)
-
-
 @pytest.mark.parametrize(
     "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )
@@ -197,23 +182,6 @@ def test_a_study_of_another_part_is_refused(tmp_path, box):
     investigate(Beam(), 4, study=study)  # the whole, however it is said
     with pytest.raises(StudyMismatchError):
         investigate(Restricted(Beam(), box), 4, study=study)
-
-
-def test_sixty_variables_eight_at_a_time():
-    """The documented way spends its budget, keeps all columns and comes nearer to U."""
-    table, at_once = in_turn(Cantilever(), 512), investigate(Cantilever(), 512)
-    assert 480 < len(table) <= 512
-    assert table.layout.variables == at_once.layout.variables
-    both = TestTable.combined({"turns": table, "at once": at_once}).ranking().frame
-    ends = [both.distances(t.F[t.pareto()])[:, 0].min() for t in (table, at_once)]
-    assert ends[0] < ends[1]
-
-
-def test_copies():
-    again = pickle.loads(pickle.dumps(Restricted(bnh(), {"x2": 3})))
-    assert copy.deepcopy(again).box == {"x2": 3}
-    assert again.name() == "BNH"
-    assert again.pareto_front() is None  # bnh's own is that of the whole box
 
 
 @pytest.mark.parametrize(
