@@ -71,27 +71,6 @@ def test_the_direction_tends_to_the_limit_at_the_end(tau):
     assert (np.diff(gap) < 0).all()
 
 
-@pytest.mark.parametrize("vy0", [-0.3, 0.0])
-@pytest.mark.parametrize("vx0", [0.3, -0.3])
-def test_the_forces_at_the_transition_are_the_same_whatever_points_are_asked_for(vx0, vy0):
-    p = parameters(0.4, 0.3, 0.125, 0.0, (0.3 - vx0) / 0.125)
-    whole = chute.trajectory(0.2, -vy0, p)
-    later = chute.trajectory(0.2, -vy0, p, eta=[0.9, 1.0])
-    assert later.eta[0] == whole.slip_end < 0.9
-    at = whole.eta == whole.slip_end
-    np.testing.assert_array_equal(later.friction[:2], whole.friction[at])
-    np.testing.assert_array_equal(later.normal[:2], whole.normal[at])
-
-
-def test_no_transition():
-    slips = chute.trajectory(0.3, 5.0, ChuteParameters(0.2), n=11)
-    assert np.isnan(slips.slip_end)
-    assert slips.slipping.all()
-    rolls = chute.trajectory(0.3, 0.5, parameters(0.4, 0.5, 0.125, 4.0, 4.0), n=11)
-    assert (rolls.slip_end, rolls.slipping.any()) == (0, False)
-    np.testing.assert_allclose(rolls.friction, [[-2 / 7 * 0.3 / np.hypot(1, 0.3), 0]] * 11)
-
-
 def test_a_stall_ends_it():
     p = parameters(0.4, 0.3, 0.125, 0.0, -20.0)
     path = chute.trajectory(0.0, 0.1, p, n=21)

@@ -174,13 +174,6 @@ def test_a_dominated_design_may_be_infinitely_far():
     assert "better in f1 by inf" in str(explain(F, 1))
 
 
-def test_frame_of_a_comparison():
-    two = compare_designs(CARS, [0, 2], maximize=["range"], units=UNITS)
-    table = two.to_frame().pivot(index="objective", columns="design", values="gain")
-    assert table.loc["price"].to_dict() == {"Town": 0, "Tour": -40}
-    assert table.loc["range"].to_dict() == {"Town": 0, "Tour": 300}
-
-
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [

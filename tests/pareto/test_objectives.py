@@ -114,18 +114,6 @@ def test_published_sets(name):
         np.testing.assert_allclose(ranking.criteria, exact.criteria, atol=1e-13)
 
 
-def test_a_published_csv_with_names():
-    """50 jobs on 20 machines; the file is no moocore format, so read as the user would."""
-    frame = pd.read_csv(moocore.get_dataset_path("tpls50x20_1_MWT.csv"))
-    both = frame[["Makespan", "WeightedTardiness"]]
-    ranking = rank_of_efficiency(both)
-    exact = exact_ranking(both[ranking.pareto].to_numpy())
-    assert exact.decided
-    assert all(exact.pareto)
-    assert ranking.rank[ranking.pareto].tolist() == exact.rank
-    assert list(ranking.to_frame().columns[:2]) == ["Makespan", "WeightedTardiness"]
-
-
 @pytest.fixture
 def designs():
     return pd.DataFrame(

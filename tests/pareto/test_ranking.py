@@ -71,17 +71,6 @@ def test_nondominated_agrees_with_all_pairs(seed, m, levels, infinite):
         nondominated(np.array([[1.0, np.nan]]))
 
 
-def test_frame():
-    F = np.array([[1.0, 1.0], [0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
-    frame = rank_of_efficiency(F).to_frame(names=["cost", "mass"])
-    assert list(frame.columns) == ["cost", "mass", "mu1", "mu2", "mu3", "rank", "pareto"]
-    assert frame.index[0] == 2
-    assert frame.index[-1] == 0  # the dominated row comes last
-    np.testing.assert_array_equal(frame.sort_index()[["cost", "mass"]], F)
-    with pytest.raises(ValueError, match=r"names must be 2 different names .* got \['cost'\]"):
-        rank_of_efficiency(F).to_frame(names=["cost"])
-
-
 def test_a_dense_front_is_no_chain_of_ties():
     """Neighbours closer than the rounding of a large offset do not make one level of all."""
     x = np.linspace(0, 1, 20_001)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import PsiError, rank_of_efficiency, representatives
+from pymoo_psi import rank_of_efficiency, representatives
 
 small_sets = st.tuples(st.integers(1, 10), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 9).map(float))
@@ -70,10 +70,3 @@ def test_distances_may_be_as_small_as_numbers_are():
         scaled = representatives(F * factor, 3, normalize=False)
         assert scaled.rows.tolist() == few.rows.tolist()
         assert scaled.radius == pytest.approx(few.radius * factor)
-
-
-@pytest.mark.parametrize(("k", "kind"), [(0, ValueError), (2.0, TypeError)])
-def test_mistakes(k, kind):
-    with pytest.raises(kind, match="k must be an integer >= 1") as caught:
-        representatives([[1.0]], k)
-    assert isinstance(caught.value, PsiError)

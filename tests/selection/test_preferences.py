@@ -99,15 +99,6 @@ def test_chebyshev_chooses_what_pymoo_chooses():
         assert CompromiseProgramming(np.inf, weights=weights).do(F).tolist() == [expected]
 
 
-def test_weighted_sums_choose_what_pymcdm_chooses():
-    methods = pytest.importorskip("pymcdm.methods")
-    F = smooth_front()
-    spotis = methods.SPOTIS(np.column_stack([F.min(axis=0), F.max(axis=0)]))
-    for weights in ([1, 1, 1], [5, 1, 1], [1, 3, 2]):
-        chosen = McdmMethod(spotis, weights=weights).do(F).tolist()
-        assert CompromiseProgramming(1, weights=weights).do(F).tolist() == chosen
-
-
 @given(F=sets, data=st.data())
 def test_lexicographic_order_by_its_definition(F, data):
     order = data.draw(st.permutations(range(F.shape[1])))[: data.draw(st.integers(1, F.shape[1]))]

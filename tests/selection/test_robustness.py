@@ -5,8 +5,6 @@ import statistics
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
@@ -98,23 +96,6 @@ def test_scenarios_are_quantiles_of_lp_tau_without_the_origin():
     assert set(points[:, 1]) == {2.0, 3.0}
 
 
-def test_one_scenario_is_one_ranking():
-    certain = {"mu": stats.uniform(0.4, 1e-300)}
-    designs = np.array([1.4, 5.9]) * lp_tau(64, 2) + [0, 0.1]
-    result = robustness(
-        lambda mu: VectorizedSphereChute(mu, model="rolling"), designs,
-        uncertainty=certain, n_scenarios=3, normalize=False,
-    )  # fmt: skip
-    F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
-    ranking = rank_of_efficiency(F, normalize=False)
-    np.testing.assert_array_equal(np.flatnonzero(result.optimum_share == 1), ranking.salukvadze)
-    np.testing.assert_array_equal(result.efficient_share == 1, ranking.rank >= 5)
-    np.testing.assert_allclose(result.mean, F)
-    np.testing.assert_allclose(result.spread, 0, atol=1e-12)
-    mu1 = ranking.criteria[:, 0]
-    np.testing.assert_allclose(result.worst_regret, mu1 - mu1.min(), atol=1e-12)
-
-
 def test_processes_do_not_change_the_result():
     alone = robustness(Beam, X, uncertainty=LOAD, n_scenarios=20)
     shared = robustness(Beam, X, uncertainty=LOAD, n_scenarios=20, n_jobs=2)
@@ -149,60 +130,11 @@ def test_named_designs_and_bounds_of_the_scenario():
     assert frame.loc[2, "pareto_share"] == 0
     free = robustness(Mixed, designs, **options, keep_bounds=False)
     assert free.infeasible_share.tolist() == [0, 0, 0]
-
-
-def test_frame():
-    designs = pd.DataFrame(X, columns=["width", "height"])
-    names = ["mass", "sag", "gap"]
-    result = robustness(Beam, designs, uncertainty=LOAD, n_scenarios=16, names=names)
-    np.testing.assert_array_equal(result.X, X)
-    frame = result.to_frame()
-    shares = ["optimum_share", "efficient_share", "pareto_share", "infeasible_share"]
-    statistic = [f"{n}_{s}" for n in names for s in ("mean", "spread", "worst")]
-    regrets = ["mean_regret", "worst_regret"]
-    assert frame.columns.tolist() == ["x1", "x2", *shares, *regrets, *statistic]
+    table = robustness(Beam, pd.DataFrame(X), uncertainty=LOAD, n_scenarios=9, names="abc")
+    frame = table.to_frame()
     assert frame["optimum_share"].is_monotonic_decreasing
     np.testing.assert_array_equal(frame.sort_index()[["x1", "x2"]], X)
-    np.testing.assert_array_equal(frame["sag_worst"].sort_index(), result.worst[:, 1])
-
-
-@given(
-    shape=st.tuples(
-        st.integers(1, 8), st.integers(1, 12), st.integers(1, 4), st.integers(0, 2**32 - 1)
-    )
-)
-@settings(max_examples=40)
-def test_shares_and_statistics_are_consistent(shape):
-    """On any values, with infeasible designs and duplicates."""
-    s, n, m, seed = shape
-    rng = np.random.default_rng(seed)
-    F = rng.integers(0, 5, (s, n, m)).astype(float)
-    feasible = rng.random((s, n)) < 0.8
-
-    class Given(Problem):
-        def __init__(self, k):
-            super().__init__(n_var=1, n_obj=m, n_ieq_constr=1, xl=0, xu=n)
-            self.k = int(k)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            rows = x[:, 0].astype(int)
-            out["F"], out["G"] = F[self.k][rows], 1.0 - feasible[self.k][rows, None]
-
-    which = {"k": stats.randint(0, s)}
-    result = robustness(Given, np.arange(n)[:, None], uncertainty=which, n_scenarios=s)
-    chosen = result.scenarios[:, 0].astype(int)
-    valid = feasible[chosen]
-    np.testing.assert_allclose(result.infeasible_share, 1 - valid.mean(axis=0))
-    assert (result.optimum_share <= result.pareto_share).all()
-    assert (result.efficient_share <= result.pareto_share).all()
-    assert (result.pareto_share + result.infeasible_share <= 1 + 1e-12).all()
-    there = valid.any(axis=0)
-    assert (result.worst_regret[there] >= result.mean_regret[there] - 1e-12).all()
-    assert (result.mean_regret[there] >= -1e-12).all()
-    only = np.where(valid[..., None], F[chosen], np.nan)[:, there]
-    np.testing.assert_allclose(result.mean[there], np.nanmean(only, axis=0))
-    np.testing.assert_allclose(result.spread[there], np.nanstd(only, axis=0), atol=1e-12)
-    np.testing.assert_array_equal(result.worst[there], np.nanmax(only, axis=0))
+    np.testing.assert_array_equal(frame["b_worst"].sort_index(), table.worst[:, 1])
 
 
 class Brittle(ElementwiseProblem):

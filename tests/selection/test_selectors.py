@@ -1,7 +1,5 @@
 """Selectors in one pipeline, those of pymoo and pymcdm included, and who agrees with whom."""
 
-import functools
-import inspect
 import warnings
 
 import numpy as np
@@ -99,14 +97,6 @@ def test_compromise_programming_agrees_with_the_oracle(F, p, normalize, data):
     assert selector.do(F).tolist() == by_hand(F, p, weights / weights.sum(), normalize)
 
 
-def test_ties_in_the_worst_objective_are_broken_by_the_sum():
-    F = np.array(
-        [[0.0, 1.0, 1.0], [0.5, 0.5, 0.4], [0.5, 0.5, 0.1], [0.5, 0.3, 0.2], [1.0, 0.0, 0.0]]
-    )
-    assert CompromiseProgramming(np.inf).do(F).tolist() == [3]
-    assert CompromiseProgramming(np.inf).do(F[[0, 1, 4]]).tolist() == [1]
-
-
 class topsis:  # noqa: N801 - a stand-in for an instance of pymcdm's TOPSIS
     """TOPSIS in five lines, to test the adapter where pymcdm is not installed."""
 
@@ -155,20 +145,6 @@ def test_methods_of_pymcdm():
         (chosen,) = McdmMethod(method).do(F)
         constant = np.column_stack([F, np.full(60, 2.0)])
         assert McdmMethod(method).do(constant).tolist() == [chosen]
-    # VIKOR's S, R and Q at v = 1 is compromise programming at p = 1, at v = 0 at p = inf.
-    for v, p in ((1.0, 1), (0.0, np.inf)):
-        expected = CompromiseProgramming(p).do(F)
-        assert McdmMethod(vikor(methods, v)).do(F).tolist() == expected.tolist()
-
-
-def vikor(methods, v):
-    """Before pymcdm 1.3 the call takes v, not the constructor."""
-    if "v" in inspect.signature(methods.VIKOR).parameters:
-        return methods.VIKOR(v=v)
-    method = methods.VIKOR()
-    called = functools.partial(method, v=v)
-    called.rank = method.rank
-    return called
 
 
 def selectors(m):
