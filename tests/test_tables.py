@@ -167,14 +167,6 @@ def test_headings_have_symbols_and_units():
 def test_tables_are_those_of_the_frames(table):
     _, *rows = cells(table.rows([4, 2]).to_latex(["gain"]))
     assert rows == [["$5$", "$16$"], ["$3$", "$4$"]]
-    ranking = table.ranking()
-    (heading, *rows), frame = (
-        cells(ranking.to_latex(top=7, units={"gain": "%"})),
-        ranking.to_frame(),
-    )
-    assert heading[2] == r"gain [\%] (max)"
-    assert [float(row[0].strip("$")) for row in rows] == frame.index[:7].tolist()
-    assert [float(row[2].strip("$")) for row in rows] == frame["gain"].tolist()[:7]
 
 
 def test_tables_without_rows_have_their_headings(table):
@@ -188,7 +180,7 @@ def test_tables_without_rows_have_their_headings(table):
 def test_tables_compile(table, comparison, tmp_path):
     odd = string.printable.replace("\0", "") + "Δµ²≤"
     tables = [
-        table.to_latex(), table.ranking().to_latex(), comparison.to_latex(),
+        table.to_latex(), comparison.to_latex(),
         latex_table([(odd, [odd, 1]), ("f1", [1.5, float("nan")])]),
     ]  # fmt: skip
     head = r"\documentclass{article}\usepackage{booktabs}\begin{document}"

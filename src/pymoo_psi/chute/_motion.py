@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 _CHUNK = 8192  # designs that are solved together: their state stays in the cache
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """What the sphere has done when it leaves the chute, one entry per design.
 
@@ -66,13 +66,6 @@ class Motion:
     plane_work: Array
     dissipation: Array
     reached: Array
-
-    def __repr__(self) -> str:
-        """Return how many designs there are and how they end."""
-        stall, slip = self.reached < 1, np.isnan(self.slip_end)
-        roll, slide = np.sum(~stall & ~slip), np.sum(~stall & slip)
-        ends = f"{roll} roll at the exit, {slide} slip, {np.sum(stall)} stall"
-        return f"Motion({self.u1.size} designs: {ends})"
 
 
 def motion(

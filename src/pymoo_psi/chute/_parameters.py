@@ -40,7 +40,7 @@ class ChuteParameters:
     omega0: Sequence[Any] | NDArray[np.float64] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check every entry; arrays are kept as read-only copies."""
+        """Check every entry; arrays are kept as copies."""
         for name in ("mu", "c", "r"):
             array = finite_array(name, getattr(self, name))
             if (array <= 0).any():
@@ -65,9 +65,5 @@ class ChuteParameters:
 
 
 def _kept(array: NDArray[np.float64]) -> float | NDArray[np.float64]:
-    """Return a number as such, and of an array a read-only copy."""
-    if array.ndim == 0:
-        return float(array)
-    array = array.copy()
-    array.setflags(write=False)
-    return array
+    """Return a number as such, and a copy of an array."""
+    return array.copy() if array.ndim else float(array)

@@ -14,7 +14,7 @@ from pymoo_psi.chute._parameters import ChuteParameters
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """One sphere on its way under the full model.
 
@@ -56,12 +56,6 @@ class Trajectory:
     slip_end: float
     slip_time: float
 
-    def __repr__(self) -> str:
-        """Return where the trajectory leads and where slip ends."""
-        way = f"{len(self.eta)} points to eta {self.eta[-1]:.4g} at time {self.time[-1]:.4g}"
-        slip = "to there" if np.isnan(self.slip_end) else f"until eta {self.slip_end:.4g}"
-        return f"Trajectory({way}, slipping {slip})"
-
 
 def trajectory(
     u1: float,
@@ -96,14 +90,34 @@ def trajectory(
     columns = broadcast(u1, v_p, parameters)
     if columns[0].ndim:
         raise invalid("u1, v_p and the parameters", "numbers, for one design", columns[0].shape)
-    values = [float(column) for column in columns]
+    u1, v_p, mu, c, r, wx0, wy0, wz0 = (float(column) for column in columns)
     whole = motion(u1, v_p, parameters)
-    reached, slip_end = float(whole.reached), float(whole.slip_end)
-    points = _points(n, eta, reached)
+    slip_end, slip_time = float(whole.slip_end), float(whole.slip_time)
+    points = _points(n, eta, float(whole.reached))
     doubled = 0 < slip_end < 1
     if doubled:
         points = np.sort(np.concatenate([points[points != slip_end], [slip_end, slip_end]]))
-    return _follow(values, points, slip_end, float(whole.slip_time), doubled)
+
+    # Every point is the end of a shorter way, so that the solver of the motion serves here.
+    length = np.hypot(1.0, u1)
+    a, b, tau, vx0, vy0 = u1 / length, mu / length, u1 / mu, c - r * wy0, r * wx0 - v_p
+    with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
+        at = move(*np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
+    time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
+    slipping = np.isnan(at.grip_time) if np.isnan(slip_end) else points < slip_end
+    if doubled:
+        last = int(np.flatnonzero(points == slip_end)[0])
+        slipping[last] = True
+        time[last : last + 2] = slip_time
+        slip[last : last + 2] = 0.0
+    friction = -b * _direction(slip, tau, vx0, vy0)
+    friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
+    one = np.ones(len(points))
+    normal = np.column_stack([one / length, np.abs(friction[:, 1])])
+    spin = np.column_stack([(slip[:, 1] + v_p) / r, (speed - slip[:, 0]) / r, one * wz0])
+    return Trajectory(
+        points, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time
+    )
 
 
 def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
@@ -115,42 +129,6 @@ def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
     if not increasing or (points < 0).any() or (points > 1).any():
         raise invalid("eta", "one-dimensional, increasing and within [0, 1]", points)
     return points[points <= reached]
-
-
-def _follow(
-    values: list[float], eta: Array, slip_end: float, slip_time: float, doubled: bool
-) -> Trajectory:
-    """Every point is the end of a shorter way, so that the solver of the motion serves here.
-
-    Args:
-        values: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0.
-        eta: (k,) points.
-        slip_end: η1, as in `Motion`.
-        slip_time: t1, as in `Motion`.
-        doubled: whether η1 stands among the points, twice.
-    """
-    u1, v_p, mu, c, r, wx0, wy0, wz0 = values
-    length = np.hypot(1.0, u1)
-    a, b, tau = u1 / length, mu / length, u1 / mu
-    given = np.broadcast_arrays(a, b, tau, c, r * wy0, r * wx0 - v_p, eta * length)
-    with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
-        at = move(*given)
-    time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
-    slipping = np.isnan(at.grip_time)
-    if not np.isnan(slip_end):
-        slipping = eta < slip_end
-    if doubled:
-        last = int(np.flatnonzero(eta == slip_end)[0])
-        slipping[last] = True
-        time[last : last + 2] = slip_time
-        slip[last : last + 2] = 0.0
-    friction = -b * _direction(slip, tau, c - r * wy0, r * wx0 - v_p)
-    friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
-    normal = np.column_stack([np.full(eta.size, 1 / length), np.abs(friction[:, 1])])
-    spin = np.column_stack(
-        [(slip[:, 1] + v_p) / r, (speed - slip[:, 0]) / r, np.full(eta.size, wz0)]
-    )
-    return Trajectory(eta, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time)
 
 
 def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:

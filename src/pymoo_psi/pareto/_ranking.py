@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._tables import Shown, latex_table
+from pymoo_psi._tables import Shown
 from pymoo_psi._validation import (
     Received,
     boolean,
@@ -280,34 +280,6 @@ class EfficiencyRanking(Shown):
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
         return frame.iloc[self.order]
-
-    def to_latex(self, *, top: int = 10, units: Mapping[Any, str] | None = None) -> str:
-        r"""Return the best designs as a table of LaTeX, in the order of :meth:`to_frame`.
-
-        It is a ``tabular`` with the rules of the package booktabs.
-
-        Args:
-            top: How many designs.
-            units: Units of objectives by name, for the headings.
-
-        Raises:
-            ArgumentValueError: ``top`` is below 1.
-
-        Example:
-            >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
-            >>> print(ranking.to_latex(top=1, units={"f1": "kg"}))
-            \begin{tabular}{rrrrrrr}
-            \toprule
-            design & $f_{1}$ [kg] & $f_{2}$ & $\mu_{1}$ & $\mu_{2}$ & $\mu_{3}$ & rank \\
-            \midrule
-            $1$ & $3$ & $3$ & $0.7071$ & $0$ & $0.7071$ & $6$ \\
-            \bottomrule
-            \end{tabular}
-        """
-        top = integer("top", top, minimum=1)
-        frame = self.to_frame(names=self.objectives.headings(units or {})).drop(columns="pareto")
-        frame.insert(0, "design", frame.index, allow_duplicates=True)
-        return latex_table((str(name), col.tolist()) for name, col in frame.head(top).items())
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         frame = self.to_frame(names=self.objectives.headings({}))
