@@ -1,4 +1,4 @@
-"""Names, senses and units that a problem or an argument tells, and outputs that its model gives."""
+"""Names, directions and units that a problem or an argument tells, and outputs that its model gives."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "
 
 
 class Model(Problem):
-    """Two criteria, the second the negative of what is to be maximised, and an output."""
+    """Two objectives, the second the negative of what is to be maximised, and an output."""
 
     def __init__(self, **told):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
@@ -59,7 +59,7 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     assert np.array_equal(other.F, told.F)
 
 
-def test_limits_on_a_maximised_criterion_are_the_least_value_allowed():
+def test_limits_on_a_maximised_objective_are_the_least_value_allowed():
     limited = minimize(Model(**TOLD), PSI(64, limits={"gain": (0.25, None)}))
     mirrored = minimize(Model(), PSI(64, limits={"f2": -0.25}))
     assert np.array_equal(limited.F, mirrored.F)
@@ -87,7 +87,7 @@ def test_what_cannot_be_meant_is_refused(told, error, message):
         minimize(Model(**told), PSI(4))
 
 
-def test_no_sense_of_the_problem_is_lost_to_an_argument():
+def test_no_direction_of_the_problem_is_lost_to_an_argument():
     with pytest.raises(ArgumentValueError, match="what the problem says itself, gain, got"):
         investigate(Model(**TOLD), 4, maximize=["f1"])
     both = investigate(Model(**TOLD), 4, maximize=["f1", "gain"])

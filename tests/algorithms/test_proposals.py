@@ -144,7 +144,7 @@ def test_proposals_are_new_feasible_and_repeatable(tests, turn):
     np.testing.assert_allclose(made.predicted[:, 0], x, atol=0.05)
 
 
-def test_proposals_keep_limits_on_criteria(tests):
+def test_proposals_keep_limits_on_objectives(tests):
     fit = Fit.of(tests.points, tests.Y, 40, 2)
     made = propose(
         tests, fit, goal(2, 1, [(0, -np.inf, 0.25)]), np.asarray, 6, 0, np.random.default_rng(1)

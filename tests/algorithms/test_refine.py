@@ -84,7 +84,7 @@ def test_a_ranking_with_a_maximised_objective():
 
 
 @pytest.mark.parametrize("attribute", [True, False])
-def test_a_criterion_that_the_problem_has_turned(attribute):
+def test_an_objective_that_the_problem_has_turned(attribute):
     """f2 = 7 - (1 - x1)² - x2 is maximised, and given to pymoo with its sign turned."""
 
     class Turned(Parabolas):

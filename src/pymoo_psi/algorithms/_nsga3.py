@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
     more designs and more generations; the last generation is cut to the budget. Variables that
     are integer, binary or of several types have the operators that pymoo names for them.
 
-    It takes no formulation, as where it searches depends on the criteria: within limits on
+    It takes no formulation, as where it searches depends on the objectives: within limits on
     variables it searches by :class:`~pymoo_psi.Restricted`, and what it has evaluated is asked
     anew where :class:`~pymoo_psi.Recorded` keeps it, ``recorded.table.under(formulation)``.
 
@@ -51,7 +50,7 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
 
     Raises:
         ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
-            objective, or integer variables with other bounds than integers.
+            objective.
         ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
 
     Example:
@@ -74,37 +73,25 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
-    kwargs = operators(problem, kwargs) | kwargs
-    # pymoo's default would end a run by its own criteria, before the budget is used up
+    kwargs = operators(problem) | kwargs
+    # pymoo's default would end a run by its own rules, before the budget is used up
     kwargs.setdefault("termination", NoTermination())
     return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
 
 
-def operators(problem: Any, given: Collection[str] = ()) -> dict[str, Any]:
+def operators(problem: Any) -> dict[str, Any]:
     """Return what pymoo's genetic algorithms need for variables that are not real in a vector.
 
     As its documentation has it (pages *Mixed Variable Problem*, *Discrete Variables* and *Binary
     Variables*); with NSGA-III's own selection, since pymoo's mating for mixed variables draws
     parents at random.
-
-    Args:
-        problem: A pymoo problem.
-        given: Names of operators that a user gives.
-
-    Raises:
-        ArgumentValueError: A bound of an integer variable is no integer.
     """
     if getattr(problem, "vars", None):
         same = MixedVariableDuplicateElimination()
-        found = {"sampling": MixedVariableSampling(), "eliminate_duplicates": same}
-        if not {"mating", "crossover", "mutation"} & set(given):  # pymoo takes no two of them
-            selection = TournamentSelection(func_comp=comp_by_cv_then_random)
-            found["mating"] = MixedVariableMating(selection, eliminate_duplicates=same)
-        return found
+        selection = TournamentSelection(func_comp=comp_by_cv_then_random)
+        mating = MixedVariableMating(selection, eliminate_duplicates=same)
+        return {"sampling": MixedVariableSampling(), "mating": mating, "eliminate_duplicates": same}
     if problem.vtype is int:
-        for bound in np.concatenate(problem.bounds()).tolist():
-            if bound != round(bound):  # pymoo would round designs to values outside the box
-                raise invalid("bounds of integer variables", "whole numbers for NSGA-III", bound)
         whole = {"vtype": float, "repair": RoundingRepair()}
         sampling, crossover, mutation = IntegerRandomSampling(), SBX(**whole), PM(**whole)
     elif problem.vtype is bool:

@@ -311,7 +311,7 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
     """Return the indices of the best designs, the best first.
 
     Those that exceed nothing come first. Of two objectives as in NSGA-II (Deb et al. 2002): those
-    that fewer fronts lie before, then those with more room along their front. Of others by their
+    that fewer fronts lie before, then those farther from their neighbours in it. Of others by their
     best place in any direction, as of more than two objectives almost all designs are optimal.
     Those that exceed a limit follow, by how much.
 
@@ -327,7 +327,7 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
     rest = rest[np.argsort(violated[rest], kind="stable")]
     if len(kept) and F.shape[1] == 2:
         rank = front_numbers(F[kept])
-        kept = kept[np.lexsort((-_room(F[kept], rank), rank))]
+        kept = kept[np.lexsort((-_crowding(F[kept], rank), rank))]
     elif len(kept):
         values = _achievements(_scaled(F[kept], F[kept]), inward)
         place = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
@@ -335,21 +335,21 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
     return np.concatenate([kept, rest])[:size]
 
 
-def _room(F: Array, rank: NDArray[np.integer]) -> Array:
+def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
     """Return ``(n,)`` how far the neighbours of each design in its front are from each other."""
-    room = np.zeros(len(F))
+    gaps = np.zeros(len(F))
     for j in range(F.shape[1]):
         order = np.lexsort((F[:, j], rank))
         value, front = F[order, j], rank[order]
         gap = np.full(len(F), np.inf)  # at the ends of a front
         inner = (front[1:-1] == front[:-2]) & (front[1:-1] == front[2:])
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
-        room[order] += gap / max(np.ptp(F[:, j]), 1e-300)
-    return room
+        gaps[order] += gap / max(np.ptp(F[:, j]), 1e-300)
+    return gaps
 
 
 def _scaled(F: Array, front: Array) -> Array:
-    """Return objectives in units of the span of the Pareto set of others."""
+    """Return objectives in units of the range of the Pareto set of others."""
     low = front.min(axis=0)
     high = front[nondominated(front)].max(axis=0)
     return np.asarray((F - low) / np.where(high > low, high - low, 1.0))
@@ -396,7 +396,7 @@ def _choice(
         F: ``(n, m)`` predicted objectives of the candidates.
         violated: ``(n,)`` by how much bounds are exceeded, as predicted.
         at: ``(n, e)`` candidates as surrogates see them.
-        seen: ``(t, e)`` the tests likewise.
+        seen: ``(t, e)`` the tests, as for ``at``.
         batch: How many to choose; fewer, if there are no more that are not tested.
         inward: See :func:`_inward`.
     """
@@ -405,8 +405,8 @@ def _choice(
     both = np.vstack([known, promising])
     low = both.min(axis=0)
     high = (known if len(known) > 1 else both).max(axis=0)
-    span = np.where(high > low, high - low, 1.0)
-    known, F = (known - low) / span, (F - low) / span
+    size = np.where(high > low, high - low, 1.0)
+    known, F = (known - low) / size, (F - low) / size
     values = _achievements(F, inward)
     best = _achievements(known, inward).min(axis=0) if len(known) else values.max(axis=0)
     distance = cdist(at, seen).min(axis=1)

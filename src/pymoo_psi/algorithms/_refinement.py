@@ -14,7 +14,7 @@ from pymoo_psi.problems import design_space, evaluate_designs, require_problem
 
 Array = NDArray[np.float64]
 
-# Edges of the first simplex of each start, in units of the box: wider than the spacing of some
+# Edges of the first simplex of each start, in units of the bounds: wider than the spacing of some
 # hundred test points, then finer, as the optimum is near.
 _SIMPLEXES = (0.05, 0.005, 0.0005)
 
@@ -57,26 +57,26 @@ class Refinement:
 def refine(
     problem: Any, x0: ArrayLike, ranking: EfficiencyRanking, *, tolerance: float = 1e-9
 ) -> Refinement:
-    """Minimise the distance to the utopian point from a design on, inside the box.
+    """Minimise the distance to the utopian point from a design on, within the bounds.
 
     U, N and the scale stay those of ``ranking``, so that the result is the optimum that the
-    ranked set approximates. The method is that of Nelder and Mead, as the criteria may have kinks
+    ranked set approximates. The method is that of Nelder and Mead, as the objectives may have kinks
     (f2 of the chute is an absolute value), restarted because a simplex may collapse at a bound.
     Designs that fail or violate a constraint are passed over. Limits, under which a table was
     ranked, are not known here: the refined design may exceed them.
 
     Args:
-        problem: A pymoo problem with a box of continuous variables.
+        problem: A pymoo problem with continuous variables and finite bounds.
         x0: ``(n_var,)`` a feasible design to start from, such as the best test point.
         ranking: The ranking it is the best of: ``table.ranking()``, or ``rank_of_efficiency`` of
             the problem's F.
-        tolerance: Of the design, in units of the box, and of the distance.
+        tolerance: Of the design, in units of the bounds, and of the distance.
 
     Returns:
         The refined design; it is never farther from U than ``x0``.
 
     Raises:
-        ArgumentValueError: ``x0`` lies outside the box, is infeasible or has infinite objectives.
+        ArgumentValueError: ``x0`` lies outside the bounds, is infeasible or has infinite objectives.
         ArgumentTypeError: ``ranking`` is no ranking, or the problem is no pymoo problem.
 
     Example:
@@ -100,10 +100,10 @@ def refine(
     if start.shape != lower.shape or (start < lower).any() or (start > upper).any():
         rule = f"a design of {len(lower)} variables within the bounds of the problem"
         raise invalid("x0", rule, Received(str(start.tolist())))
-    span = upper - lower
+    width = upper - lower
 
     def design(z: Array) -> Array:
-        return np.minimum(lower + span * z, upper)  # of 1 rounding may lie above
+        return np.minimum(lower + width * z, upper)  # of 1 rounding may lie above
 
     def distance(out: dict[str, Array]) -> float:
         """Return μ1 of what a design has; infinite if infeasible or an objective is not finite."""

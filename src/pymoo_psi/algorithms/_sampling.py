@@ -60,9 +60,8 @@ def uniform_sampling(sampling: object) -> UniformSampling | None:
         raise wrong_type("sampling", "LPTauSampling() or QMCSampling(...)", sampling)
     # Numbers in table and study are those of PSI: a second origin would make them ambiguous.
     if isinstance(sampling, LPTauSampling) and sampling.first != 1:
-        raise invalid(
-            "first of LPTauSampling", "1 here", sampling.first, "give first= to PSI or investigate"
-        )
+        remedy = "give first= to PSI or investigate"
+        raise invalid("first of LPTauSampling", "1 here", sampling.first, remedy)
     return sampling
 
 

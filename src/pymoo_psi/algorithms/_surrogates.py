@@ -8,6 +8,7 @@ is. Both see designs as points of a unit cube, and outputs on scales without hea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ _ROOT5 = np.sqrt(5.0)
 # Of the logarithm of the noise's share of the variance. The floor keeps the covariance matrix
 # regular in float64; above a tenth, an output is not described by the variables.
 _LOG_NOISE = (np.log(1e-6), np.log(1e-1))
-# Of the logarithm of a length: below, tests tell nothing of each other; above, a line is straight.
+# Of the logarithm of a length: below, tests say nothing of each other; above, a line is straight.
 _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 # Tukey (1977) calls a value far out that is three quartile distances beyond a quartile. A sample
 # with such values has a heavy tail. The middle half, however, may be all of a kind: then the unit
@@ -29,7 +30,7 @@ _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 _FAR_OUT, _LEAST_UNIT = 3.0, 0.01
 # Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
 _BEYOND = 1e6
-# What several tests share, so many spans of all others beyond the worst of them, stands for none: a
+# What several tests share, so many ranges of all others beyond the worst of them, stands for none: a
 # tail, as of a pole, has values on the way.
 _PENALTY = 1e4
 _HUGE = 1e100  # the squares of larger values overflow
@@ -91,7 +92,7 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
 
     Args:
         y: ``(n,)`` all its values, finite.
-        uniform: Those at uniform points, which alone tell its distribution: proposals crowd.
+        uniform: Those at uniform points, which alone show its distribution: proposals crowd.
         constraint: Whether its sign counts.
     """
     found = [Scale.of(y, 0.0, np.inf)]
@@ -126,12 +127,12 @@ def bounded(Y: Array) -> Array:
 def without_penalties(F: Array, uniform: Array) -> Array:
     """Return ``(n, m)`` objectives with the worst real value where they stand for "none".
 
-    Models give infinity, or one large number, where a design makes no sense. On a scale with such
+    Models give infinity, or one large number, where a design has no meaning. On a scale with such
     a step all other designs would be the same. A pole, towards which values rise, is not meant.
 
     Args:
         F: The objectives of all tests.
-        uniform: ``(k, m)`` those of tests at uniform points, which alone tell how they are
+        uniform: ``(k, m)`` those of tests at uniform points, which alone show how they are
             distributed.
     """
     F = F.copy()
@@ -248,7 +249,7 @@ class RadialFunctions:
         return np.zeros((1, 1))
 
 
-KINDS: dict[str, type[GaussianProcesses] | type[RadialFunctions]] = {
+KINDS: dict[str, Any] = {
     "gaussian process": GaussianProcesses,
     "radial functions": RadialFunctions,
 }
@@ -299,7 +300,7 @@ class GaussianProcess:
         return np.asarray(np.sqrt(self.variance * np.maximum(1 - known, 0)))
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
-        """Return what all others tell of each value: ``(n,)`` means and variances (eq. 5.12)."""
+        """Return what all others say of each value: ``(n,)`` means and variances (eq. 5.12)."""
         inverse, _ = lapack.dpotri(self._factor[0], lower=1)
         diagonal = np.diag(inverse)
         return t - self._weights / diagonal, self.variance / diagonal

@@ -1,7 +1,7 @@
 """pymoo problems: their design spaces and parts of them, and the sphere in the chute-conveyor.
 
 A problem of your own that belongs here: write what it computes as functions of arrays, without
-pymoo, in a room beside ``chute``; then a thin ``Problem`` in this room that checks its arguments,
+pymoo, in a subpackage beside ``chute``; then a thin ``Problem`` here that checks its arguments,
 sets bounds and fills ``out["F"]`` and ``out["G"]``, with ``names``, ``units`` and ``maximize`` as
 attributes and ``fingerprint()``, which returns its constants for studies. Test it against values
 known otherwise: a limiting case, an identity, an independent solver.

@@ -61,8 +61,8 @@ class Variable:
         else:
             steps = values.astype(np.float64) - self.lower
         if self.kind is Kind.REAL:
-            span = self.upper - self.lower
-            return np.clip(steps / span, 0, 1) if span > 0 else np.zeros(len(values))
+            width = self.upper - self.lower
+            return np.clip(steps / width, 0, 1) if width > 0 else np.zeros(len(values))
         return np.asarray((steps + 0.5) / (self.upper - self.lower + 1))
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
@@ -188,12 +188,12 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
 
     Args:
         problem: The problem.
-        continuous: Accept only a box of continuous variables.
+        continuous: Accept only continuous variables.
 
     Raises:
         ArgumentTypeError: A variable is of a type that has no uniform points, or is not continuous
             where it must be.
-        ArgumentValueError: A bound is missing, infinite or the wrong way round.
+        ArgumentValueError: A bound is missing, infinite or above the other one.
     """
     space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
     if not isinstance(space, DesignSpace):
@@ -206,9 +206,9 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
 
 def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
     """Return what a problem's attribute ``names`` calls its variables, by their default names."""
-    told = getattr(problem, "names", None)
-    told = told if isinstance(told, Mapping) else {}  # another type is refused with the layout
-    return {name: str(told.get(name, name)) for name in space.names}
+    own = getattr(problem, "names", None)
+    own = own if isinstance(own, Mapping) else {}  # another type is refused with the layout
+    return {name: str(own.get(name, name)) for name in space.names}
 
 
 def _vector_space(problem: Any) -> DesignSpace:

@@ -136,7 +136,7 @@ class _Model:
             raw = self.function(copy.copy(x))
             row: Values = {"failure": ""}
             for name, size in self.sizes.items():
-                row[name] = self._floats(name, raw.get(name), (size,))
+                row[name] = _floats(name, raw.get(name), (size,))
             if flaw := _flaw(row):
                 raise _BadValues(flaw)
         except KeyboardInterrupt:
@@ -168,9 +168,7 @@ class _Model:
         n = len(X)
         try:
             raw = self._raw(X)
-            out = {
-                name: self._floats(name, raw.get(name), (n, m)) for name, m in self.sizes.items()
-            }
+            out = {name: _floats(name, raw.get(name), (n, m)) for name, m in self.sizes.items()}
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as of one design
@@ -216,33 +214,32 @@ class _Model:
         lists = {name: out[name] for name in self.sizes if isinstance(out[name], list)}
         return out | {name: np.ma.column_stack(value) for name, value in lists.items()}
 
-    def _floats(self, name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-        """Return values as a new array of floats of a shape, NaN where they are masked."""
-        size = shape[-1]
-        if value is None:
-            if size:
-                raise _BadValues(f"{name} is missing")
-            return np.zeros(shape)
-        if type(value) is np.ndarray and value.dtype == np.float64:
-            array = value.copy()
-        else:
-            try:
-                if (kind := np.asarray(value).dtype).kind in "cmM":
-                    raise TypeError(f"it holds {kind}")  # NumPy would drop a half
-                array = np.ma.array(value, dtype=np.float64).filled(np.nan)
-            except (TypeError, ValueError, OverflowError) as error:
-                raise _BadValues(f"{name} is not an array of numbers: {error}") from error
-        # Of many designs (m, n) is not (n, m), but the values of one may be a row or a column.
-        one = len(shape) == 1 and array.size == size
-        if not one and array.shape != shape and (size, array.shape) != (1, shape[:1]):
-            raise _BadValues(f"{name} has shape {array.shape} instead of {shape}")
-        if self.problem.replace_nan_values_by is not None:
-            array[np.isnan(array)] = self.problem.replace_nan_values_by
-        return array.reshape(shape)
-
 
 class _BadValues(Exception):  # noqa: N818 - only ever a reason, and never leaves this module
     """What a model returned cannot be used."""
+
+
+def _floats(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return values as a new array of floats of a shape, NaN where they are masked."""
+    size = shape[-1]
+    if value is None:
+        if size:
+            raise _BadValues(f"{name} is missing")
+        return np.zeros(shape)
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        array = value.copy()
+    else:
+        try:
+            if (kind := np.asarray(value).dtype).kind in "cmM":
+                raise TypeError(f"it holds {kind}")  # NumPy would drop a half
+            array = np.ma.array(value, dtype=np.float64).filled(np.nan)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise _BadValues(f"{name} is not an array of numbers: {error}") from error
+    # Of many designs (m, n) is not (n, m), but the values of one may be a row or a column.
+    one = len(shape) == 1 and array.size == size
+    if not one and array.shape != shape and (size, array.shape) != (1, shape[:1]):
+        raise _BadValues(f"{name} has shape {array.shape} instead of {shape}")
+    return array.reshape(shape)
 
 
 def _flaw(values: Values) -> str:

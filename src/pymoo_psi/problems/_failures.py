@@ -47,7 +47,7 @@ class FailureTolerant(WrappedProblem):
     A failed design is never in the ``res.F`` of an algorithm.
 
     MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
-    gives failed designs finite objectives instead, worse than all that were seen before, the same
+    gives failed designs finite objectives instead, worse than all before, the same
     design the same ones; the number of constraints is the wrapped problem's.
 
     The reason is kept with the individual, ``pop.get("failure")``, empty for a design that did not
@@ -100,8 +100,7 @@ class FailureTolerant(WrappedProblem):
         self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
         self._penalties: dict[Any, tuple[float, ...]] = {}
         n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
-        # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
-        super().__init__(problem, n_ieq_constr=n_ieq_constr, replace_nan_values_by=None)
+        super().__init__(problem, n_ieq_constr=n_ieq_constr)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""

@@ -69,7 +69,7 @@ def problem_layout(
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     """Return what is known of a problem without its bounds, as plain values.
 
-    Name, variables, sizes and bounds do not tell everything, such as a constant of the model.
+    Name, variables, sizes and bounds are not everything, such as a constant of the model.
     A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
     with its parameters.
     """

@@ -140,12 +140,11 @@ class WrappedProblem(Problem):
 
     def __init__(self, problem: Any, **changed: Any) -> None:
         self.wrapped = problem
-        variables = ("vars",) if getattr(problem, "vars", None) else ("n_var", "xl", "xu", "vtype")
-        same = (
-            *("n_obj", "n_ieq_constr", "n_eq_constr", "requires_kwargs", "strict"),
-            *("elementwise", "elementwise_runner", "replace_nan_values_by", *variables),
-        )
-        own = {name: getattr(problem, name) for name in same}
+        # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
+        same = [*("n_obj", "n_ieq_constr", "n_eq_constr"), *("elementwise", "elementwise_runner")]
+        named = getattr(problem, "vars", None)
+        same += ["vars"] if named else ["n_var", "xl", "xu", "vtype"]
+        own = {name: getattr(problem, name) for name in [*same, "requires_kwargs"]}
         super().__init__(**{**own, **problem.data, **changed})
 
     def __getattr__(self, name: str) -> Any:

@@ -24,16 +24,16 @@ from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 
 class Restricted(WrappedProblem):
-    """Any pymoo problem in a part of its box: variables between narrower bounds, or fixed.
+    """Any pymoo problem in a part of its bounds: variables between narrower bounds, or fixed.
 
-    Criteria and constraints of a design are the whole problem's, bit for bit. An algorithm sees
+    Objectives and constraints of a design are the whole problem's, bit for bit. An algorithm sees
     the free variables only, and its ``res.X`` has no others; :meth:`completed` puts the fixed ones
     in. In the table of PSI and ``investigate`` every variable keeps its column and its name, so
     that tests of several parts and of the whole stand in one table; a fixed variable takes no
     dimension of the test points.
 
     Constraints, runner and name are the wrapped problem's, and so is every attribute not found
-    here. A known Pareto front is not: it is that of the whole box.
+    here; a callback and gradients are not passed on. A known Pareto front is not: it is that of all bounds.
 
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
@@ -51,7 +51,7 @@ class Restricted(WrappedProblem):
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
-            box, or no variable is left free.
+            bounds, or no variable is left free.
         ArgumentTypeError: ``problem`` is no pymoo problem, or what is given for a variable is of
             a type that it cannot have.
 

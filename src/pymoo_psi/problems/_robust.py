@@ -43,7 +43,7 @@ class Robust(WrappedProblem):
     and parameters of the problem have other values. Each objective of a design becomes a statistic
     over the scenarios, and all constraints together become one: the share of the scenarios in
     which any is violated is at most ``failure_probability``. PSI, NSGA-III or any other algorithm
-    then searches for designs that are good in this sense.
+    then searches for designs that are good by these statistics.
 
     The scenarios are LPτ points taken through quantile functions, the same for all designs, so
     that designs are compared under the same conditions and no chance is in the result. The first
@@ -166,9 +166,7 @@ class Robust(WrappedProblem):
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
-        super().__init__(
-            nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False, replace_nan_values_by=None
-        )
+        super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # The wrapped problem's names, without those of constraints that there are no more.
         known = {*self.space.names, *(f"f{j + 1}" for j in range(nominal.n_obj))}
         given = getattr(nominal, "names", None) or {}
@@ -254,7 +252,7 @@ def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
 
     Args:
         text: ``"mean"``, ``"quantile:q"`` or ``"cvar:q"``.
-        ordered: ``(s, n)`` the values of n designs, rising along the scenarios.
+        ordered: ``(s, n)`` the values of n designs, increasing along the scenarios.
         counts: ``(n,)`` how many of them count; infinite for a design without any.
     """
     kind, _, number = text.partition(":")

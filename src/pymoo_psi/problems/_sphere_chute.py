@@ -19,7 +19,7 @@ _OURS = (
 
 
 class _ChuteProblem(Problem):
-    """What both classes share: parameters and box."""
+    """What both classes share: parameters and bounds."""
 
     def __init__(
         self,
