@@ -70,6 +70,7 @@ from pymoo_psi.table._analysis import (
     design_of,
     histogram,
     section_points,
+    sensitivities,
 )
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile
@@ -98,7 +99,6 @@ from pymoo_psi.table._layout import (
     within,
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
-from pymoo_psi.table._sensitivity import sensitivities
 from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import STATUSES, TestTable, difference, read_tests

@@ -69,12 +69,8 @@ class Convergence(Shown):
     dimension: int
 
     def __repr__(self) -> str:
-        """Return how many tests there are, and what the first half of them would have decided."""
-        half = f"no. {self.optimum[-2]}" if len(self.tests) > 1 else "none"
-        return (
-            f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]}, of the first "
-            f"half {half})"
-        )
+        """Return how many tests there are, and what they decide."""
+        return f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]})"
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows, with index ``tests`` and a column for each other array.
@@ -151,10 +147,9 @@ class Convergence(Shown):
             )
         likely = "likely" if max(nearer, larger) > tolerance else "unlikely"
         since = int(self.tests[-1 - _DOUBLINGS])
-        choices = self.optimum[-1 - _DOUBLINGS :]
-        changes = int((choices[1:] != choices[:-1]).sum())
-        moved = f"{100 * self.moved[-1]:.0f} % of a criterion's range"
-        last = f", in the last doubling by {moved}" if changes else ""
+        changes = int(np.count_nonzero(np.diff(self.optimum[-1 - _DOUBLINGS :])))
+        moved = f", in the last doubling by {100 * self.moved[-1]:.0f} % of a criterion's range"
+        last = moved if changes else ""
         gain, volume, worth = (f"{100 * share:.3g} %" for share in (nearer, larger, tolerance))
         lines = [
             f"More tests are {likely} to change the decision: as the last {_DOUBLINGS} doublings "
@@ -164,9 +159,8 @@ class Convergence(Shown):
         ]
         if not changes:
             lines.append("That it did not change may be luck: look at the hypervolume.")
-        radius = f" (radius {self.covering_radius[-1]:.2g} in a box of side 1)"
-        if np.isnan(self.covering_radius[-1]):  # no bounds are known
-            radius = ""
+        radius = f" (radius {self.covering_radius[-1]:.2g} in bounds scaled to 1)"
+        radius = "" if np.isnan(self.covering_radius[-1]) else radius  # without bounds
         lines.append(
             "Not known: whether there is a better region smaller than the holes between the "
             f"tests{radius}, and how right the model is."
@@ -211,30 +205,28 @@ def convergence(
     sizes = [len(table)]
     while sizes[-1] // 2 >= _LEAST:
         sizes.append(sizes[-1] // 2)
-    rows = []
+    feasible, fronts, bests, moved = [], [], [], []
     for n in reversed(sizes):
         first = table.rows(np.arange(n))
-        front = np.flatnonzero(first.pareto(limits))
-        best = -1
-        if len(front):
-            best = int(front[first.ranking(limits, normalize=normalize).salukvadze[0]])
-        rows.append((n, int(first.feasible(limits).sum()), front, best))
-    moved, previous = [], -1
-    for _, _, _, best in rows:
-        known = best >= 0 and previous >= 0
-        moved.append(float(np.abs(scaled[best] - scaled[previous]).max()) if known else np.nan)
-        previous = best
-    volumes = np.array([hypervolume(scaled[front], _REFERENCE) for _, _, front, _ in rows])
-    bests = np.array([best for *_, best in rows])
-    mu1 = frame.distances(table.F[bests])[:, 0]
-    radii = [covering_radius(points[:n]) if points.size else np.nan for n, *_ in rows]
+        feasible.append(int(first.feasible(limits).sum()))
+        fronts.append(front := np.flatnonzero(first.pareto(limits)))
+        known = len(front) > 0
+        best = first.ranking(limits, normalize=normalize).salukvadze[0] if known else 0
+        bests.append(int(front[best]) if known else -1)
+        before = bests[-2] if len(bests) > 1 else -1
+        step = np.abs(scaled[bests[-1]] - scaled[before]).max()
+        moved.append(float(step) if known and before >= 0 else np.nan)
+    volumes = np.array([hypervolume(scaled[front], _REFERENCE) for front in fronts])
+    optima, tests = np.array(bests), np.array(sizes[::-1])
+    mu1 = frame.distances(table.F[optima])[:, 0]
+    radii = [covering_radius(points[:n]) if points.size else np.nan for n in tests]
     return Convergence(
-        tests=np.array([n for n, *_ in rows]),
-        feasible=np.array([feasible for _, feasible, _, _ in rows]),
-        pareto=np.array([len(front) for _, _, front, _ in rows]),
+        tests=tests,
+        feasible=np.array(feasible),
+        pareto=np.array([len(front) for front in fronts]),
         hypervolume=volumes / (volumes[-1] or 1.0),
-        optimum=np.where(bests >= 0, table.numbers[bests], 0),
-        mu1=np.where(bests >= 0, mu1, np.inf),
+        optimum=np.where(optima >= 0, table.numbers[optima], 0),
+        mu1=np.where(optima >= 0, mu1, np.inf),
         moved=np.array(moved),
         covering_radius=np.array(radii),
         dimension=sum(len(set(column.tolist())) > 1 for column in table.X.T),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -62,10 +63,8 @@ class Rule:
         """Return the rule as a line."""
         percent = f"{100 * self.share:.0f}"
         # Rounded, a few exceptions of many would be none.
-        if percent == "100" and self.n_feasible < self.n_tests:
-            percent = "over 99"
-        elif percent == "0" and self.n_feasible:
-            percent = "under 1"
+        if 0 < self.n_feasible < self.n_tests:
+            percent = {"100": "over 99", "0": "under 1"}.get(percent, percent)
         return f"{self.text}: {percent} % of {self.n_tests} tests feasible"
 
 
@@ -127,10 +126,8 @@ def feasibility_rules(
         from sklearn.model_selection import StratifiedKFold, cross_val_score
         from sklearn.tree import DecisionTreeClassifier
     except ImportError as error:
-        remedy = "pip install SALib scikit-learn"  # as `analyze` needs both
-        raise PsiError(
-            f"feasibility rules need scikit-learn, which is not installed; {remedy}"
-        ) from error
+        what = "feasibility rules need scikit-learn, which is not installed"
+        raise PsiError(f"{what}; pip install SALib scikit-learn") from error
     depth = integer("depth", depth, minimum=1)
     feasible = table.feasible(limits)
     if len(table) == 0:
@@ -182,12 +179,10 @@ def feasibility_rules(
 
     follow(0, np.ones(len(table), dtype=bool), {})
     rules.sort(key=lambda rule: (-rule.share, -rule.n_tests))
-    importance: dict[str, float] = {}
+    gains = Counter[str]()
     for split, gain in zip(splits, tree.feature_importances_.tolist(), strict=True):
-        if gain > 0:
-            importance[split.variable] = importance.get(split.variable, 0.0) + gain
-    ordered = sorted(importance.items(), key=lambda item: -item[1])
-    return FeasibilityRules(tuple(rules), dict(ordered))
+        gains[split.variable] += gain
+    return FeasibilityRules(tuple(rules), {name: v for name, v in gains.most_common() if v > 0})
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,11 +247,10 @@ def _text(name: str, kind: Kind, part: Any) -> str:
         return f"{name} = {part[0]}" if len(part) == 1 else f"{name} in {', '.join(map(str, part))}"
     if kind is Kind.BINARY:
         return f"{name} = {part}"
-    (low, high), below = part, "<" if kind is Kind.REAL else "<="
+    low, high = ("" if end is None else f"{end:.15g}" for end in part)
+    real = kind is Kind.REAL
     if low == high:
         return f"{name} = {low}"
-    if low is None:
-        return f"{name} <= {high:.15g}"
-    if high is None:
-        return f"{name} {'>' if kind is Kind.REAL else '>='} {low:.15g}"
-    return f"{low:.15g} {below} {name} <= {high:.15g}"
+    if low and high:
+        return f"{low} {'<' if real else '<='} {name} <= {high}"
+    return f"{name} <= {high}" if high else f"{name} {'>' if real else '>='} {low}"
