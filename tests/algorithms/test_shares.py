@@ -10,7 +10,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.algorithms import _engine
-from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._run import RunOptions
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 
 CHUTE = VectorizedSphereChute(0.4)

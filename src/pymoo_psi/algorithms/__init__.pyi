@@ -8,11 +8,11 @@ from ._nsga3 import operators as operators
 from ._nsga3 import population_size as population_size
 from ._nsga3 import reference_directions as reference_directions
 from ._nsga3 import run_within_budget as run_within_budget
-from ._options import RunOptions as RunOptions
 from ._psi import PSI as PSI
 from ._recorded import Recorded as Recorded
 from ._refinement import Refinement as Refinement
 from ._refinement import refine as refine
+from ._run import RunOptions as RunOptions
 from ._sampling import LPTauSampling as LPTauSampling
 from ._sampling import QMCSampling as QMCSampling
 from ._sampling import UniformSampling as UniformSampling

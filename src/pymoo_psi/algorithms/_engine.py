@@ -13,30 +13,21 @@ import json
 import time
 import warnings
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import identity_text, integer, invalid
-from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._points import Points, PointSequence
+from pymoo_psi.algorithms._run import Points, RunOptions, points_of_run
 from pymoo_psi.algorithms._sampling import default_sampling, sampling_name
 from pymoo_psi.algorithms._store import SECONDS, Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError, PsiError
-from pymoo_psi.parallel import (
-    JoblibRunner,
-    Result,
-    Values,
-    Waiting,
-    active_workers,
-    in_parallel,
-)
+from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
     DesignSpace,
     columns_of_values,
@@ -48,18 +39,10 @@ from pymoo_psi.problems import (
     streams,
     untolerant,
 )
-from pymoo_psi.table import (
-    RESERVED,
-    Layout,
-    Limits,
-    TestTable,
-    bounds_of,
-    design_keys,
-    lacking,
-    real_column,
-)
+from pymoo_psi.table import RESERVED, Layout, Limits, TestTable, bounds_of, design_keys, lacking
 
 Rows = NDArray[np.intp]
+Kept = Callable[[TestTable], TestTable]
 
 # Designs in the first piece of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.
@@ -73,25 +56,13 @@ _FAR = 4096
 _NEAR = 8
 
 
-@dataclass(frozen=True)
-class Keep:
-    """Which tests of a run are kept.
-
-    Attributes:
-        what: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
-        limits: Limits that a feasible design must keep.
-    """
-
-    what: str = "all"
-    limits: Limits | None = None
-
-    def mask(self, tests: TestTable) -> NDArray[np.bool_]:
-        """``(n,)`` which tests are kept."""
-        if self.what == "all" or lacking(self.limits, tests.layout):
-            return np.full(len(tests), self.what == "all")
-        if self.what == "feasible":
-            return tests.feasible(self.limits)
-        return tests.pareto(self.limits)
+def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
+    """Return ``"all"`` tests, those ``"feasible"`` under limits or their ``"pareto"`` set."""
+    if keep == "all":
+        return tests
+    if lacking(limits, tests.layout):
+        return tests.rows([])
+    return tests.rows(tests.pareto(limits) if keep == "pareto" else tests.feasible(limits))
 
 
 class Block(NamedTuple):
@@ -113,7 +84,7 @@ class Engine:
         problem: A pymoo problem.
         n_points: How many points the run has, those of other shares too.
         options: The options of the run.
-        keep: Which tests are given; in blocks, all.
+        keep: Which tests are given, ``"all"``, ``"feasible"`` or ``"pareto"``; in blocks, all.
         n_jobs: Processes for a vectorised problem, or workers of the cluster that joblib is
             configured for; -1 for all there are.
         whole: Whether all points are going to be tested, or the run may be ended before.
@@ -135,7 +106,7 @@ class Engine:
         n_points: int,
         options: RunOptions,
         *,
-        keep: Keep | None = None,
+        keep: str = "all",
         n_jobs: int = 1,
         whole: bool = True,
         further: int = 0,
@@ -146,10 +117,12 @@ class Engine:
         self.space = design_space(self.problem)
         columns = options.names, options.maximize, options.units
         self.table = TestTable.empty(problem_layout(self.problem, self.space, *columns))
-        _require_limits(options.limits, self.table.layout, self.space)
+        self._keep, self._limits = keep, options.limits
+        if not lacking(options.limits, self.table.layout):  # else one may be on an output
+            bounds_of(options.limits, self.table.layout)
         n_dim = len(self.space.free.variables)
         sampling = options.sampling or default_sampling(n_dim)
-        self.points: PointSequence | Points = PointSequence(options, n_points, sampling, n_dim)
+        self.points = points_of_run(options, n_points, sampling, n_dim)
         # Shares must be of the same points, whether they are stored or not; a run without a study
         # needs no identity that a file can hold.
         strict = options.study is not None or options.part.of > 1
@@ -158,13 +131,11 @@ class Engine:
             identity = problem_identity(self.problem, self.space)
             text = identity_text(identity | {"sampling": name, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
-        last = options.first + n_points - 1 + further
-        numbers = [] if options.retry == "failed" else options.retry
-        if unknown := [n for n in numbers if not options.first <= int(n) <= last]:
-            rule = f"numbers of points of this run, {options.first} to {last}"
-            raise invalid("retry", rule, unknown[0])
-        self.store = Store(options, self.table, (options.first, last))
-        self._keep = keep or Keep()
+        first, last = options.first, options.first + n_points - 1 + further
+        for number in options.retry if options.retry != "failed" else ():
+            if not first <= int(number) <= last:
+                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
+        self.store = Store(options, self.table, (first, last))
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self.problem)
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
@@ -208,7 +179,7 @@ class Engine:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._end = len(self.points)
-        if self._keep.what == "all":  # too large a table is refused now, not after hours
+        if self._keep == "all":  # too large a table is refused now, not after hours
             np.empty((self._end, 1 + len(self.table.layout.columns)))
         return self._run(0)
 
@@ -332,7 +303,7 @@ class Engine:
     def _in_pieces(self) -> Generator[None]:
         """Evaluate points by calls for many, here or in processes."""
         every = self.store.study is not None or self._stop or self._repeats is not None
-        kept = Keep() if every else self._keep
+        kept = partial(kept_tests, "all" if every else self._keep, self._limits)
         task = partial(_tested, self.problem, self.space, self.table.layout, kept)
         if self._n_jobs == 1:
             done = (pair for pair in enumerate(map(task, self._pieces())))
@@ -381,22 +352,19 @@ class Engine:
 
     def _give(self, tests: TestTable, *, called: bool) -> None:
         if len(tests):
-            kept = tests if self._keep.what == "all" else tests.rows(self._keep.mask(tests))
+            kept = kept_tests(self._keep, self._limits, tests)
             self._ready.append(Block(kept, np.full(len(tests), called)))
 
 
 def _tested(
-    problem: Any, space: DesignSpace, layout: Layout, keep: Keep, points: Points
+    problem: Any, space: DesignSpace, layout: Layout, kept: Kept, points: Points
 ) -> tuple[TestTable, int, float]:
     """Return the kept tests of n points, n, and the seconds of one; it is sent to processes."""
     began = time.monotonic()
     X = space.matrix(points.units)
     out = evaluate_designs(problem, space.designs(X))
     seconds = (time.monotonic() - began) / len(points)
-    tests = table_of_values(layout, points, X, out)
-    if keep.what != "all":
-        tests = tests.rows(keep.mask(tests))
-    return tests, len(points), seconds
+    return kept(table_of_values(layout, points, X, out)), len(points), seconds
 
 
 class _Repeats:
@@ -461,26 +429,22 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
         # First, whatever the first design gives; a repeated design has the round of its own point.
         out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
+    known = np.array([not reason for reason in out["failure"]], dtype=bool)
     taken, outputs = {*layout.columns, *RESERVED}, {}
     for name, values in out.items():
         if name in NO_OUTPUTS or str(name).startswith("__"):
             continue
         column, odd = _numbers(values, len(numbers))
         if named := isinstance(name, str) and name not in taken:
-            outputs[name] = np.where(out["failure"] == "", column, np.nan)
+            outputs[name] = np.where(known, column, np.nan)
             if odd and np.isnan(column).all():
                 del outputs[name]
         if odd or not named:
             why = f"where it is no single number, such as {odd[0]!r:.40}" if odd else "by this name"
             warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=2)
-    table = TestTable.of(
+    return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
     )
-    unknown = [name for name in layout.units if name not in table.layout.columns]
-    if unknown and len(reasons) < len(numbers):
-        columns = ", ".join(table.layout.columns)
-        warnings.warn(f"units names {unknown[0]!r}, but the columns are {columns}", stacklevel=2)
-    return table
 
 
 def _numbers(values: Any, n: int) -> tuple[NDArray[Any], list[Any]]:
@@ -504,18 +468,6 @@ def values_of_table(tests: TestTable) -> list[Values]:
     reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
     rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
     return [dict(zip(names, row, strict=True)) for row in rows]
-
-
-def _require_limits(limits: Limits | None, layout: Layout, space: DesignSpace) -> None:
-    """Refuse limits that no test can meet, before there are tests."""
-    # A column that the problem does not promise may be an output, which its tests will tell.
-    if isinstance(limits, Mapping):
-        columns = layout.columns
-        limits = {k: v for k, v in limits.items() if k in columns or not isinstance(k, str)}
-    limited = bounds_of(limits, layout)
-    for name, variable in zip(layout.variables, space.variables, strict=True):
-        if name in limited and variable.kind is Kind.CHOICE:
-            real_column(name, np.fromiter(variable.options, object))
 
 
 def by_number(tables: list[TestTable]) -> TestTable:

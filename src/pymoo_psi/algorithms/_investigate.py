@@ -10,8 +10,8 @@ from contextlib import closing
 from typing import Any
 
 from pymoo_psi._validation import invalid, job_count, known_name
-from pymoo_psi.algorithms._engine import Engine, Keep, by_number
-from pymoo_psi.algorithms._options import run_options
+from pymoo_psi.algorithms._engine import Engine, by_number, kept_tests
+from pymoo_psi.algorithms._run import run_options
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import require_problem
@@ -74,8 +74,8 @@ def investigate(
         rule = "1 for a problem that is evaluated one design at a time"
         remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
         raise invalid("n_jobs", rule, n_jobs, remedy)
-    kept = Keep(known_name("keep", keep, ("all", "feasible", "pareto")), run.limits)
-    engine = Engine(problem, n_points, run, keep=kept, n_jobs=n_jobs)
+    known_name("keep", keep, ("all", "feasible", "pareto"))
+    engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
     n = len(engine.points)
     tables, done = [engine.table], 0
     size = least = 0  # how many rows there are, and had been left when they were filtered last
@@ -89,12 +89,11 @@ def investigate(
             size, done = size + len(tests), done + len(called)
             bar(done / n)
             if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
-                front = by_number(tables)
-                tables = [front.rows(kept.mask(front))]
+                tables = [kept_tests(keep, run.limits, by_number(tables))]
                 size = least = len(tables[0])
     found = by_number(tables)
     if keep == "pareto":
-        found = found.rows(kept.mask(found))
+        found = kept_tests(keep, run.limits, found)
     # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
     if keep != "all" or (found.status != "failed").any():
         bounds_of(run.limits, found.layout)

@@ -22,14 +22,14 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine
-from pymoo_psi.algorithms._options import run_options
+from pymoo_psi.algorithms._run import run_options
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
+    columns_of_values,
     evaluate_designs,
     require_known_keywords,
     require_problem,
     untolerant,
-    value_column,
 )
 from pymoo_psi.table import TestTable, bounds_of, excess, lacking
 
@@ -151,9 +151,7 @@ class PSI(Algorithm):
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
-        size = self._block()  # before the points are looked at, of which it may make more
-        rows = self._rows(size)
-        if len(rows) == 0:
+        if len(rows := self._rows()) == 0:
             return
         if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
             with self._engine.store.writing():
@@ -179,23 +177,23 @@ class PSI(Algorithm):
         self._engine.close()
         super().finalize()
 
-    def _rows(self, size: int) -> NDArray[np.intp]:
-        """Return the rows of the next points, at most so many."""
-        return np.arange(self.n_tested, min(self.n_tested + size, len(self._engine.points)))
+    def _rows(self) -> NDArray[np.intp]:
+        """Return the rows of the points that are tested next."""
+        end = self.n_tested + self._block()  # which may make points
+        return np.arange(self.n_tested, min(end, len(self._engine.points)))
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
         return len(self._engine.points)
 
     def _block(self) -> int:
-        """Return how many points are tested next, at most; they are known from here on."""
+        """Return how many points are tested next, at most."""
         return self.block_size
 
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when none is left."""
         self._engine.close()  # from here on the user evaluates
-        rows = self._rows(self._block())
-        if len(rows) == 0:
+        if len(rows := self._rows()) == 0:
             return None
         points, space = self._engine.points.at(rows), self._engine.space
         block = Population.new("X", space.designs(space.matrix(points.units)))
@@ -228,17 +226,16 @@ class PSI(Algorithm):
 
     def _tests_of(self, infills: Population) -> TestTable:
         """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        rows = self._rows(len(infills))
+        rows = self._rows()[: len(infills)]
         numbers, asked = infills.get("test_point"), self._engine.points.at(rows).numbers
         if not np.array_equal(numbers, asked) or infills.get("F").shape[1] != self.problem.n_obj:
             which = f"from number {asked[0]}" if len(asked) else "of which none is left"
             rule = f"the test points asked for, {which}, in their order and evaluated"
             raise invalid("infills", rule, Received(str(numbers.tolist())))
-        # What else an individual carries may be a mark of the user's.
-        outputs = {name: None for i in infills for name in i.data.get("outputs", ())}
-        out = {name: value_column([i.data.get(name) for i in infills]) for name in outputs}
-        out |= {name: infills.get(name) for name in ("F", "G", "H", "failure")}
-        return self._engine.tests_of(rows, self._engine.space.to_matrix(infills.get("X")), out)
+        names = (("F", "G", "H", "failure", *i.data.get("outputs", ())) for i in infills)
+        values = [{n: i.get(n) for n in each} for i, each in zip(infills, names, strict=True)]
+        X = self._engine.space.to_matrix(infills.get("X"))
+        return self._engine.tests_of(rows, X, columns_of_values(self.problem, values))
 
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -256,19 +253,14 @@ class PSI(Algorithm):
     def _give_values(self, block: Population, tests: TestTable) -> None:
         """Give individuals the values of their tests; pymoo then does not evaluate them."""
         names = tests.layout.outputs
-        values = zip(
-            block,
-            tests.numbers.tolist(),
-            # Copies, as individuals may be changed; one of each array, as a row takes a while.
-            *(values.copy() for values in (tests.F, tests.G, tests.H)),
-            self._violation(tests)[:, None],
-            tests.outputs.tolist(),
-            strict=True,
-        )
-        for individual, number, f, g, h, violation, outputs in values:
-            individual.F, individual.G, individual.H, individual.CV = f, g, h, violation
-            individual.data.update(zip(names, outputs, strict=True))
-            individual.data |= {"failure": tests.reasons.get(number, ""), "outputs": names}
+        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+        # Copies, as individuals may be changed; one of each array, as a row takes a while.
+        arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
+        outputs, violation = tests.outputs.tolist(), self._violation(tests)[:, None]
+        rows = zip(block, *arrays, violation, reasons, outputs, strict=True)
+        for individual, f, g, h, cv, reason, more in rows:
+            individual.F, individual.G, individual.H, individual.CV = f, g, h, cv
+            individual.data.update(zip(names, more, strict=True), failure=reason, outputs=names)
             individual.evaluated.update("FGH")
 
     # What pymoo's tools read: individuals made from the table when they are first asked for.
@@ -310,17 +302,13 @@ class PSI(Algorithm):
     def _optimal_rows(self) -> NDArray[np.intp]:
         """Return the rows of the table that no feasible one dominates."""
         if self._filtered < self.n_tested:
+            if lacking(self.limits, self.table.layout) and not self.termination.has_terminated():
+                return self._front  # a later test may have the output that has a limit
             # What the last front dominates, no later design makes optimal again.
-            if self._none_feasible():
-                return self._front
             rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
             self._front = rows[self.table.rows(rows).pareto(self.limits)]
             self._filtered = self.n_tested
         return self._front
-
-    def _none_feasible(self) -> bool:
-        """Whether tests go on, and none so far keeps the limits as an output is still unknown."""
-        return lacking(self.limits, self.table.layout) and not self.termination.has_terminated()
 
     pop = property(_all, _assign)
     off = property(_last, _assign)

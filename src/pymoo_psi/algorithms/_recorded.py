@@ -15,8 +15,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.algorithms._engine import table_of_values, values_of_table
-from pymoo_psi.algorithms._options import run_options
-from pymoo_psi.algorithms._points import Points
+from pymoo_psi.algorithms._run import Points, run_options
 from pymoo_psi.algorithms._store import Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Result, Values

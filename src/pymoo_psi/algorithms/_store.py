@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import invalid
-from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._run import RunOptions
 from pymoo_psi.parallel import Result
 from pymoo_psi.study import LAST, Study
 from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of

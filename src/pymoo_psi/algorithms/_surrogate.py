@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, instance, integer, invalid
-from pymoo_psi.algorithms._points import Points
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
+from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded, cross_validated, without_penalties
 from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
@@ -132,7 +132,7 @@ class SurrogatePSI(PSI):
         method = f"{what}, then proposals in batches of {self.block_size}, seed {self.seed}"
         self._engine = self._engine_of(size, further=self.n_points - size, method=method)
         self.table = self._engine.table
-        first = self._engine.points.at(np.arange(size))
+        first = self._engine.points
         numbers, units = first.numbers, first.units
         if given is not None:
             if other := difference(given, self.table, apart_from=("sampling", "key")):
@@ -144,8 +144,7 @@ class SurrogatePSI(PSI):
             self._blocks = [len(given)]
             numbers, units = given.numbers, self._engine.space.points(given.X)
         self._n_uniform = len(numbers)  # tests before the first round
-        self._points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
-        self._engine.points = self._points
+        self._engine.points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
 
     def _n_tests(self) -> int:
         """Return how many tests the table has in the end."""
@@ -153,7 +152,7 @@ class SurrogatePSI(PSI):
 
     def _block(self) -> int:
         """Return how many points are tested next; those of a round are proposed before."""
-        points, done = self._points, self.n_tested
+        points, done = self._engine.points, self.n_tested
         if done == len(points) and (left := self._n_tests() - done):
             ready = (done - self._n_uniform) // self.block_size
             numbers = points.numbers[-1] + np.arange(1, 1 + min(self.block_size, left))
@@ -161,10 +160,9 @@ class SurrogatePSI(PSI):
             units = np.vstack([points.units, self._rounds[-1].points[: len(numbers)]])
             rounds = (np.arange(len(units)) - self._n_uniform) // self.block_size + 1.0
             numbers = np.append(points.numbers, numbers)
-            self._points = self._engine.points = Points(
-                numbers, points.n_dim, units, np.maximum(rounds, 0)
-            )
-        return len(self._points) - done
+            rounds = np.maximum(rounds, 0)
+            self._engine.points = Points(numbers, points.n_dim, units, rounds)
+        return len(self._engine.points) - done
 
     def _round(self, ready: int, first: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""

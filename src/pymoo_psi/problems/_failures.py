@@ -19,7 +19,6 @@ from pymoo_psi.problems._restricted import Restricted
 
 Mask = NDArray[np.bool_]
 
-FAILURE_ACTIONS = ("record", "raise")
 _VIOLATION = 1e10  # of a failed design: above any other, and finite for sums and ratios
 
 
@@ -95,7 +94,7 @@ class FailureTolerant(WrappedProblem):
         require_problem(problem)
         problem, _ = untolerant(problem)
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
-        self.on_failure = known_name("on_failure", on_failure, FAILURE_ACTIONS)
+        self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
         self.failures: list[Failure] = []
         self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
         self._penalties: dict[Any, tuple[float, ...]] = {}

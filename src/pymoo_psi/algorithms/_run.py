@@ -1,4 +1,4 @@
-"""The options of a run: one value for investigate, PSI, SurrogatePSI, Recorded and the command."""
+"""A run: its options, one value for all that test designs, and its points, where they lie."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from dataclasses import dataclass, fields
 from os import PathLike
 from typing import Any
 
-from pymoo_psi._validation import collection, integer, known_name
-from pymoo_psi.algorithms._sampling import UniformSampling, uniform_sampling
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, collection, integer, invalid, known_name
+from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, uniform_sampling
 from pymoo_psi.problems import require_known_keywords
+from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.study import ALL, Share, Study
 from pymoo_psi.table import Limits
 
@@ -116,3 +120,67 @@ def run_options(
     require_known_keywords(owner, base or object, given, more=known)
     options = {name: value for name, value in given.items() if name in known}
     return RunOptions(**options), {n: v for n, v in given.items() if n not in known}
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of a run, or some of them, which are sent to where they are tested.
+
+    Attributes:
+        numbers: ``(n,)`` their numbers, increasing.
+        n_dim: In how many dimensions they lie.
+        given: ``(n, n_dim)`` where, for points that are not of LPτ.
+        rounds: ``(n,)`` the round in which each was proposed, 0 if it is of a sequence; ``None``
+            where nothing is proposed.
+    """
+
+    numbers: NDArray[np.int64]
+    n_dim: int
+    given: NDArray[np.float64] | None = None
+    rounds: NDArray[np.float64] | None = None
+
+    def __len__(self) -> int:
+        """Return how many points there are."""
+        return len(self.numbers)
+
+    @property
+    def units(self) -> NDArray[np.float64]:
+        """``(n, n_dim)`` points of the unit cube."""
+        if self.given is not None:
+            return self.given
+        if len(self) and (np.diff(self.numbers) == 1).all():  # all at once is faster
+            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
+        return lp_tau_at(self.numbers, self.n_dim)
+
+    def at(self, rows: NDArray[np.intp]) -> Points:
+        """Return the points in some rows, from 0."""
+        given, rounds = (None if a is None else a[rows] for a in (self.given, self.rounds))
+        return Points(self.numbers[rows], self.n_dim, given, rounds)
+
+
+def points_of_run(
+    options: RunOptions, n_points: int, sampling: UniformSampling, n_dim: int
+) -> Points:
+    """Return the points of a sequence of which a run, or its share of one, consists.
+
+    Those of LPτ are made when they are asked for, in a worker process too.
+
+    Args:
+        options: The options of the run.
+        n_points: How many points the run has, those of other shares too.
+        sampling: Where they lie.
+        n_dim: In how many dimensions.
+    """
+    first, last, share = options.first, options.first + n_points - 1, options.part
+    units = None
+    if isinstance(sampling, LPTauSampling):
+        lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
+    else:  # any part needs all before it, or all
+        state = np.random.default_rng(options.seed)
+        units = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
+    rounds = share.rounds(first, last)
+    if len(rounds) == 0:
+        rule = f"one that gets a point of points {first} to {last}"
+        raise invalid("share", rule, Received(share), "test as many points as there are shares")
+    numbers = share.numbers(np.arange(rounds.start, rounds.stop))
+    return Points(numbers, n_dim, None if units is None else units[numbers - first])
