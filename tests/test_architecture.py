@@ -17,7 +17,7 @@ ROOT = Path(pymoo_psi.__file__).parent
 
 # Each layer may import the ones before it. A name stands for a module or a package.
 LAYERS = [
-    ("ground", {"errors", "_validation", "_files", "_kinds", "_markers", "_tables"}),
+    ("ground", {"errors", "_validation", "_files", "_kinds", "_tables"}),
     ("mathematics", {"sequences", "chute", "pareto"}),
     ("method", {"table", "study"}),
     (

@@ -26,7 +26,7 @@ Each room is a module with a chapter on its subject. A layer imports only those 
 
 | layer | rooms | knows |
 |---|---|---|
-| ground | `errors`, `_validation`, `_files`, `_kinds`, `_markers` | nothing |
+| ground | `errors`, `_validation`, `_files`, `_kinds`, `_tables` | nothing |
 | mathematics | `sequences`, `chute`, `pareto` | arrays |
 | method | `study` (the study), `table` (the test table) | arrays, pandas; SQLite in `study` |
 | pymoo | `problems`, `parallel`, `algorithms`, `selection` | pymoo |

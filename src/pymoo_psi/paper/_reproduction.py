@@ -259,10 +259,10 @@ class Reproduction(Shown):
             >>> print(one.to_latex("6.1"))
             \begin{tabular}{lrrrrrr}
             \toprule
-            model & $\mu$ & test point & $f_{1}$ & $f_{2}$ & $f_{3}$ & $f_{4}$ \\
+            model & mu & test point & f1 & f2 & f3 & f4 \\
             \midrule
-            rolling & $0.4$ & $3085$ & $2.0458$ & $0.0476$ & $0.2635$ & $0.1072$ \\
-            printed &  &  & $2.0454$ & $0.0476$ & $0.2635$ & $0.1072$ \\
+            rolling & 0.4 & 3085 & 2.0458 & 0.0476 & 0.2635 & 0.1072 \\
+            printed &  &  & 2.0454 & 0.0476 & 0.2635 & 0.1072 \\
             \bottomrule
             \end{tabular}
         """
@@ -275,7 +275,7 @@ class Reproduction(Shown):
             rows.append([row["model"], f"{row['mu']:g}", str(row["test_point"]), *computed])
             if "nan" not in printed:
                 rows.append(["printed", "", "", *printed])
-        headings = ("model", "μ", "test point", *_CRITERIA)
+        headings = ("model", "mu", "test point", *_CRITERIA)
         return latex_table((name, [row[j] for row in rows]) for j, name in enumerate(headings))
 
     def continuous_optima(self) -> pd.DataFrame:

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._markers import GREY, MARKERS
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.plots._markers import GREY, MARKERS
 from pymoo_psi.plots._style import (
     CURVES,
     HUGE,

@@ -20,10 +20,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import AutoLocator, NullLocator
 from numpy.typing import NDArray
 
-from pymoo_psi._markers import GREY
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison, shift
 from pymoo_psi.pareto import attainment_surfaces
+from pymoo_psi.plots._markers import GREY
 from pymoo_psi.plots._style import (
     legend_of,
     literal,

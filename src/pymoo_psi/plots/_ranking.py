@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pymoo_psi._markers import MARKERS
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.plots._markers import MARKERS
 from pymoo_psi.plots._style import Group, draw_points, legend_of, literal, new_figure, view
 from pymoo_psi.plots._tests import MATRIX, _label_axes, _share_axes, row_height
 

@@ -24,8 +24,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._markers import Marker
 from pymoo_psi._validation import integer, known_name
+from pymoo_psi.plots._markers import Marker
 
 Array = NDArray[np.float64]
 

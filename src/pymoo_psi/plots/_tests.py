@@ -21,8 +21,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pymoo_psi._markers import GREY, MARKERS, Marker
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi.plots._markers import GREY, MARKERS, Marker
 from pymoo_psi.plots._style import (
     CURVES,
     HUGE,

@@ -968,10 +968,10 @@ class TestTable(Shown):
             >>> print(table.to_latex())
             \begin{tabular}{rrr}
             \toprule
-            test point & $x_{1}$ & mass [kg] \\
+            test point & x1 & mass [kg] \\
             \midrule
-            $1$ & $0.1250$ & $12.50$ \\
-            $2$ & $0.5000$ & $20.25$ \\
+            1 & 0.1250 & 12.50 \\
+            2 & 0.5000 & 20.25 \\
             \bottomrule
             \end{tabular}
         """
