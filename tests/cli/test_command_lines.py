@@ -90,9 +90,10 @@ boxes = st.sampled_from(
     ["x1=0.2:0.3", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "=", "\udcff=1"]
 )
 limits = st.sampled_from(
-    ["f1=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f1=-inf", "f9=1", "time, s=2", "a=1,a=2",
+    ["f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f1=-inf", "f9=1", "time, s<=2", "a<=1,a<=2",
      "\udcff=1", "f1<=1e400", "a<=0"]
 )  # fmt: skip
+computed = st.sampled_from(["r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"])
 problems = st.sampled_from(
     ["chute", "bnh", "zdt99", "rosenbrock", "models_of_words", "absent:x", ":x", ":", "", "\udcff:a"]
     + [f"models_of_words:{name}" for name in (
@@ -128,7 +129,8 @@ command_lines = st.one_of(
         ),
         whole,
     ),
-    st.builds(lambda file, some: ["rank", file, *some], paths, options(top=whole, **columns)),
+    st.builds(lambda file, some: ["rank", file, *some], paths,
+        options(top=whole, compute=computed, limits=limits, decision=paths, **columns)),
     st.builds(
         lambda file, some: ["page", file, *some],
         paths,
@@ -137,8 +139,11 @@ command_lines = st.one_of(
             units=st.sampled_from(["a=kg", "=", "a", "time, s=s", "f1=\udcff"]), **columns,
         ),
     ),
-    st.builds(lambda study, out: ["export", study, "--out", out], paths, paths),
-    st.builds(lambda file, some: ["analyze", file, *some], paths, options(limits=limits, criterion=names, formulation=paths, out=paths)),
+    st.builds(lambda file, out: ["export", *file, "--out", out], st.lists(paths, max_size=2), paths),
+    st.builds(
+        lambda file, some: ["analyze", file, *some], paths,
+        options(limits=limits, compute=computed, formulation=paths, out=paths),
+    ),
     st.builds(
         lambda problem, n, some: ["compare", problem, "--evaluations", n, "--seeds", "1", *some],
         problems,

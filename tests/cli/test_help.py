@@ -1,21 +1,24 @@
 """What --help says holds: its examples can be pasted, and it fits a terminal of 80 columns."""
 
+import os
 import re
 import shlex
+import subprocess
 import sys
 from functools import partial
 
 import pytest
 from matplotlib.figure import Figure
 
-from pymoo_psi.cli import _analyze, _compare, _reproduce, main
+import pymoo_psi
+from pymoo_psi import Formulation, plots
+from pymoo_psi.cli import _experiments, main
 from pymoo_psi.cli._app import app
-from pymoo_psi.report._parts import Picture
+from pymoo_psi.table import read_table
 
 DRAWING = {
-    _reproduce: ["save_figures", "save_pages", "points_page"],
-    _analyze: ["save_pages", "sensitivity_page", "convergence_page", "draw_feasibility"],
-    _compare: ["save_comparison"],
+    _experiments: ["save_paper_figures", "save_figures", "save_comparison"],
+    plots: ["save_figures", "plot_sensitivities", "plot_convergence"],
 }
 COMMANDS = [command.callback.__name__ for command in app.registered_commands]
 
@@ -26,17 +29,16 @@ def shown(capsys, *words):
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, coarse):
+def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, coarse, undrawn):
     monkeypatch.chdir(tmp_path)
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points and
     # the continuous optimum of ten variables.
     for module, draws in DRAWING.items():
         for name in draws:
             monkeypatch.setattr(module, name, lambda *args, **options: Figure())
-    monkeypatch.setattr(Picture, "image", lambda picture: "")
-    reproduce, compare = _reproduce.reproduce, _compare.compare
-    monkeypatch.setattr(_reproduce, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
-    monkeypatch.setattr(_compare, "compare", partial(compare, polish=False))
+    reproduce, compare = _experiments.reproduce, _experiments.compare
+    monkeypatch.setattr(_experiments, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
+    monkeypatch.setattr(_experiments, "compare", partial(compare, polish=False))
     text = shown(capsys, *command.split())
     examples = re.findall(r"^ +(pymoo-psi .*)$", text.partition("Examples:")[2], re.MULTILINE)
     assert examples
@@ -56,84 +58,102 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
 
 
 @pytest.mark.parametrize(
-    ("words", "meant"),
+    ("words", "message"),
     [
-        (["solv", "bnh"], "did you mean solve?"),
-        (["reproduce", "--pionts", "4"], "did you mean --points?"),
-        (["rank", "--maximise", "f1", "x.csv"], "did you mean --maximize?"),
-        (["solve", "bnh", "--pionts", "4"], "did you mean --points?"),
-        (["solve", "--no-normalise", "bnh"], "did you mean --no-normalize?"),
-        (["solve", "bhn"], "did you mean 'bnh'?"),
-        (["solve", "zdt99"], "did you mean 'zdt"),
-        (["solve", "models.py"], "of a class Beam in it say models:Beam"),
-        (["solve", "tests/beams.py:Beam"], "say beams:Beam in the folder tests"),
-        (["solve", "chute", "--mu", "0.2", "--mu=0.3"], "--mu must be given once"),
-        (["solve", "bnh", "--limits", "f1<=2 and f2<=3"], "join limits by commas"),
-        (["solve", "dtlz2", "--n-ob", "4"], "did you mean --n-obj?"),
-        (["solve", "pymoo_psi:SphereCute"], "did you mean 'SphereChute'?"),
-        (["solve", "bnh", "--limits", "F1=2.5"], "did you mean 'f1'?"),
+        ("solv bnh", "No such command 'solv'"),
+        ("solve", "Missing argument 'PROBLEM'"),
+        ("solve bnh --points x", "Invalid value for '--points'"),
+        ("solve bnh --points 0", "--points must be an integer >= 1, got 0"),
+        ("solve bnh --pionts 4", "No such option: --pionts; did you mean --points?"),
+        ("solve bnh --no-normalise", "did you mean --no-normalize?"),
+        ("rank --maximise f1 x.csv", "No such option: --maximise"),
+        ("solve bhn", "did you mean 'bnh'?"),
+        ("solve models.py", "of a class Beam in it say models:Beam"),
+        ("solve tests/beams.py:Beam", "say beams:Beam in the folder tests"),
+        ("solve no_such_module:thing", "No module named 'no_such_module'"),
+        ("solve chute --mu 0.2 --mu=0.3", "--mu; each option is given once"),
+        ("solve chute --mu -1", "mu must be a positive number, got -1"),
+        ("solve dtlz2 --n-ob 4", "did you mean --n-obj?"),
+        ("solve chute --jobs 0", "--jobs must be 1 or more, or -1 for one per core, got 0"),
+        ("solve chute --timeout 1", "evaluates one design at a time where --timeout is given"),
+        ("solve chute --study pyproject.toml", "pyproject.toml"),
+        ("solve chute --out absent/x.csv", "absent/x.csv: No such file or directory"),
+        ("solve chute --out x.xlsx", "--out must be a file with the suffix .csv, got 'x.xlsx'"),
+        ("solve chute --out=", "a file or folder must have a name, got ''"),
+        ("solve chute --seed -1", "--seed must be an integer >= 0"),
+        ("solve chute --limits f9<=2", "a limit must be one of"),
+        ("solve chute --limits F1<=2", "did you mean 'f1'?"),
+        ("solve chute --limits f1", "--limits must be of the form column<=number"),
+        ("solve chute --limits f1<2", "got f1<2; use <= or >="),
+        ("solve chute --limits f1<=2,5", "got 5; use <= or >=, plain numbers with a decimal point"),
+        ("solve chute --limits f1<=2kg", "and no units"),
+        ("solve chute --limits f1<=2,f1<=3", "--limits must be given once for each side"),
+        ("solve chute --limits 2<=f1<=1", "the limit on 'f1' must be"),
+        ("solve chute --limits f1<=1 --algorithm nsga3", "--limits must be used with --algorithm"),
+        ("solve chute --relax f1", "relaxed must be one of 'g1'"),
+        ("solve chute --maximize g1", "maximize must be one of 'f1', 'f2', 'f3', 'f4'"),
+        ("solve chute --compute r=f1/", "an expression must be arithmetic of columns"),
+        ("solve chute --compute r", "--compute must be of the form name=expression, got 'r'"),
+        ("solve chute --compute rank=f1", "named unlike the columns of a ranking"),
+        ("solve chute --formulation none.json", "none.json: No such file"),
+        ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db --objectiv"),
+        ("solve chute --sampling lhs --algorithm nsga3", "--sampling must be used with"),
+        ("solve chute --retry failed", "--retry must be used with --study"),
+        ("solve chute --retry 1,x --study s.db", "--retry must be 'failed' or numbers"),
+        ("solve chute --study-key v1", "--study-key must be used with --study"),
+        ("solve chute --share 1/2", "--share must be used with --study"),
+        ("solve chute --share 3/2 --study r", "--share must be k/n"),
+        ("rank absent.csv", "absent.csv: No such file or directory"),
+        ("rank set.csv --objectives A,b", "objectives must be one of 'a', 'b', got 'A'; did you"),
+        ("rank set.csv --top 0", "--top must be an integer >= 1, got 0"),
+        ("rank set.csv --prefer cheap", "--prefer must be one of"),
+        ("rank set.csv --prefer weights:a=1", "with a number for every objective"),
+        ("rank set.csv --prefer weights:a=1,b=x", "numbers with a decimal point, got 'x'"),
+        ("rank set.csv --prefer knee:a", "--prefer must be just knee, got knee:a"),
+        ("rank set.csv --units c=kg", "--units must be one of"),
+        ("rank set.csv --units a", "--units must be of the form column=unit, got a"),
+        ("rank set.csv --skip-rows x", "--skip-rows must be numbers of lines to leave out"),
+        ("rank set.csv --sheet S", "is no workbook (.xlsx)"),
+        ("rank set.csv --out r.txt", "--out must be a file with the suffix .csv or .json"),
+        ("page set.csv --out p.pdf", "--out must be a file with the suffix .html or .htm"),
+        ("report set.csv --design 9", "design must be the number of a feasible test, got"),
+        ("export set.csv --out o.txt", "the suffix .csv or .parquet or .db"),
+        ("export a=set.csv a=set.csv --out o.csv", "of different names, as in name=path"),
+        ("compare bnh --algorithms psy", "algorithms must be one of"),
+        ("compare bnh --evaluations 4,x", "--evaluations must be numbers of evaluations"),
+        ("reproduce --mu -1 --out r", "mu must be a positive number"),
+        ("reproduce --points -4 --out r", "--points must be an integer >= 1, got -4"),
     ],
 )
-def test_a_near_miss_is_pointed_out(words, meant, capsys):
-    assert main(words) == 2
-    told = capsys.readouterr().err
-    assert meant in told
-    assert told.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (["solve", "bnh", "--points", "0"], "--points must be an integer >= 1, got 0"),
-        (["solve", "bnh", "--points", "8", "--retry", "9", "--study", "s.db"], "--retry must be"),
-        (["solve", "chute", "--mu", "-1"], "--mu must be a positive number, got -1"),
-        (["compare", "bnh", "--algorithms", "psy"], "--algorithms must be one of"),
-        (["reproduce", "--mu", "-1", "--out", "r"], "--mu must be a positive number"),
-    ],
-)
-def test_a_message_speaks_of_the_option_that_was_typed(words, told, capsys, tmp_path, monkeypatch):
+def test_a_mistake_is_one_line_and_code_2(words, message, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(words) == 2
-    assert capsys.readouterr().err.startswith(f"pymoo-psi: error: {told}")
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    assert main(words.split()) == 2
+    printed, err = capsys.readouterr()
+    assert message in err
+    assert err.startswith("pymoo-psi: error: ")
+    assert (printed, err.count("\n")) == ("", 1)
+    assert {*os.listdir(tmp_path)} <= {"pyproject.toml", "set.csv", "r"}
 
 
-MODELS = """
-from pymoo.core.problem import ElementwiseProblem
-
-class Beam(ElementwiseProblem):
-    def __init__(self, length, *, n_ribs=2, **more):
-        super().__init__(n_var=n_ribs, n_obj=2, xl=0, xu=length, **more)
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x.sum(), -x.sum()]
-
-class Long(Beam):
-    def __init__(self, steel=True, **more):
-        super().__init__(100 if steel else 50, **more)
-"""
-
-
-def test_a_problem_is_made_of_options(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "models_of_help.py").write_text(MODELS)
-
-    def largest(*words):
-        assert main(["solve", *words, "--points", "64", "--out", "o.csv"]) == 0, capsys.readouterr()
-        columns = (tmp_path / "o.csv").read_text().splitlines()[0].split(",")
-        return [name for name in columns if name[0] == "x"], [n for n in columns if n[0] == "f"]
-
-    assert largest("dtlz2", "--n-obj", "4", "--n-var=7") == (
-        [f"x{i}" for i in range(1, 8)],
-        ["f1", "f2", "f3", "f4"],
+def test_python_m_and_version():
+    done = subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", "--version"], capture_output=True, text=True, check=True
     )
-    assert largest("--n-obj", "2", "dtlz2", "--n-var", "3")[1] == ["f1", "f2"]
-    assert len(largest("models_of_help:Beam", "--length", "2.5")[0]) == 2
-    assert len(largest("models_of_help:Long", "--steel", "False", "--n-ribs", "5")[0]) == 5
-    for words, told in [
-        (["models_of_help:Beam"], "its arguments: --length, --n-ribs"),
-        (["models_of_help:Long", "--lenth", "1"], "did you mean --length?"),
-        (["bnh", "--n-obj", "3"], "No such option: --n-obj; arguments of bnh: none"),
-    ]:
-        assert main(["solve", *words]) == 2
-        assert told in capsys.readouterr().err
-    sys.modules.pop("models_of_help", None)
+    assert done.stdout == f"pymoo-psi {pymoo_psi.__version__}\n"
+
+
+@pytest.mark.parametrize("words", [[], ["-h"], ["--help"]])
+def test_no_words_ask_for_help(capsys, words):
+    assert main(words) == 0
+    assert "Usage: pymoo-psi [OPTIONS] COMMAND" in capsys.readouterr().out
+
+
+def test_options_are_named_as_the_librarys_arguments():
+    from inspect import signature
+
+    command = next(each for each in app.registered_commands if each.callback.__name__ == "rank")
+    options = {*signature(command.callback).parameters}
+    assert {*signature(read_table).parameters} - {"source", "formulation"} <= options
+    assert {"objectives", "maximize", "limits"} <= options & {*signature(Formulation).parameters}

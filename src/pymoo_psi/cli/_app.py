@@ -10,40 +10,28 @@ says what), 130 interrupted.
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
-import shutil
 import sys
-import textwrap
 import warnings
 from collections.abc import Callable, Sequence
 from enum import Enum
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
-from typer.core import TyperCommand
 
-from pymoo_psi.cli._groups import (
-    NEAR,
-    ColumnOptions,
-    DecisionFile,
-    Designs,
-    DocumentOptions,
-    FileOptions,
+from pymoo_psi.cli._options import (
+    Asked,
     Jobs,
+    Opening,
     Overwrite,
-    PlainDistances,
     Preferences,
-    ProblemName,
-    ProblemOptions,
+    Source,
     grouped,
-    path_argument,
+    option,
     path_option,
-    printable,
-    several,
 )
 from pymoo_psi.errors import PsiError
 
@@ -64,7 +52,7 @@ Examples:
   pymoo-psi page front.csv
 
 Exit code: 0 success, 1 solve or report found no feasible design, or the paper is not matched, 2 a
-mistake, told in one line, 130 interrupted. In a pipe or a file each row of a table is one line,
+mistake, reported in one line, 130 interrupted. In a pipe or a file each row of a table is one line,
 however long, unless COLUMNS says how wide lines may be.""",
 )
 
@@ -81,49 +69,26 @@ ModelName = Enum("ModelName", {"full": "full", "rolling": "rolling"}, type=str)
 FigureFormat = Enum("FigureFormat", {"png": "png", "pdf": "pdf", "svg": "svg"}, type=str)
 AssessedName = Enum("AssessedName", {"evaluated": "evaluated", "returned": "returned"}, type=str)
 
-
-class ProblemCommand(TyperCommand):
-    """A command whose further options are arguments of its problem: ``dtlz2 --n-obj 4``."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Leave options that the command does not know to the problem, as ``ctx.obj``."""
-        takes_value = {
-            name: not getattr(option, "is_flag", False)
-            for option in self.get_params(ctx)
-            for name in (*option.opts, *option.secondary_opts)
-            if name.startswith("-")
-        }
-        ctx.obj = ProblemOptions({}, tuple(takes_value))
-        words, own = list(args), []
-        while words:
-            word = words.pop(0)
-            name, equals, value = word.partition("=")
-            if word == "--":
-                own += [word, *words]
-                break
-            if name in takes_value or not name.startswith("--"):
-                own.append(word)
-                if takes_value.get(word) and words:  # its value may begin with dashes, too
-                    own.append(words.pop(0))
-            else:
-                if name in ctx.obj.given:  # reproduce takes several; here one would be lost
-                    raise PsiError(f"{name} must be given once, as the problem has one")
-                ctx.obj.given[name] = value if equals else words.pop(0) if words else ""
-        try:
-            return super().parse_args(ctx, own)
-        except _ClickException as error:
-            for name in ctx.obj.given:  # a flag that is mistyped takes PROBLEM for its value
-                if near := difflib.get_close_matches(name, takes_value, n=1, cutoff=NEAR):
-                    raise PsiError(f"No such option: {name}; did you mean {near[0]}?") from error
-            raise
+ProblemName: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM",
+        help="'chute', a test problem of pymoo such as bnh, or your own as module:attribute, "
+        "beam:Beam for the class Beam in beam.py. Its arguments are options behind it: "
+        "dtlz2 --n-obj 4.",
+    ),
+]
+Title: TypeAlias = Annotated[str | None, typer.Option(help="Heading [the file's name].")]
 
 
 def _command(
-    *examples: str, more: str = "", cls: type[TyperCommand] = TyperCommand
+    *examples: str, more: str = "", of_problem: bool = False
 ) -> Callable[[Callable[..., int]], Callable[..., int]]:
     """Make a function a command whose help ends with examples, which can be pasted."""
     epilog = "\n  ".join(["\b\nExamples:", *examples]) + (f"\n\n{more}" if more else "")
-    return lambda function: app.command(cls=cls, epilog=epilog)(grouped(function))
+    # Options that a command of a problem does not know are the problem's.
+    settings = {"ignore_unknown_options": True, "allow_extra_args": True} if of_problem else None
+    return lambda function: app.command(epilog=epilog, context_settings=settings)(grouped(function))
 
 
 @app.callback()
@@ -148,39 +113,6 @@ def _print_version() -> None:
     raise typer.Exit
 
 
-@_command(
-    "pymoo-psi reproduce",
-    "pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03",
-)
-def reproduce(
-    out: Annotated[Path, path_option("DIR", "Folder for tables (CSV) and figures.")] = Path(
-        "reproduction"
-    ),
-    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
-    mu: Annotated[
-        list[float] | None,
-        typer.Option(metavar="MU", help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
-    ] = None,
-    c: Annotated[
-        float, typer.Option(metavar="C", help="Initial speed over √(gL), of 1 m/s for L = 1 m.")
-    ] = 0.3193,
-    r: Annotated[float, typer.Option(metavar="R", help="Radius over L, the horizontal way.")] = 0.1,
-    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
-    jobs: Jobs = 1,
-    figures: Annotated[
-        FigureFormat, typer.Option(help="Format of the figures.")
-    ] = FigureFormat.png,
-    force: Overwrite = False,
-) -> int:
-    """Compute the tables of the chute's paper, and compare with them."""
-    from pymoo_psi.cli._reproduce import run_reproduce
-
-    models = [each.value for each in ModelName if model in (None, each)]
-    return run_reproduce(
-        out, points, jobs, figures.value, mu=mu or (), c=c, r=r, models=models, force=force
-    )
-
-
 _CHUTE = (
     "Of the chute x1 is the slope tan α, x2 the speed of the floor; f1 the time, f2 the energy "
     "balance, f3 = x1, f4 = x2. "
@@ -195,7 +127,7 @@ _CHUTE = (
     "pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500",
     'pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"',
     more=_CHUTE,
-    cls=ProblemCommand,
+    of_problem=True,
 )
 def solve(
     context: typer.Context,
@@ -211,18 +143,16 @@ def solve(
     ] = SamplingName.lptau,
     seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
     jobs: Jobs = 1,
-    columns: ColumnOptions,
+    asked: Asked,
     box: Annotated[
-        list[str] | None,
-        several('"X=1:2,Y=3"', "Part of the box: bounds, or a value to fix."),
+        list[str] | None, option('"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value.")
     ] = None,
     timeout: Annotated[
         float | None,
         typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
     ] = None,
     study: Annotated[
-        Path | None,
-        path_option("FILE.db", "Keep every test here; a run continues it."),
+        Path | None, path_option("FILE.db", "Keep every test here; a run continues it.")
     ] = None,
     share: Annotated[
         str | None,
@@ -236,7 +166,6 @@ def solve(
         str | None,
         typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
     ] = None,
-    no_normalize: PlainDistances = False,
     out: Annotated[Path | None, path_option("FILE.csv", "Write the Pareto set here.")] = None,
     force: Overwrite = False,
 ) -> int:
@@ -244,22 +173,118 @@ def solve(
     from pymoo_psi.cli._problem import load_problem
     from pymoo_psi.cli._solve import Search, run_solve
 
-    # A wrong option is told before a model is imported, which may take its time.
     if points is None:
         points = 256 if algorithm is AlgorithmName.surrogate else 4096
     search = Search(
-        algorithm.value, points, seed, columns, study, study_key, retry, share, jobs,
-        sampling.value,
+        algorithm.value, points, sampling.value, seed, jobs, study, study_key, share, retry
+    )
+    search.run_options(asked)  # wrong ones are refused before a model is imported
+    wanted = load_problem(problem, context, jobs, timeout, box)
+    return run_solve(wanted, search, asked, out, force=force)
+
+
+@_command(
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi rank front.csv --limits "f1<=60" --prefer knee --out ranked.csv',
+    "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2 --top 3",
+    more="""In a list, a name with a comma stands in quotation marks: --objectives
+'"time, s",mass'.""",
+)
+def rank(
+    file: Source,
+    asked: Asked,
+    opening: Opening,
+    out: Annotated[Path | None, path_option("FILE", "Write all designs, .csv or .json.")] = None,
+    figure: Annotated[
+        Path | None, path_option("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")
+    ] = None,
+    force: Overwrite = False,
+    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
+    prefer: Preferences = None,
+    representatives: Annotated[
+        int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
+    ] = None,
+) -> int:
+    """Rank the designs of any Pareto set by efficiency."""
+    from pymoo_psi.cli._rank import run_rank
+
+    return run_rank(
+        file, asked, opening,
+        prefer=prefer, n_representatives=representatives, out=out, figure=figure, force=force,
+        top=top,
     )  # fmt: skip
-    wanted = load_problem(problem, context.obj, jobs, timeout, box or ())
-    return run_solve(wanted, search, out, normalize=not no_normalize, force=force)
+
+
+@_command(
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
+)
+def page(
+    file: Source,
+    asked: Asked,
+    opening: Opening,
+    title: Title = None,
+    prototype: Annotated[
+        Path | None, path_option("FILE", "Existing designs to compare with.")
+    ] = None,
+    out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
+    force: Overwrite = False,
+) -> int:
+    """Make a page to decide on a Pareto set: one file, works offline."""
+    from pymoo_psi.cli._documents import run_page
+
+    return run_page(file, asked, opening, prototype=prototype, title=title, out=out, force=force)
+
+
+@_command(
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
+)
+def report(
+    file: Source,
+    asked: Asked,
+    opening: Opening,
+    title: Title = None,
+    prefer: Preferences = None,
+    design: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
+    ] = None,
+    out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
+    force: Overwrite = False,
+) -> int:
+    """Report on tests and the choice: one file to read and print."""
+    from pymoo_psi.cli._documents import run_report
+
+    return run_report(
+        file, asked, opening, prefer=prefer, design=design, title=title, out=out, force=force
+    )
+
+
+@_command(
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
+)
+def analyze(
+    file: Source,
+    asked: Asked,
+    opening: Opening,
+    out: Annotated[
+        Path | None, path_option("DIR", "Folder for tables (CSV) and pictures (PNG).")
+    ] = None,
+    force: Overwrite = False,
+) -> int:
+    """Say which variables matter, what is feasible, if tests suffice."""
+    from pymoo_psi.cli._documents import run_analyze
+
+    return run_analyze(file, asked, opening, out, force=force)
 
 
 @_command(
     "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
     "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four",
     more=_CHUTE,
-    cls=ProblemCommand,
+    of_problem=True,
 )
 def compare(
     context: typer.Context,
@@ -291,171 +316,75 @@ def compare(
     force: Overwrite = False,
 ) -> int:
     """Compare PSI with NSGA-III and others at equal cost."""
-    from pymoo_psi.cli._compare import run_compare
+    from pymoo_psi.cli._experiments import run_compare
     from pymoo_psi.cli._problem import load_problem
 
     return run_compare(
-        load_problem(problem, context.obj), evaluations, seeds, algorithms,
+        load_problem(problem, context), evaluations, seeds, algorithms,
         assess=assess.value, reference=reference, jobs=jobs, out=out, force=force,
     )  # fmt: skip
 
 
 @_command(
-    "pymoo-psi solve bnh --points 256 --study bnh.db", "pymoo-psi export bnh.db --out tests.csv"
-)
-def export(
-    study: Annotated[Path, path_argument("STUDY", "A study of 'solve', or a folder.")],
-    out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
-    force: Overwrite = False,
-) -> int:
-    """Write all tests of a study as a table for other programs."""
-    from pymoo_psi.cli._merge import run_export
-
-    return run_export(study, out, force=force)
-
-
-@_command(
     "pymoo-psi solve bnh --points 64 --study parts --share 1/2",
     "pymoo-psi solve bnh --points 64 --study parts --share 2/2",
-    "pymoo-psi merge parts --out whole.db",
-)
-def merge(
-    inputs: Annotated[
-        list[Path],
-        path_argument("STUDY|FOLDER|CSV…", "Studies, folders of shares, test tables."),
-    ],
-    out: Annotated[Path, path_option("FILE.db", "Write here, a new file.")],
-) -> int:
-    """Make one study of several, which 'solve --study' continues."""
-    from pymoo_psi.cli._merge import run_merge
-
-    return run_merge(inputs, out)
-
-
-@_command(
-    "pymoo-psi solve bnh --points 256 --study bnh.db",
-    'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
-)
-def analyze(
-    tests: Annotated[
-        Path,
-        path_argument("TESTS", "A study of 'solve', or all its tests as 'export' writes them."),
-    ],
-    columns: ColumnOptions,
-    out: Annotated[
-        Path | None, path_option("DIR", "Folder for tables (CSV) and pictures (PNG).")
-    ] = None,
-    force: Overwrite = False,
-) -> int:
-    """Tell what drives criteria, what is feasible, if tests suffice."""
-    from pymoo_psi.cli._analyze import run_analyze
-
-    return run_analyze(tests, columns, out, force=force)
-
-
-@_command(
-    "pymoo-psi solve bnh --points 64 --study all.db",
+    "pymoo-psi export parts --out whole.db",
     'pymoo-psi solve bnh --points 64 --study part.db --box "x1=0:2"',
-    "pymoo-psi combine whole=all.db part.db --out both.csv",
+    "pymoo-psi export whole=whole.db part=part.db --out both.csv",
 )
-def combine(
-    experiments: Annotated[
+def export(
+    sources: Annotated[
         list[str],
-        typer.Argument(metavar="[NAME=]FILE…", help="Studies or tables of tests of one problem."),
+        typer.Argument(
+            metavar="[NAME=]SOURCE…",
+            help="Tests of one problem: studies, folders of shares, tables. With a name they are "
+            "experiments of other bounds or samplings.",
+        ),
     ],
-    out: Annotated[Path, path_option("FILE", "Write here, .csv or .parquet.")],
+    asked: Asked,
+    opening: Opening,
+    out: Annotated[
+        Path, path_option("FILE", "Write here, .csv, .parquet, or .db, a study to continue.")
+    ],
     force: Overwrite = False,
 ) -> int:
-    """Join tests of several boxes, sequences or methods in one table."""
-    from pymoo_psi.cli._merge import run_combine
+    """Write tests as one table for other programs, or as one study."""
+    from pymoo_psi.cli._documents import run_export
 
-    return run_combine(experiments, out, force=force)
-
-
-_NAMES = """A name with a comma: its option once for each name, or in quotation marks within a
-list, as in --objectives '"time, s",mass'."""
+    return run_export(sources, asked, opening, out, force=force)
 
 
 @_command(
-    "pymoo-psi solve bnh --points 256 --out front.csv",
-    'pymoo-psi rank front.csv --limits "f1<=60" --prefer knee --out ranked.csv',
-    "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2 --top 3",
-    more=_NAMES,
+    "pymoo-psi reproduce",
+    "pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03",
 )
-def rank(
-    file: Designs,
-    columns: ColumnOptions,
-    written: FileOptions,
-    decision: DecisionFile = None,
-    no_normalize: PlainDistances = False,
-    out: Annotated[Path | None, path_option("FILE", "Write all designs, .csv or .json.")] = None,
-    figure: Annotated[
-        Path | None, path_option("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")
+def reproduce(
+    out: Annotated[Path, path_option("DIR", "Folder for tables (CSV) and figures.")] = Path(
+        "reproduction"
+    ),
+    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
+    mu: Annotated[
+        list[float] | None,
+        typer.Option(metavar="MU", help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
     ] = None,
-    force: Overwrite = False,
-    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
-    prefer: Preferences = None,
-    representatives: Annotated[
-        int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
-    ] = None,
-) -> int:
-    """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli._rank import run_rank
-
-    return run_rank(
-        file, columns, written,
-        decision=decision, normalize=not no_normalize, prefer=prefer or (),
-        representatives=representatives, out=out, figure=figure, force=force, top=top,
-    )  # fmt: skip
-
-
-@_command(
-    "pymoo-psi solve bnh --points 256 --out front.csv",
-    'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
-    more=_NAMES,
-)
-def page(
-    file: Designs,
-    columns: ColumnOptions,
-    written: FileOptions,
-    document: DocumentOptions,
-    prototype: Annotated[
-        Path | None, path_option("FILE.csv", "Existing designs to compare with.")
-    ] = None,
-    out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
+    c: Annotated[
+        float, typer.Option(metavar="C", help="Initial speed over √(gL), of 1 m/s for L = 1 m.")
+    ] = 0.3193,
+    r: Annotated[float, typer.Option(metavar="R", help="Radius over L, the horizontal way.")] = 0.1,
+    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
+    jobs: Jobs = 1,
+    figures: Annotated[
+        FigureFormat, typer.Option(help="Format of the figures.")
+    ] = FigureFormat.png,
     force: Overwrite = False,
 ) -> int:
-    """Make a page to decide on a Pareto set: one file, works offline."""
-    from pymoo_psi.cli._page import run_page
+    """Compute the tables of the chute's paper, and compare with them."""
+    from pymoo_psi.cli._experiments import run_reproduce
 
-    return run_page(file, columns, written, document, prototype=prototype, out=out, force=force)
-
-
-@_command(
-    "pymoo-psi solve bnh --points 256 --study bnh.db",
-    'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
-    more=_NAMES,
-)
-def report(
-    file: Designs,
-    columns: ColumnOptions,
-    written: FileOptions,
-    document: DocumentOptions,
-    prefer: Preferences = None,
-    design: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number, or row, of the design chosen [the optimum]."),
-    ] = None,
-    out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
-    force: Overwrite = False,
-) -> int:
-    """Report on tests and the choice: one file to read and print."""
-    from pymoo_psi.cli._report import run_report
-
-    return run_report(
-        file, columns, written, document,
-        prefer=prefer or (), design=design, out=out, force=force,
-    )  # fmt: skip
+    models = [each.value for each in ModelName if model in (None, each)]
+    return run_reproduce(
+        out, points, jobs, figures.value, mu=mu or (), c=c, r=r, models=models, force=force
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -473,12 +402,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # No words are a mistake to typer, code 2; here they ask for help, code 0. The name is given
         # for 'python -m pymoo_psi', whose help would show another one.
         with warnings.catch_warnings():
-            warnings.showwarning = _tell_warning  # type: ignore[assignment]
+            warnings.showwarning = _show_warning  # type: ignore[assignment]
             code = app(args=words or ["--help"], standalone_mode=False, prog_name="pymoo-psi")
     except PsiError as error:  # before OSError, which StudyAccessError is too
         message = str(error)
     except _ClickException as error:
-        message = _usage(error)
+        message = error.format_message()
     except SystemExit as end:
         if not isinstance(end.__context__, BrokenPipeError):
             raise
@@ -486,98 +415,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         message = f"{error.filename or 'file'}: {error.strerror or error}"
     except MemoryError:
-        message = "there is not enough memory for that many designs; ask for fewer"
+        message = "out of memory; reduce --points"
     except (KeyboardInterrupt, typer.Abort):
         code = _INTERRUPTED
     if message is not None:
         # A message of pymoo or of a user's model may have several lines; scripts count on one.
-        _tell(f"pymoo-psi: error: {_in_options(' '.join(message.split()), words)}")
+        _print_error(f"pymoo-psi: error: {' '.join(message.split())}")
         return 2
     if code == _INTERRUPTED:  # which later versions of typer return
-        _tell("pymoo-psi: interrupted")
+        _print_error("pymoo-psi: interrupted")
     return code if isinstance(code, int) else 0
 
 
-def _usage(error: Any) -> str:
-    """Return the message of a usage error with one near miss, as versions of typer differ in it."""
-    message = str(error.format_message()).replace("Value error, ", "")
-    said, _, unread = message.partition(", unable to parse")
-    if unread and (found := getattr(error.__cause__, "errors", None)):  # pydantic's
-        message = f"{said}, got {found()[0]['input']!r}"
-    name = getattr(error, "option_name", "")
-    known: Sequence[str] = getattr(error, "possibilities", None) or ()
-    if found := re.match(r"No such command '(.*?)'", message):
-        name, known = (
-            found[1],
-            [str(getattr(info.callback, "__name__", "")) for info in app.registered_commands],
-        )
-        message = found[0]
-    elif known:
-        message = f"No such option: {name}"
-    if near := difflib.get_close_matches(name, known, n=1):
-        return f"{message}; did you mean {near[0]}?"
-    return f"{message}; there are {', '.join(known)}" if known else message
-
-
-# Where an option is not called as the argument of the library is.
-_OPTIONS = {"n_points": "--points", "n_evaluations": "--points", "n_jobs": "--jobs"}
-# How messages begin that are about what is in an option, or in one of several.
-_WITHIN = {
-    r"objectives |an? (computed column|expression|column|function) |the expression ": (
-        "--criterion", "--objectives", "--formulation",
-    ),
-    r"an? limit |the limit on ": ("--limits", "--formulation"),
-    r"relaxed ": ("--relax", "--formulation"),
-    r"(weights|aspiration|order|tolerance) ": ("--prefer",),
-    r"a variable of box |.* of box must ": ("--box",),
-}  # fmt: skip
-# What remedies call by its name in Python.
-_REMEDIES = {
-    r"computed=\{'(.*?)': '(.*?)'\}": r'--criterion "\1=\2"',
-    r"Formulation\(relaxed=\.\.\.\)": "--relax",
-    r"share=\(k, n\)": "--share K/N",
-    r"\(and study_key\)": "(and --study-key)",
-    "is left out of algorithms": "is left out of --algorithms",
-    "allow more time with timeout": "allow more time with --timeout",
-}
-
-
-def _in_options(message: str, words: Sequence[str]) -> str:
-    """Return a message about an argument of the library as one about the option that was typed."""
-    for python, typed_instead in _REMEDIES.items():
-        message = re.sub(python, typed_instead, message)
-    name, space, rest = message.partition(" ")
-    option = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
-    typed = {word.partition("=")[0] for word in words}
-    if option in typed:
-        return f"{option}{space}{rest}"
-    for beginning, options in _WITHIN.items():
-        if re.match(beginning, message) and (found := [word for word in options if word in typed]):
-            return f"{'/'.join(found)}: {message}"
-    return message
-
-
-def _tell_warning(
+def _show_warning(
     message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object
 ) -> None:
     """Show a warning of this package in one line; those of a user's model as Python does."""
     if category is UserWarning:
-        _tell(f"pymoo-psi: warning: {message}")
+        _print_error(f"pymoo-psi: warning: {message}")
     else:
-        _tell(warnings.formatwarning(message, category, filename, lineno).rstrip())
+        _print_error(warnings.formatwarning(message, category, filename, lineno).rstrip())
 
 
-def _tell(line: str) -> None:
+def _print_error(line: str) -> None:
+    # What steers a terminal may come out of untrusted input.
+    shown = re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", line)
     try:
-        # For readers; a log, or a script, has it in one line.
-        if sys.stderr.isatty() and "\n" not in line:
-            line = textwrap.fill(
-                line, shutil.get_terminal_size().columns,
-                break_long_words=False, break_on_hyphens=False,
-            )  # fmt: skip
-        print(printable(line), file=sys.stderr, flush=True)
-    except OSError:  # if nobody can be told, the code tells; Python would try again at its end,
-        sys.stderr = None  # and exit with 120
+        print(shown, file=sys.stderr, flush=True)
+    except OSError:  # then the code says it; Python would try again at its end, and exit with 120
+        sys.stderr = None
 
 
 def run() -> None:

@@ -1,28 +1,26 @@
-"""The problem that a word on the command line names."""
+"""The problem that a word on the command line names, and its part that is meant."""
 
 from __future__ import annotations
 
 import difflib
 import importlib
 import inspect
+import math
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import typer
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import Received, invalid, job_count, positive_number
-from pymoo_psi.cli._groups import NEAR, ProblemOptions
-from pymoo_psi.cli._options import box_in
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, invalid, job_count, known_name, positive_number
+from pymoo_psi.cli._text import number_in, pairs_in, value_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
-from pymoo_psi.problems import Restricted, VectorizedSphereChute
-from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._identity import problem_layout
+from pymoo_psi.problems import Restricted, VectorizedSphereChute, design_space, problem_layout
+from pymoo_psi.table import TestTable
 
 _WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:attribute"
@@ -30,10 +28,10 @@ _FORMS = "'chute', the name of a pymoo test problem such as 'zdt1', or module:at
 
 def load_problem(
     name: str,
-    options: ProblemOptions,
+    context: typer.Context,
     jobs: int = 1,
     timeout: float | None = None,
-    box: Sequence[str] = (),
+    box: Sequence[str] | None = None,
 ) -> Problem:
     """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
 
@@ -41,26 +39,31 @@ def load_problem(
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, or ``module:attribute``
             where the attribute is a problem, or a class or function that gives one. The working
             directory is searched for the module first.
-        options: What it is made with.
+        context: The command's; options that it does not know are arguments of the problem.
         jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
-        box: The part of its box that is meant, as it is typed; the whole unless given.
+        box: The part of its bounds that is meant, as it is typed; the whole unless given.
 
     Raises:
         PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
     """
-    jobs = job_count("--jobs", jobs)
+    jobs, given = job_count("--jobs", jobs), _options_in(context.args)
+    own = [option for parameter in context.command.params for option in parameter.opts]
     if timeout is not None:
         positive_number("--timeout", timeout)
     if name == "chute":
-        problem = _made(name, VectorizedSphereChute, VectorizedSphereChute, options)
+        problem = _made(name, VectorizedSphereChute, VectorizedSphereChute, given, own)
     elif ":" in name:
-        problem = _from_module(name, options)
+        found = _attribute(name)
+        problem = _made(name, found, found, given, own)
     else:
-        problem = _from_pymoo(name, options)
+        kind = _kind_of_pymoo(name)
+        from pymoo.problems import get_problem
+
+        problem = _made(name, partial(get_problem, name), kind, given, own)
     if problem.n_obj < 1:
         raise invalid("PROBLEM", "a problem with one objective or more", Received(name))
-    try:  # or its attribute maximize would be taken for the option
+    try:
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
@@ -71,10 +74,23 @@ def load_problem(
         shown = Received(f"{problem.name()}, which takes many at once")
         rule = "a problem that evaluates one design at a time where --timeout is given"
         raise invalid("PROBLEM", rule, shown)
-    return Restricted(problem, box_in(box, problem)) if box else problem
+    return Restricted(problem, _box_in(box, problem)) if box else problem
 
 
-def _from_pymoo(name: str, options: ProblemOptions) -> Problem:
+def _options_in(words: Sequence[str]) -> dict[str, str]:
+    """Return the values of options by name, each behind it or its sign of equality."""
+    given: dict[str, str] = {}
+    rest = list(words)
+    while rest:
+        name, equals, value = rest.pop(0).partition("=")
+        if not name.startswith("--") or name in given:
+            raise PsiError(f"Unexpected argument: {name}; each option is given once")
+        given[name] = value if equals else rest.pop(0) if rest else ""
+    return given
+
+
+def _kind_of_pymoo(name: str) -> type[Problem]:
+    """Return the class of a test problem of pymoo."""
     from pymoo.problems import get_problem, many, multi, single
 
     # pymoo's names are mostly those of the classes; its own list of them cannot be read.
@@ -84,86 +100,67 @@ def _from_pymoo(name: str, options: ProblemOptions) -> Problem:
         for found in vars(module).values()
         if isinstance(found, type) and issubclass(found, Problem)
     }
+    if name.lower() in classes:
+        return classes[name.lower()]
     try:
-        kind = classes.get(name.lower()) or type(get_problem(name))
+        return type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
-        near = [word for word in difflib.get_close_matches(name.lower(), ["chute", *classes], n=5)
-                if word == "chute" or "not found" not in _refusal(word)]  # fmt: skip
+        near = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
         remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
-        if name.endswith(".py") or Path(f"{name}.py").is_file():
+        if name.endswith(".py"):
             remedy = f"of a class Beam in it say {name.removesuffix('.py')}:Beam"
         raise invalid("PROBLEM", _FORMS, name, remedy) from error
-    return _made(name, partial(get_problem, name), kind, options)
 
 
-def _refusal(name: str) -> str:
-    """Return what pymoo has against a name; it may be that of a class that others derive from."""
-    from pymoo.problems import get_problem
-
-    try:
-        get_problem(name)
-    except Exception as error:
-        return str(error)
-    return ""
-
-
-def _from_module(name: str, options: ProblemOptions) -> Problem:
-    module_name, _, attribute = name.partition(":")
+def _attribute(name: str) -> Any:
+    """Return what ``module:attribute`` names."""
+    module, _, attribute = name.partition(":")
     if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
-    value: Any = None
     try:
-        value = importlib.import_module(module_name)
+        value: Any = importlib.import_module(module)
         for part in attribute.split("."):
-            names = dir(value)
             value = getattr(value, part)
     # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
     except (Exception, SystemExit) as error:
         if isinstance(error, PsiError):  # its message stands for itself
             raise
         reason = f"{type(error).__name__}: {error}"
-        if isinstance(error, AttributeError) and isinstance(value, ModuleType):
-            near = difflib.get_close_matches(part, names, n=1)
-            reason += f"; did you mean {near[0]!r}?" if near else ""
-        folder, slash, stem = module_name.rpartition("/")
-        if (stem := stem.removesuffix(".py")) != module_name:  # a file, which is no module's name
-            reason = f"say {stem}:{attribute}" + (
-                f" in the folder {folder or slash}" if slash else ""
-            )
+        if "/" in module or module.endswith(".py"):  # a file, which is no module's name
+            folder, slash, file = module.rpartition("/")
+            reason = f"say {file.removesuffix('.py')}:{attribute}"
+            reason += f" in the folder {folder or slash}" if slash else ""
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
-    return _made(name, value, value, options)
+    return value
 
 
-def _made(name: str, make: Any, kind: Any, options: ProblemOptions) -> Problem:
+def _made(name: str, make: Any, kind: Any, given: Mapping[str, str], own: Sequence[str]) -> Problem:
     """Return a problem, or what a class or function makes with the options.
 
     Args:
         name: What was typed for it.
         make: The problem, or what is called with the options.
         kind: The class or function whose arguments these are.
-        options: The options.
+        given: The options.
+        own: Names of the command's options, one of which may be meant.
     """
-    known = _arguments(kind)
-    taken = [f"--{word.replace('_', '-')}" for word in known]
-    given = {}
-    for option, text in options.given.items():
-        argument = option[2:].replace("-", "_")
-        if argument not in known:
-            near = difflib.get_close_matches(option, [*options.own, *taken], n=1, cutoff=NEAR)
-            told = [f"did you mean {near[0]}?"] if near else []
-            told.append(f"arguments of {name}: {', '.join(taken) or 'none'}")
-            raise PsiError(f"No such option: {option}; {'; '.join(told)}")
-        given[argument] = _value(text)
+    known = {f"--{word.replace('_', '-')}": word for word in _arguments(kind)}
+    for option in given:
+        if option not in known:
+            near = difflib.get_close_matches(option, [*known, *own], n=1, cutoff=0.7)
+            meant = f"did you mean {near[0]}? " if near else ""
+            taken = ", ".join(known) or "none"
+            raise PsiError(f"No such option: {option}; {meant}arguments of {name}: {taken}")
+    values = {known[option]: value_in(text) for option, text in given.items()}
     try:
-        problem = make if isinstance(make, Problem) else make(**given)
+        problem = make if isinstance(make, Problem) else make(**values)
         if isinstance(problem, Problem):
             problem.name()  # the user's too, and needed in messages later on
     except (Exception, SystemExit) as error:
         if isinstance(error, PsiError):
             raise
         reason = f"{type(error).__name__}: {error}"
-        reason += f"; its arguments: {', '.join(taken)}" if taken else ""
-        reason += "" if isinstance(kind, type) else f"; {_WRAPPED}"
+        reason += f"; its arguments: {', '.join(known)}" if known else f"; {_WRAPPED}"
         raise invalid("PROBLEM", "one that can be made", name, reason) from error
     if not isinstance(problem, Problem):
         received = f"got {problem!r:.80}; {_WRAPPED}"
@@ -192,13 +189,48 @@ def _arguments(kind: Any) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "self"]
 
 
-def _value(text: str) -> Any:
-    """Return a number, a list of them with commas, a truth value, or the text as it is."""
-    if "," in text:
-        return [_value(part) for part in text.split(",")]
-    if text in ("True", "False"):
-        return text == "True"
-    for kind in (int, float):
-        with suppress(ValueError):
-            return kind(text if "_" not in text else "")  # Python reads 1_0 as 10
-    return text
+def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
+    """Return a part of the bounds as :class:`~pymoo_psi.Restricted` takes it.
+
+    Each entry is ``name=lower:upper``, of which either may be missing, ``name=value``, or for a
+    choice ``name=option|option``.
+    """
+    space = design_space(problem)
+    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
+    form = "variable=lower:upper or variable=value"
+    box: dict[str, Any] = {}
+    for name, text in pairs_in("--box", entries, form).items():
+        variable = variables[known_name("--box", name, variables)]
+        if variable.kind in (Kind.CHOICE, Kind.BINARY):
+            options = variable.options if variable.kind is Kind.CHOICE else (False, True)
+            words = {str(option): option for option in options}
+            chosen = [words[known_name("--box", word.strip(), words)] for word in text.split("|")]
+            box[name] = chosen if len(chosen) > 1 else chosen[0]
+        else:
+            ends = [number_in("--box", e, form) if e.strip() else None for e in text.split(":")]
+            if len(ends) > 2:
+                raise invalid("--box", form, text)
+            box[name] = tuple(ends) if len(ends) == 2 else ends[0]
+    return box
+
+
+def feasible_box(table: TestTable, problem: Problem) -> str:
+    """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
+
+    Bounds are rounded outwards. What the box of the problem fixes, or leaves of a choice, stays.
+    """
+    given, parts = getattr(problem, "box", {}), []
+    space, layout = design_space(problem), table.layout
+    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
+    for name, low, high in zip(layout.variables, *table.refined_bounds(), strict=True):
+        variable, own = variables[name], given.get(name)
+        if own is not None and not isinstance(own, tuple):
+            parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
+        elif low < high:  # not so of choices, where they are NaN, and of fixed variables
+            digits = 3 - math.floor(math.log10(high - low))
+            grid = 10.0**-digits
+            first = max(round(math.floor(low / grid) * grid, max(digits, 0)), variable.lower)
+            last = min(round(math.ceil(high / grid) * grid, max(digits, 0)), variable.upper)
+            if own is not None or (first, last) != (variable.lower, variable.upper):
+                parts.append(f"{name}={first:.12g}:{last:.12g}")
+    return ",".join(f'"{part}"' if "," in part else part for part in parts)

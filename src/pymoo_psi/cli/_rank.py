@@ -1,10 +1,8 @@
-"""``pymoo-psi rank``: from a file of any Pareto set to ranks of efficiency."""
+"""``pymoo-psi rank``: from a source to ranks of efficiency, and what is said of a choice."""
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,94 +10,203 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._files import whole_file
-from pymoo_psi._validation import counted, integer
-from pymoo_psi.cli._choice import (
-    preferences_in,
-    reasons,
-    say_choice,
-    say_preferences,
-    say_representatives,
+from pymoo_psi._validation import Received, counted, integer, invalid, known_name
+from pymoo_psi.cli._options import Asked, Opening
+from pymoo_psi.cli._output import (
+    print_frame,
+    require_output,
+    say,
+    say_sentences,
+    write_csv,
+    write_json,
 )
-from pymoo_psi.cli._decision import decided_designs, under_decision
-from pymoo_psi.cli._groups import ColumnOptions, FileOptions
-from pymoo_psi.cli._options import designs_of
-from pymoo_psi.cli._output import print_frame, require_output, say, write_csv
-from pymoo_psi.pareto import RANKING_COLUMNS, EfficiencyRanking, cautions, rank_of_efficiency
-from pymoo_psi.table import DesignFile
-from pymoo_psi.table._design_file import unfit
-from pymoo_psi.table._roles import Roles
+from pymoo_psi.cli._text import names_in, number_in, pairs_in
+from pymoo_psi.pareto import (
+    RANKING_COLUMNS,
+    EfficiencyRanking,
+    alternative,
+    cautions,
+    explain,
+    measured_in,
+    percent,
+    rank_of_efficiency,
+    representatives,
+    wrapped,
+)
+from pymoo_psi.selection import (
+    CompromiseProgramming,
+    HighTradeoff,
+    Knee,
+    Lexicographic,
+    RankingSelector,
+    ReferencePoint,
+    compare_selectors,
+)
+from pymoo_psi.table import Formulation, TestTable
+
+_COLUMNS = "rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point."
+_LINES = 7  # of reasons: what a reader takes in at a glance
+_METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
+
+
+def ranked_designs(table: TestTable, *, normalize: bool) -> tuple[TestTable, EfficiencyRanking]:
+    """Return the feasible designs of a table, each once, and their ranking under their names.
+
+    Raises:
+        ArgumentValueError: None is feasible.
+    """
+    rows = np.flatnonzero(table.eligible())
+    rows = rows[table.rows(rows).repeats == 0]
+    if len(rows) == 0:
+        table.ranking()  # raises, and says why
+    names, designs, layout = table.names, table.rows(rows), table.layout
+    F = pd.DataFrame(designs.F * layout.sign, columns=list(layout.objectives))
+    more = [name for name in layout.objectives if name in layout.maximize]
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
+    return designs, ranking.with_labels([names[row] for row in rows])
+
+
+def designs_frame(
+    designs: TestTable, ranking: EfficiencyRanking, asked: Formulation
+) -> pd.DataFrame:
+    """Return designs with their ranking, the best first, for a file or to be printed.
+
+    Columns: ``test_point``, or ``row`` of a file; texts carried along; variables, objectives,
+    constraints and outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
+
+    Raises:
+        ArgumentValueError: A column has the name of one of a ranking.
+    """
+    layout = designs.layout
+    number = "test_point" if layout.label is None else "row"
+    # Constraints that limits have made repeat a column.
+    limits = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
+    constraints = [name for name in layout.constraints if not name.startswith(limits)]
+    names = (*layout.variables, *layout.objectives, *constraints, *layout.outputs)
+    columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
+    if layout.experiments:
+        origin = designs.to_frame()
+        columns |= {name: origin[name].to_numpy() for name in ("experiment", "number")}
+    columns |= {name: designs.column(name) for name in names}
+    if taken := [name for name in columns if name in RANKING_COLUMNS]:
+        raise invalid("the columns", "named unlike those of a ranking", taken[0])
+    columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
+    columns |= {"rank": ranking.rank, "pareto": ranking.pareto}
+    return pd.DataFrame(columns).iloc[ranking.order]
+
+
+def best_designs(frame: pd.DataFrame, n: int) -> pd.DataFrame:
+    """Return the first n designs of :func:`designs_frame` as they are printed."""
+    names = [*frame.columns.drop(["rank", "mu1", "mu2", "mu3"]), "rank", "mu1"]
+    return frame[names].head(n).round({"mu1": 4})
+
+
+def say_source(path: Path, table: TestTable, asked: Formulation) -> None:
+    """Print what is known of a source's rows, of its columns if none was named, of a decision."""
+    layout = table.layout
+    for remark in table.remarks:
+        say(remark)
+    if not asked.objectives:
+        say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
+    for name in layout.objectives:
+        values = table.column(name)
+        if name in asked.maximize and len(values) and (values < 0).all():
+            hint = "if its sign is turned, as in F of pymoo, leave --maximize out, or turn it back"
+            say(f"{name} is maximized, and negative throughout: {hint}.")
+    if (n := int((table.status == "ok").sum())) < len(table):
+        say(f"{n} of {counted(len(table), 'design')} are feasible; the others are left out.")
+    for line in decision_remarks(path, table, asked):
+        say(line)
+
+
+def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[str]:
+    """Return what there is to say of a decision, and what has changed since.
+
+    Raises:
+        ArgumentValueError: The decision is about other directions or units.
+    """
+    layout, page = table.layout, asked.page
+    if page:
+        for name in layout.objectives:
+            was, unit = page.get("units", {}).get(name), layout.units.get(name)
+            other = name in layout.maximize and name not in asked.maximize
+            if other or (was and unit and was != unit):
+                what = "maximized" if other else f"in {unit}"
+                rule = "about the same directions and units as the designs"
+                raise invalid("--decision", rule, Received(f"{name} {what} in {path}"))
+    remarks = [f"Reason: {asked.reason}"] if asked.reason else []
+    if asked.chosen is None:
+        return remarks
+    if asked.chosen not in table.names:
+        return [*remarks, f"Warning: {asked.chosen}, the chosen design, is not among these."]
+    row = table.names.index(asked.chosen)
+    before = page.get("values", {})
+    changed = [
+        f"{name} was {before[name]} and is {table.column(name)[row]:.6g}"
+        for name in layout.objectives
+        if name in before and before[name] != table.column(name)[row]
+    ]
+    if changed:
+        what = f"Warning: {asked.chosen}, the chosen design, has changed: {', '.join(changed)}."
+    elif not table.eligible()[row]:
+        what = f"Warning: {asked.chosen}, the chosen design, is beyond the limits."
+    else:
+        what = f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}."
+    return [*remarks, what]
 
 
 def run_rank(
     path: Path,
-    columns: ColumnOptions,
-    written: FileOptions,
+    asked: Asked,
+    opening: Opening,
     *,
-    decision: Path | None,
-    normalize: bool,
-    prefer: Sequence[str],
-    representatives: int | None,
+    prefer: Sequence[str] | None,
+    n_representatives: int | None,
     out: Path | None,
     figure: Path | None,
     force: bool,
     top: int,
 ) -> int:
-    """Rank the designs of a file, write all if a file is named, and print the best."""
-    top = integer("--top", top, minimum=1)
-    if representatives is not None:
-        integer("--representatives", representatives, minimum=1)
-    if out is not None:
-        require_output(out, (".csv", ".json"), path, decision, by="rank", force=force)
-    if figure is not None:
-        suffixes = (".png", ".pdf", ".svg")
-        require_output(
-            figure, suffixes, path, decision, by="figure", force=force, option="--figure"
-        )
-    if decision is None:
-        file, roles, remarks = designs_of(path, columns, written)
-    else:
-        file, roles, remarks, decided = decided_designs(path, columns, written, decision, normalize)
-        file, decisions = under_decision(file, roles, decided)
-        remarks, normalize = [*remarks, *decisions], decided.normalize
-    names = list(roles.objectives)
-    if taken := [name for name in names if name in RANKING_COLUMNS]:
-        raise unfit(path, f"the objective {taken[0]!r} has the name of a column that is added")
-    selectors = preferences_in(prefer, names, normalize=normalize)
-    # Numbers rank, and what is written are the cells: float64 would not give all digits back.
-    F = pd.DataFrame(file.values(names), columns=names)
-    more = [name for name in names if name in roles.maximize]
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
-    frame = _ranked(file, file.cells, ranking)
-    ranking = ranking.with_labels(file.called(roles.label))
+    """Rank the designs of a source, write all if a file is named, and print the best."""
+    integer("--top", top, minimum=1)
+    if n_representatives is not None:
+        integer("--representatives", n_representatives, minimum=1)
+    inputs = (path, asked.formulation)
+    require_output(out, (".csv", ".json"), *inputs, by="rank", force=force)
+    suffixes = (".png", ".pdf", ".svg")
+    require_output(figure, suffixes, *inputs, by="figure", force=force, option="--figure")
+    formulation = asked.read()
+    table = opening.table(path, formulation)
+    designs, ranking = ranked_designs(table, normalize=formulation.normalize)
+    selectors = preferences_in(prefer, designs.layout.objectives, normalize=formulation.normalize)
+    frame, units = designs_frame(designs, ranking, formulation), designs.layout.units
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
-            _write_json(file, roles, ranking, out)
+            write_json(_content(path, designs, ranking, frame), out)
         else:
-            numbers = [name for name, c in file.columns.items() if c.numbers is not None]
-            # What only the options have said of the columns of a plain file is said again with
-            # them; but a sense must not be lost on the way.
-            told = roles if roles.maximize or file.known else None
-            write_csv(frame, out, told, _units(file), numbers)
-    units = {name: unit for name, unit in _units(file).items() if name in names}
+            write_csv(frame, out, designs.layout)
     if figure is not None:
-        from pymoo_psi.plots import (
-            literal,
-            plot_ranking,
-        )  # matplotlib is loaded where something is drawn
+        _draw(ranking, units, path.name, figure)
 
-        with whole_file(figure) as drawn:
-            page = plot_ranking(ranking, units=units, title=literal(path.name, 60))
-            kind = figure.suffix[1:].lower()
-            # By its maker the file is known when it is to be overwritten.
-            maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}
-            page.savefig(drawn, format=kind, dpi=200, metadata=maker)
-    for remark in remarks:
-        say(remark)
-    _print(file, roles, ranking, frame, top)
+    say_source(path, table, formulation)
+    best = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
+    more = "; …" if len(ranking.salukvadze) > 5 else ""
+    size = f"{counted(len(designs), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
+    say(f"{path}: {size}; Salukvadze optimum: {best}{more}")
+    for name, ideal, nadir in zip(
+        designs.layout.objectives, ranking.ideal, ranking.nadir, strict=True
+    ):
+        way = "maximize" if name in designs.layout.maximize else "minimize"
+        unit = f" {units[name]}" if name in units else ""
+        say(f"  {way} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
+    print_frame(best_designs(frame, top), "The best by rank of efficiency:")
     say_choice(ranking, units)
-    say_preferences(ranking, selectors, units)
-    if representatives is not None:
-        say_representatives(ranking, representatives)
+    if selectors:
+        optimum = int(ranking.salukvadze[0])
+        for entry, chosen in compare_selectors(ranking, selectors).chosen.items():
+            say_sentences([f"{entry}: {alternative(ranking, chosen, optimum, units)}"])
+    if n_representatives is not None:
+        _say_representatives(ranking, n_representatives)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     if figure is not None:
@@ -107,85 +214,129 @@ def run_rank(
     return 0
 
 
-def _ranked(file: DesignFile, cells: pd.DataFrame, ranking: EfficiencyRanking) -> pd.DataFrame:
-    """Return designs with the ranking beside them, the best first.
+def _draw(ranking: EfficiencyRanking, units: Mapping[str, str], title: str, path: Path) -> None:
+    from pymoo_psi.plots import literal, plot_ranking  # matplotlib is loaded where it draws
 
-    ``row`` is the row of the file, from 1, unless the file has a column of that name, as an
-    earlier ranking has: then its numbers stay. Columns of an earlier ranking are replaced.
-    """
-    frame = cells.drop(columns=list(RANKING_COLUMNS), errors="ignore")
-    if "row" not in frame:
-        frame.insert(0, "row", file.rows)
-    frame[["mu1", "mu2", "mu3"]] = ranking.criteria
-    frame["rank"], frame["pareto"] = ranking.rank, ranking.pareto
-    return frame.iloc[ranking.order]
+    kind = path.suffix[1:].lower()
+    # By its maker the file is known when it is to be overwritten.
+    maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}
+    with whole_file(path) as written:
+        drawn = plot_ranking(ranking, units=units, title=literal(title, 60))
+        drawn.savefig(written, format=kind, dpi=200, metadata=maker)
 
 
-def _print(
-    file: DesignFile, roles: Roles, ranking: EfficiencyRanking, ranked: pd.DataFrame, top: int
-) -> None:
-    names = list(roles.objectives)
-    best = ranked.head(top)
-    n, found = len(ranking.rank), len(ranking.salukvadze)
-    # A criterion may be called "row"; then the rows of the file are told.
-    rows = file.rows if "row" in names else ranked["row"].sort_index().to_numpy()
-    optimum = ", ".join(str(rows[i]) for i in ranking.salukvadze[:5])
-    if roles.label not in (None, "row", "") and found == 1:
-        optimum += f" ({roles.label} {file.cells[roles.label][int(ranking.salukvadze[0])]})"
-    say(
-        f"{file.path}: {counted(n, 'design')}, {int(ranking.pareto.sum())} Pareto optimal; "
-        f"Salukvadze optimum: row {optimum}{', …' if found > 5 else ''}"
-    )
-    units = _units(file)
-    for name, ideal, nadir in zip(names, ranking.ideal, ranking.nadir, strict=True):
-        sense = "maximise" if name in roles.maximize else "minimise"
-        unit = f" {units[name]}" if name in units else ""
-        say(f"  {sense} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
-    number = [] if "row" in names else ["row"]
-    # Tests go by their numbers; that these are their rows, too, need not be told.
-    if roles.label is not None and [*map(str, best[roles.label])] == [*map(str, best["row"])]:
-        number = [roles.label]
-    taken = (*number, *names, *RANKING_COLUMNS, "row")
-    others = [name for name in best.columns if name not in taken]
-    distances = ["mu1", "mu2", "mu3"]
-    shown = best[[*number, *others, *names, "rank", *distances, "pareto"]]
-    known = [name for name in (*number, *others, *names) if name in file.columns]
-    plain = [name for name in known if file.columns[name].numbers is not None]
-    title = "The best by rank of efficiency:" if len(best) < len(ranking.rank) else "By rank:"
-    print_frame(shown, title, plain=plain, spare=[[*distances, "pareto"], others])
-
-
-def _units(file: DesignFile) -> dict[str, str]:
-    return {name: column.unit for name, column in file.columns.items() if column.unit}
-
-
-def _write_json(file: DesignFile, roles: Roles, ranking: EfficiencyRanking, out: Path) -> None:
-    frame = _ranked(file, file.frame(roles.objectives), ranking)
-    columns = {name: [_value(cell) for cell in frame[name].tolist()] for name in frame.columns}
-    content = {
-        # A name that is no Unicode holds lone surrogates, which cannot be written as UTF-8.
-        "file": os.fsencode(file.path.name).decode("utf-8", "replace"),
-        "objectives": list(roles.objectives),
-        "maximized": list(roles.maximize),
-        "units": _units(file),
+def _content(
+    path: Path, designs: TestTable, ranking: EfficiencyRanking, frame: pd.DataFrame
+) -> dict[str, Any]:
+    """Return a ranking as plain values; what is no finite number is None, as JSON has none."""
+    layout = designs.layout
+    columns = {
+        name: [None if cell is None or cell in (np.inf, -np.inf) or cell != cell else cell
+               for cell in frame[name].tolist()]
+        for name in frame
+    }  # fmt: skip
+    return {
+        "file": path.name,
+        "objectives": list(layout.objectives),
+        "maximized": list(layout.maximize),
+        "units": dict(layout.units),
         "normalized": ranking.frame.normalize,
-        "ideal": dict(zip(roles.objectives, ranking.ideal.tolist(), strict=True)),
-        "nadir": dict(zip(roles.objectives, ranking.nadir.tolist(), strict=True)),
-        "reasons": reasons(ranking, _units(file)),
+        "ideal": dict(zip(layout.objectives, ranking.ideal.tolist(), strict=True)),
+        "nadir": dict(zip(layout.objectives, ranking.nadir.tolist(), strict=True)),
+        "reasons": _reasons(ranking, layout.units),
         "cautions": [str(caution) for caution in cautions(ranking)],
-        "salukvadze_rows": file.rows[ranking.salukvadze].tolist(),
+        "salukvadze_rows": designs.numbers[ranking.salukvadze].tolist(),
         "designs": [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
         ],
     }
-    with whole_file(out) as written:
-        text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
-        written.write_text(text + "\n", encoding="utf-8")
 
 
-def _value(cell: Any) -> Any:
-    """Return a cell as JSON can hold it: None for nothing, or for what is no finite number."""
-    # JSON has no NaN or Infinity (RFC 8259, section 6); Python would write them unless forbidden.
-    if isinstance(cell, float) and not np.isfinite(cell):
-        return None
-    return None if cell == "" else cell
+def _reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
+    """Return why the optimum, in sentences that fill a few lines; the first two in any case."""
+    units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
+    said: list[str] = []
+    for sentence in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences:
+        if len(said) >= 2 and len(wrapped([*said, sentence]).splitlines()) > _LINES:
+            break
+        said.append(sentence)
+    return said
+
+
+def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
+    """Print how it was measured, why the optimum, and what speaks against relying on it."""
+    option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
+    say(_COLUMNS)
+    say(f"{measured_in(ranking)}{option}.")
+    say_sentences(_reasons(ranking, units))
+    say_sentences([f"Caution: {caution}" for caution in cautions(ranking)])
+
+
+def _say_representatives(ranking: EfficiencyRanking, k: int) -> None:
+    few, objectives = representatives(ranking, k), ranking.objectives
+    frame = pd.DataFrame(objectives.values[few.rows], columns=list(objectives.names))
+    frame.insert(0, "design", [ranking.name_of(row) for row in few.rows])
+    frame["stands for"] = [percent(share) for share in few.shares]
+    n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
+    print_frame(frame, f"{len(few.rows)} for {n}, none farther than {few.radius:.3g} from its own:")
+
+
+def preferences_in(
+    entries: Sequence[str] | None, names: Sequence[str], *, normalize: bool
+) -> dict[str, RankingSelector]:
+    """Return the selectors that entries of ``--prefer`` describe, by entry.
+
+    ==================  ========================================================================
+    weights:A=2,B=1     the nearest to the ideal point, with weights of all objectives
+    chebyshev           the least bad worst objective; weights as above may follow a colon
+    aspire:A=3,B=20     the nearest to wanted values, or the one that exceeds them by most
+    order:B,A           the best in the first objective, then in the next, within
+                        ``tolerance=0.1`` of the range, if that is the last part
+    knee                where the set bulges most towards the ideal point
+    tradeoff            what pymoo's HighTradeoffPoints finds
+    ==================  ========================================================================
+
+    Raises:
+        ArgumentValueError: There is no such method or objective, or numbers are missing.
+
+    Example:
+        >>> found = preferences_in(["aspire:cost=3,yield=20"], ["cost", "yield"], normalize=True)
+        >>> found["aspire:cost=3,yield=20"].point
+        array([ 3., 20.])
+    """
+    return {entry: _preference(entry, names, normalize) for entry in entries or ()}
+
+
+def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSelector:
+    method, colon, text = entry.partition(":")
+    method = known_name("--prefer", method.strip(), _METHODS)
+    if method in ("knee", "tradeoff"):
+        if colon:
+            raise invalid("--prefer", f"just {method}", Received(entry))
+        return Knee() if method == "knee" else HighTradeoff(normalize=normalize)
+    if method == "order":
+        *order, last = names_in([text])
+        if last.startswith("tolerance=") and last not in names:
+            tolerance = number_in("--prefer", last.removeprefix("tolerance="), "a tolerance")
+        else:
+            order, tolerance = [*order, last], None
+        for name in order:
+            known_name("--prefer", name, names)
+        return (
+            Lexicographic(order) if tolerance is None else Lexicographic(order, tolerance=tolerance)
+        )
+    if method == "chebyshev" and not colon:
+        return CompromiseProgramming(np.inf, normalize=normalize)
+    form = f"with a number for every objective, such as {method}:" + ",".join(
+        f'"{name}=1"' if "," in name else f"{name}=1" for name in names
+    )
+    given = pairs_in("--prefer", [text], form)
+    for name in given:
+        known_name("--prefer", name, names)
+    if missing := [name for name in names if name not in given]:
+        raise invalid("--prefer", form, Received(entry), f"{missing[0]} has none")
+    values = [number_in("--prefer", given[name], form) for name in names]
+    if method == "aspire":
+        return ReferencePoint(values, normalize=normalize)
+    p = 2 if method == "weights" else np.inf
+    return CompromiseProgramming(p, weights=values, normalize=normalize)

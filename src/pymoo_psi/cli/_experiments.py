@@ -1,37 +1,107 @@
-"""``pymoo-psi reproduce``: the paper's tables, computed and compared."""
+"""``pymoo-psi compare`` and ``reproduce``: algorithms at equal cost, and the chute's paper."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pymoo.core.problem import Problem
 
+from pymoo_psi._files import whole_file
 from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.chute import ChuteParameters
 from pymoo_psi.cli._output import (
     print_frame,
-    progress_bar,
+    progress,
     require_folder,
     require_results,
     say,
     write_csv,
 )
+from pymoo_psi.cli._text import counts_in
+from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, report
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
-from pymoo_psi.plots import plot_points, save_figures, save_paper_figures, shown_case
+from pymoo_psi.plots import (
+    plot_points,
+    save_comparison,
+    save_figures,
+    save_paper_figures,
+    shown_case,
+)
 
 _PAPER = ChuteParameters(mu=PAPER_MU[0])
 
 # What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
 _HEADINGS = """mu: friction coefficient
 design: number of the LPτ test point; 'printed' is the paper's row, 'continuous' what a local \
-search in the box found from the best test point on, with the same U
+search in the bounds found from the best test point on, with the same U
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 to U: distance to the ideal point U, plain, as in the paper (solve and rank: --no-normalize)"""
+
+
+def run_compare(
+    problem: Problem,
+    evaluations: str,
+    seeds: int,
+    algorithms: str,
+    *,
+    assess: str,
+    reference: Path | None,
+    jobs: int,
+    out: Path | None,
+    force: bool,
+) -> int:
+    """Compare, write all there is to a folder, and print the medians and the conclusions."""
+    rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
+    budgets = counts_in("--evaluations", evaluations, rule)
+    integer("--seeds", seeds, minimum=1)
+    job_count("--jobs", jobs)
+    folder = None
+    if out is not None:
+        files = ["reference.npz", "runs.csv", "summary.csv", "tests.csv", "report.md"]
+        folder = require_results(out, files, force=force)
+    # Before the runs, so that a wrong file is refused at once.
+    known = None if reference is None else Reference.load(reference)
+    with progress(f"runs on {problem.name()}", None) as show:
+        result = compare(
+            problem,
+            n_evaluations=budgets,
+            seeds=seeds,
+            algorithms=list(dict.fromkeys(word.strip() for word in algorithms.split(","))),
+            assess=assess,
+            reference=known,
+            folder=None if folder is None else folder / "runs",
+            n_jobs=jobs,
+            on_run=lambda run, ready, total: show(ready, str(run.task), total=total),
+        )
+    summary = result.summary()
+    if folder is not None:  # before anything is printed, which may fail
+        write_csv(result.to_frame(), folder / "runs.csv")
+        write_csv(summary, folder / "summary.csv")
+        tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
+        write_csv(pd.concat(tests, ignore_index=True), folder / "tests.csv")
+        with whole_file(folder / "report.md") as written:
+            written.write_text(report(result), encoding="utf-8")
+        result.reference.save(folder / "reference.npz")
+        save_comparison(result, folder)
+    columns = [*INDICATORS, "n_nondominated", "seconds"]
+    medians = summary[["evaluations", "algorithm", "runs", *columns]].copy()
+    quartiles = summary[["runs", "hypervolume_q1", "hypervolume_q3"]].to_numpy(float)
+    texts = ["" if runs == 1 else f"{low:.4f} to {high:.4f}" for runs, low, high in quartiles]
+    medians.insert(4, "quartiles", texts)
+    medians["n_nondominated"] = medians["n_nondominated"].round().astype(int)
+    medians["seconds"] = [f"{seconds:.4f}" for seconds in medians["seconds"]]
+    heads = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
+    title = f"{problem.name()}: medians over the runs"
+    print_frame(medians.rename(columns=heads).round(4), title, lead=2)
+    for sentence in conclusions(result):
+        say(sentence)
+    if out is not None:
+        say(f"Tables, figures, report.md, the reference and the runs written to {out}")
+    return 0
 
 
 def run_reproduce(
@@ -57,16 +127,14 @@ def run_reproduce(
         folder.mkdir(exist_ok=True)
         require_folder(folder, str(folder))
     coefficients = tuple(mu or PAPER_MU)
-    with progress_bar() as bar:
-        # A set of figures for each model, beside the cases.
-        total = len(models) * (len(coefficients) + 1)
-        task = bar.add_task("Cases (friction coefficient, model)", total=total)
+    # A set of figures for each model, beside the cases.
+    with progress("cases", len(models) * (len(coefficients) + 1)) as show:
+        done = 0
 
-        def step(done: str) -> None:
-            bar.update(task, advance=1, description=done)
-            if bar.disable:  # no terminal: a line each, so that a log shows that it goes on
-                with suppress(OSError):
-                    print(f"done: {done}", file=sys.stderr, flush=True)
+        def step(what: str) -> None:
+            nonlocal done
+            done += 1
+            show(done, what)
 
         def advance(case: Case) -> None:
             step(f"mu = {case.mu}, {case.model} model")
@@ -165,7 +233,7 @@ def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.Data
             rows.append(case | {"design": "continuous"} | polished)
     return pd.DataFrame(
         rows, columns=["model", "mu", "design", *criteria, *(["to U"] * bool(ends))]
-    )
+    ).round(4)
 
 
 def _compared(result: Reproduction) -> bool:

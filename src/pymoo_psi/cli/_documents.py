@@ -1,0 +1,244 @@
+"""``pymoo-psi page``, ``report``, ``analyze`` and ``export``: what is made of a source."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from datetime import datetime, timezone
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi.cli._options import Asked, Opening
+from pymoo_psi.cli._output import (
+    print_frame,
+    require_output,
+    require_results,
+    say,
+    say_sentences,
+    write_csv,
+)
+from pymoo_psi.cli._rank import decision_remarks, preferences_in, say_source
+from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
+from pymoo_psi.table import STATUSES, Formulation, TestTable
+
+# Objectives up to which hypervolumes take seconds: of 300 designs one second with seven of them,
+# but hours with eight, and of 40 designs hours with fifteen.
+_VOLUME = 7
+_SHOWN = 12  # variables printed, those with the largest indices; all are in the file
+_HTML = (".html", ".htm")
+
+
+def run_page(
+    path: Path,
+    asked: Asked,
+    opening: Opening,
+    *,
+    prototype: Path | None,
+    title: str | None,
+    out: Path,
+    force: bool,
+) -> int:
+    """Write the page and say where it is. Its reader can move the limits that it opens with."""
+    from pymoo_psi.page import decision_page
+
+    require_output(out, _HTML, path, prototype, asked.formulation, by="page", force=force)
+    formulation = asked.read()
+    question = replace(formulation, limits={}, page={})
+    table = opening.table(path, question)
+    former = None
+    if prototype is not None:
+        # Marks and encoding are a habit of who writes files; titles and units are of one file.
+        written = replace(opening, variables=None, units=None, skip_rows=None, sheet=None)
+        layout = table.layout
+        more = [name for name in layout.objectives if name in layout.maximize]
+        same = replace(question, objectives=layout.objectives, maximize=more, relaxed=())
+        former = written.table(prototype, same)
+    opens = replace(formulation, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
+    page = decision_page(table, opens, prototype=former, title=title or path.stem)
+    # What the table was asked is repeated in the decisions that the page saves.
+    limits = page.formulation.limits
+    page = replace(page, formulation=replace(formulation, limits=limits))
+    page.save(out)
+    say_source(path, table, formulation)
+    size, objectives = counted(len(page.table), "design"), ", ".join(table.layout.objectives)
+    say(f"{size} by {objectives}: open {out} in a browser")
+    return 0
+
+
+def run_report(
+    path: Path,
+    asked: Asked,
+    opening: Opening,
+    *,
+    prefer: Sequence[str] | None,
+    design: int | None,
+    title: str | None,
+    out: Path,
+    force: bool,
+) -> int:
+    """Write the report and say where it is.
+
+    Returns:
+        0, or 1 if no design is feasible; the report then says what stands in the way.
+    """
+    from pymoo_psi.report import decision_report
+    from pymoo_psi.study import Study
+
+    require_output(out, _HTML, path, asked.formulation, by="report", force=force)
+    formulation = asked.read()
+    # What each limit costs is reported, so that they are not among the constraints.
+    table = opening.table(path, replace(formulation, limits={}))
+    normalize = formulation.normalize
+    selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
+    limited = table.under(Formulation(limits=formulation.limits))
+    decided = decision_remarks(path, limited, formulation)
+    if design is None and formulation.chosen in table.names:
+        design = int(table.numbers[table.names.index(formulation.chosen)])
+    about = [
+        f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
+    ]
+    if path.is_file():  # what a pipe has given it does not give again
+        with suppress(StudyError):  # another file has no date
+            about.append(f"Study begun {Study(path).facts()['begun']}")
+    report = decision_report(
+        table,
+        formulation.limits,
+        normalize=normalize,
+        design=design,
+        selectors=selectors or None,
+        title=title or path.stem,
+        about=[*about, *table.remarks, *decided],
+    )
+    report.save(out)
+    say_source(path, limited, formulation)
+    say(f"{report}: open {out} in a browser, or print it")
+    return 0 if report.ranking is not None else 1
+
+
+def run_analyze(
+    path: Path, asked: Asked, opening: Opening, out: Path | None, *, force: bool
+) -> int:
+    """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
+    from pymoo_psi.plots import (
+        literal,
+        plot_convergence,
+        plot_feasibility,
+        plot_sensitivities,
+        save_figures,
+    )
+    from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+
+    formulation = asked.read()
+    table = opening.table(path, formulation)
+    layout = table.layout
+    if not layout.variables:
+        raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
+    if out is not None:
+        files = ["sensitivities.csv", "convergence.*", "sensitivities.*", "feasibility.*"]
+        require_results(out, files, force=force)
+    # The distance to a limit says nothing that the column does not.
+    limits = tuple(f"{name}{sign}" for name in formulation.limits for sign in ("<=", ">="))
+    columns = [name for name in layout.columns if name not in layout.variables]
+    found = sensitivities(table, [name for name in columns if not name.startswith(limits)])
+    rules = feasibility_rules(table)
+    # The first of combined tests are one experiment, the others have other bounds: no convergence.
+    experiments = [name for name, _ in layout.experiments]
+    few = len(layout.objectives) <= _VOLUME
+    steps = convergence(table) if few and len(experiments) < 2 else None
+    if out is not None:
+        write_csv(found.reset_index(), out / "sensitivities.csv")
+        title = literal(path.name, 60)
+        figures: dict[str, Any] = {"sensitivities": plot_sensitivities(found, title=title)}
+        if steps is not None:
+            write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
+            figures["convergence"] = plot_convergence(steps, title=title)
+        if len(layout.variables) > 1:
+            figures["feasibility"] = plot_feasibility(table, title=title).figure
+        save_figures(figures.items(), out, 200, ".png")
+
+    say_source(path, table, formulation)
+    largest = found["first_order"].groupby(level="variable", sort=False).max()
+    shown = largest.sort_values(ascending=False).index[:_SHOWN]
+    cells = [
+        f"{index:.2f} ± {(upper - index):.2f}"
+        for index, upper in zip(found["first_order"], found["upper"], strict=True)
+    ]
+    wide = pd.Series(cells, index=found.index).unstack("column")[found.index.unique("column")]
+    title = "First-order sensitivities: the share of the variance that a variable explains alone"
+    print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
+    if left_out := len(largest) - len(shown):
+        say(f"({left_out} variables with smaller ones not shown)")
+    say("Where designs are feasible:")
+    for rule in rules.rules:
+        say(f"  {rule}")
+    if steps is not None:
+        print_frame(
+            steps.to_frame().reset_index().round(4), "What the first tests would have decided"
+        )
+        say_sentences([steps.verdict()])
+    elif few:
+        say(f"Convergence not available: the tests are of {len(experiments)} experiments.")
+    else:
+        say(f"Convergence not available: more than {_VOLUME} objectives; --objectives names fewer.")
+    if out is not None:
+        say(f"Tables and pictures written to {out}")
+    return 0
+
+
+def run_export(
+    sources: Sequence[str], asked: Asked, opening: Opening, out: Path, *, force: bool
+) -> int:
+    """Write the tests of one or several sources as one table or study.
+
+    Args:
+        sources: Files or folders; several are merged by numbers of test points, as of one problem.
+            If one is given as ``name=path``, they are experiments of other bounds or samplings,
+            each under its name or that of its file.
+        asked: What is asked of each.
+        opening: How they are opened.
+        out: The file to write: CSV or Parquet, or a new study.
+        force: Whether to overwrite any file.
+    """
+    files: dict[str, Path] = {}
+    named = False
+    for source in sources:
+        name, equals, file = source.partition("=")
+        # A file may have a sign in its name, and is meant where it is there.
+        if not equals or Path(source).exists():
+            name, file = Path(source).stem, source
+        else:
+            named = True
+        key = name if named or name not in files else source
+        if not name or key in files:
+            raise invalid("SOURCE", "of different names, as in name=path", Received(source))
+        files[key] = Path(file).expanduser()
+    suffixes = (".csv", ".parquet", ".db")
+    require_output(out, suffixes, *files.values(), by="export", force=force)
+    formulation = asked.read()
+    tables = {name: opening.table(path, formulation) for name, path in files.items()}
+    if named:
+        table = TestTable.combined(tables)
+    else:
+        table = TestTable.empty()
+        for name, each in tables.items():
+            try:
+                table = table.merge(each) if len(tables) > 1 else each
+            except PsiError as error:
+                remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
+                raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
+    write = {".csv": table.to_csv, ".parquet": table.to_parquet, ".db": table.to_study}
+    write[out.suffix.lower()](out)
+    for name, each in tables.items():
+        for remark in each.remarks:
+            say(f"{name}: {remark}" if len(tables) > 1 else remark)
+    if out.suffix.lower() == ".db" and table.problem is None:
+        say("It is unknown of which problem the tests are: no run continues the study.")
+    counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
+    say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")
+    return 0

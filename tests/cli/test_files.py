@@ -1,0 +1,242 @@
+"""What the command writes and prints: nothing is lost or overwritten, on any terminal."""
+
+import csv
+import os
+import shutil
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from pymoo_psi import plots
+from pymoo_psi.cli import main
+from tests.formulas import CELLS, INERT
+from tests.processes import posix
+
+FRONT = "a,b\n1,2\n2,1\n3,0\n"
+DESIGNS = "name,µ,×\nα,1,2\nβ,2,1\n"
+
+
+@pytest.fixture
+def folder(run, tmp_path, undrawn):
+    (tmp_path / "set.csv").write_text(FRONT)
+    assert main(["solve", "bnh", "--points", "32", "--study", "s.db"]) == 0
+    return tmp_path
+
+
+WRITERS = {
+    "solve": ("solve bnh --points 32", "o.csv"),
+    "solve named": ("solve bnh --points 32 --maximize f2", "o.csv"),
+    "rank": ("rank set.csv", "o.csv"),
+    "rank maximize": ("rank set.csv --maximize b", "o.csv"),
+    "rank json": ("rank set.csv", "o.json"),
+    "export": ("export s.db", "o.csv"),
+    "export parquet": ("export s.db", "o.parquet"),
+    "page": ("page set.csv", "o.html"),
+    "report": ("report s.db", "o.html"),
+}
+
+
+def written(writer, out):
+    return main([*WRITERS[writer][0].split(), "--out", str(out)])
+
+
+def test_a_command_overwrites_its_own_results_only(folder, capsys):
+    kept = {}
+    for writer, (_, name) in WRITERS.items():
+        assert written(writer, name) == 0
+        assert written(writer, name) == 0, writer
+        kept[writer] = folder / f"{writer}.kept"
+        shutil.move(name, kept[writer])
+    for writer, (words, name) in WRITERS.items():
+        command = words.split()[0]
+        others = {w: kept[w] for w in WRITERS if w.split()[0] != command and WRITERS[w][1] == name}
+        (folder / "mine").write_text(FRONT)
+        for file in ({"": folder / "mine"} | others).values():
+            shutil.copy(file, name)
+            before = (folder / name).read_bytes()
+            capsys.readouterr()
+            assert written(writer, name) == 2, (writer, file)
+            err = capsys.readouterr().err
+            assert "--out must be a new file, or one that this command wrote" in err
+            assert err.endswith("--force overwrites it\n")
+            assert (folder / name).read_bytes() == before
+    assert main(["rank", "set.csv", "--out", "o.csv", "--force"]) == 0
+
+
+def test_the_input_is_never_overwritten(folder, capsys):
+    for words in ("rank set.csv --out set.csv", "rank set.csv --figure set.csv",
+                  "export s.db --out s.db", "page set.csv --out set.html --prototype set.html",
+                  "rank set.csv --formulation a.json --out a.json"):  # fmt: skip
+        assert main([*words.split(), "--force"]) == 2
+        assert "must be another file than the one that is read" in capsys.readouterr().err
+    assert (folder / "set.csv").read_text() == FRONT
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_a_figure_is_known_by_its_maker(folder, suffix, capsys, monkeypatch):
+    monkeypatch.setattr(plots, "plot_ranking", lambda *args, **options: Figure())
+    words = ["rank", "set.csv", "--figure", f"f.{suffix}"]
+    assert main(words) == main(words) == 0
+    (folder / f"f.{suffix}").write_bytes(b"a drawing of mine")
+    assert main(words) == 2
+    assert "--figure must be a new file" in capsys.readouterr().err
+
+
+def test_a_folder_with_results_of_others_is_left_alone(folder, capsys):
+    for words, name in (
+        ("analyze s.db", "convergence.csv"),
+        ("compare bnh --evaluations 4 --seeds 1", "tests.csv"),
+        ("reproduce --points 4", "figure_2.png"),
+    ):
+        out = folder / words.split()[0]
+        out.mkdir()
+        (out / name).write_text(FRONT)
+        assert main([*words.split(), "--out", str(out)]) == 2
+        assert name in capsys.readouterr().err
+        assert [path.name for path in out.iterdir()] == [name]
+
+
+def test_exported_texts_are_no_formulas(run, tmp_path):
+    """But for that every cell is as it was, numbers too."""
+    # A row break, and what summarises rows, are refused before.
+    cells = [cell for cell in CELLS if "\r" not in cell and "SUM" not in cell]
+    frame = pd.DataFrame({"-a": [-1.5] * len(cells), "=b": cells, "c": range(len(cells))})
+    frame.to_csv("set.csv", index=False)
+    assert run("rank", "set.csv", "--objectives=-a,c", "--out", "o.csv")[0] == 0
+    with open("o.csv", newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(line for line in file if line[0] != "#")
+    assert header[1:4] == ["'=b", "'-a", "c"]
+    assert [row[1] for row in rows] == [INERT[cell] for cell in cells]
+    assert {row[2] for row in rows} == {"-1.5"}
+
+
+def test_a_narrow_reader_is_shown_every_number(run, tmp_path, monkeypatch):
+    """Columns that do not fit stand below; a cell that ends with … would be another number."""
+    names = ["mass of the gearbox", "noise, level", "axial force"]
+    pd.DataFrame([[1234.5, 71.25, 3], [987.25, 75.5, 1]], columns=names).to_csv(
+        "set.csv", index=False
+    )
+    monkeypatch.setenv("COLUMNS", "40")
+    printed = run("rank", "set.csv", "--out", "o.csv")[1]
+    table = printed.partition("efficiency:\n")[2].partition("rank: ")[0]
+    assert max(map(len, printed.splitlines())) <= 40
+    for text in (*names, "1234.5", "987.25", "71.25", "75.5", "rank"):
+        assert text in table
+    rows = [line.split()[0] for line in table.splitlines() if line[:3].strip().isdigit()]
+    assert rows == rows[:2] * (len(rows) // 2)  # the row leads each part
+    assert len(rows) > 2
+
+
+def process(*words, folder, **environment):
+    """The command in a process of its own, as a shell starts it."""
+    return subprocess.run(
+        [sys.executable, "-m", "pymoo_psi", *words],
+        cwd=folder, capture_output=True, env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+def test_a_terminal_without_greek_loses_nothing(tmp_path):
+    (tmp_path / "µ.csv").write_text(DESIGNS, encoding="utf-8")
+    done = process(
+        "rank", "µ.csv", "--out", "×.csv", folder=tmp_path,
+        PYTHONIOENCODING="ascii", LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0",
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"2 designs, 2 Pareto optimal" in done.stdout
+    assert b"minimize ?: best 1, worst 2" in done.stdout
+    assert (tmp_path / "×.csv").read_text("utf-8").count("\n") == 3
+
+
+@posix
+def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path, monkeypatch, capsys):
+    name = os.fsdecode(b"\xff\xe9")
+    (tmp_path / f"{name}.csv").write_text(DESIGNS, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    done = process("rank", f"{name}.csv", "--out", f"{name}.json", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    for command, out in (("rank", f"{name}-ranked.csv"), ("page", f"{name}.html")):
+        assert main([command, f"{name}.csv", "--out", out]) == 0
+        assert capsys.readouterr().err == ""
+    outs = (f"{name}.json", f"{name}-ranked.csv", f"{name}.html")
+    assert all((tmp_path / out).exists() for out in outs)
+
+
+@posix
+@pytest.mark.parametrize(
+    ("stream", "words", "code"),
+    [
+        (">&- 2>&-", "rank set.csv --out out.csv", 0),
+        (">&-", "--help", 0),
+        ("2>&-", "absent", 2),
+        (">/dev/full", "rank set.csv --out out.csv", 2),
+        ("2>/dev/full", "absent", 2),
+        ("| true", "rank set.csv --out out.csv", 0),
+    ],
+)
+def test_streams_that_are_closed_or_full(tmp_path, stream, words, code):
+    (tmp_path / "set.csv").write_text(FRONT)
+    done = subprocess.run(
+        ["sh", "-c", f"{sys.executable} -m pymoo_psi {words} {stream}"],
+        cwd=tmp_path, capture_output=True,
+    )  # fmt: skip
+    assert done.returncode == code
+    assert b"Traceback" not in done.stderr + done.stdout
+    assert ("out.csv" in words) == (tmp_path / "out.csv").exists()
+
+
+def test_a_model_that_changes_the_folder_moves_no_output(run, tmp_path):
+    assert run("solve", "models:Moves", "--points", 4, "--out", "o.csv")[::2] == (0, "")
+    assert (tmp_path / "was").exists()
+    assert (tmp_path / "o.csv").exists()
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="a folder in which nobody may write")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "solve models:Moves --out /proc/o.csv",
+        "compare models:Moves --evaluations 4 --out /proc/o",
+        "reproduce --out /proc/o",
+        "rank set.csv --out /proc/o.csv",
+        "page set.csv --out /proc/o.html",
+        "export set.csv --out /proc/o.csv",
+    ],
+)
+def test_a_folder_that_cannot_be_written_is_found_before_the_run(run, tmp_path, words):
+    (tmp_path / "set.csv").write_text(FRONT)
+    code, printed, err = run(*words.split())
+    assert (code, printed, err.count("\n")) == (2, "", 1)
+    assert "/proc" in err
+    assert not (tmp_path / "was").exists()
+
+
+def test_the_home_folder_is_found_behind_an_equals_sign(run, monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    (tmp_path / "set.csv").write_text(FRONT)
+    assert run("rank", "~/set.csv", "--out=~/out.csv")[0] == 0
+    assert (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["solve bnh --points 20", "solve bnh --points 20 --algorithm surrogate",
+     "solve bnh --points 20 --algorithm nsga3",
+     "compare bnh --algorithms psi,nsga3 --evaluations 8 --seeds 2",
+     "reproduce --points 8 --mu 0.4 --model full --out r"],
+)  # fmt: skip
+def test_a_log_shows_that_a_run_goes_on(run, monkeypatch, words, coarse):
+    """Without a terminal there is no bar, and a slow model would run for hours without a word."""
+    from pymoo_psi.cli import _experiments, _output
+
+    monkeypatch.setattr(_experiments, "save_paper_figures", lambda *args, **options: ())
+    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
+    assert run(*words.split())[::2] == (0, "")  # in less than a minute
+    monkeypatch.setattr(_output, "_EVERY", 0.0)
+    code, _, err = run(*words.split())
+    assert code == 0
+    done, total = err.splitlines()[-1].partition(": ")[2].partition(",")[0].split(" of ")
+    assert done == total

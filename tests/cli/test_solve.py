@@ -1,0 +1,275 @@
+"""``pymoo-psi solve``: the library's run, limits, boxes, studies, failures, interruption."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    Formulation,
+    QMCSampling,
+    Recorded,
+    Restricted,
+    SurrogatePSI,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+    nsga3,
+    rank_of_efficiency,
+)
+from tests.table.exact_csv import EXACT
+
+
+def written(path="o.csv"):
+    return pd.read_csv(path, comment="#", **EXACT)
+
+
+@pytest.mark.parametrize(
+    ("words", "problem", "psi"),
+    [
+        (["chute", "--mu", 0.4, "--model", "rolling"],
+         VectorizedSphereChute(0.4, model="rolling"), PSI(200)),
+        (["chute", "--limits", "f1<=2.2, f4<=1.5"],
+         VectorizedSphereChute(), PSI(200, limits={"f1": 2.2, "f4": 1.5})),
+        (["chute", "--box", "x1=0.2:0.6, x2=:3"],
+         Restricted(VectorizedSphereChute(), {"x1": (0.2, 0.6), "x2": (None, 3)}), PSI(200)),
+                *((["bnh", "--sampling", engine, "--seed", 3], get_problem("bnh"),
+           PSI(200, sampling=QMCSampling(engine))) for engine in ("sobol", "halton", "lhs")),
+        (["bnh", "--algorithm", "surrogate", "--points", 24, "--seed", 3, "--limits", "f1<=60"],
+         get_problem("bnh"), SurrogatePSI(24, limits={"f1": 60})),
+    ],
+)  # fmt: skip
+def test_the_pareto_set_is_the_librarys(run, words, problem, psi):
+    code, printed, err = run(
+        "solve", "--out", "o.csv", *([] if 24 in words else ["--points", 200]), *words
+    )
+    assert (code, err) == (0, "")
+    result = minimize(problem, psi, seed=3)
+    found = written().set_index("test_point").loc[result.opt.get("test_point")]
+    objectives = [name for name in found if name[0] == "f"]
+    np.testing.assert_array_equal(found[objectives], result.F)
+    np.testing.assert_array_equal(found[[n for n in found if n[0] == "x"]], result.opt.get("X"))
+    assert found["rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()
+    assert f"All {len(found)} written to o.csv" in printed
+
+
+def test_a_problem_is_solved_as_asked(run):
+    from models import Beam
+
+    asked = Formulation(
+        ["mass", "stiffness"], maximize=["stiffness"], limits={"height": (80, 180), "stress": 120},
+        computed={"stiffness": "5 / deflection"},
+    )  # fmt: skip
+    asked.to_json("asked.json")
+    options = ["--compute", "stiffness=5/deflection", "--objectives", "mass,stiffness",
+               "--maximize", "stiffness", "--limits", "80<=height<=180,stress<=120"]  # fmt: skip
+    table = investigate(Beam(), 200).under(asked)
+    for words in (options, ["--formulation", "asked.json"]):
+        code, printed, err = run("solve", "models:Beam", "--points", 200, *words, "--out", "o.csv")
+        assert (code, err) == (0, "")
+        assert sorted(written()["test_point"]) == table.numbers[table.pareto()].tolist()
+        assert "mass [kg]" in printed
+        assert "stiffness (max)" in printed
+    # The part that is suggested holds every feasible design.
+    box = printed.partition("--box ")[2].split()[0].strip("'")
+    bounds = {part.partition("=")[0]: part.partition("=")[2].split(":") for part in box.split(",")}
+    for name, (low, high) in bounds.items():
+        assert float(low) <= table.column(name)[table.feasible()].min()
+        assert float(high) >= table.column(name)[table.feasible()].max()
+    assert run("solve", "models:Beam", "--points", 64, "--box", box)[0] == 0
+
+
+def test_mixed_variables_are_restricted(run):
+    words = ["solve", "models:Mixed", "--points", 64, "--out", "o.csv"]
+    assert run(*words, "--box", "n=2:4,steel=S235|S460", "--study", "s.db")[0] == 0
+    table = TestTable.read_study("s.db")
+    assert {*table.column("steel")} == {"S235", "S460"}
+    assert {*table.column("n")} == {2, 3, 4}
+    code, printed, _ = run(*words, "--box", "steel=S355", "--limits", "n<=3")
+    assert code == 0
+    assert "steel=S355" in printed.partition("--box ")[2]
+    assert {*written()["steel"]} == {"S355"}
+    assert run(*words, "--box", "a=0.5")[0] == 0
+    assert {*written()["a"]} == {0.5}
+    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "variable=lower:upper"),
+                         ("n=x", "numbers"), ("q=1", "did you mean"), ("n", "of the form")):  # fmt: skip
+        code, _, err = run(*words, "--box", box)
+        assert (code, err.count("\n")) == (2, 1)
+        assert "--box must be " in err
+        assert message in err or message == "did you mean"
+
+
+def test_nsga3_is_the_librarys_and_repeatable(run):
+    words = ["solve", "bnh", "--algorithm", "nsga3", "--points", 200]
+    for seed in (5, 6):
+        assert run(*words, "--seed", seed, "--out", f"{seed}.csv")[0] == 0
+        result = nsga3(get_problem("bnh"), n_evaluations=200, seed=seed)
+        found = written(f"{seed}.csv")
+        assert sorted(map(tuple, found[["f1", "f2"]].to_numpy())) == sorted(map(tuple, result.F))
+    assert Path("5.csv").read_text() != Path("6.csv").read_text()
+    # Its rows are those of the file, which ranks alike.
+    printed = run(*words, "--seed", 5)[1].partition("Salukvadze optimum")[0]
+    assert f"Row {found['row'].iloc[0]} is" not in printed.partition("\n")[0]
+
+
+def test_nsga3_continues_a_study(run):
+    words = ["solve", "osy", "--algorithm", "nsga3", "--points", 200]
+    assert run(*words, "--out", "alone.csv")[0] == 0
+    problem = Recorded(FailureTolerant(get_problem("osy")), study="osy.db")
+    minimize(problem, NSGA2(20), ("n_gen", 1), seed=1)  # the seed gives the same first designs
+    for stored in (20, 200):
+        code, printed, _ = run(*words, "--study", "osy.db", "--out", "o.csv")
+        assert code == 0
+        assert f"200 evaluated, {stored} of them from the study" in printed
+    same = [written(path).drop(columns=number) for path, number in
+            (("o.csv", "test_point"), ("alone.csv", "row"))]  # fmt: skip
+    pd.testing.assert_frame_equal(*same, check_exact=True)
+    assert len(TestTable.read_study("osy.db")) == 200
+
+
+@pytest.mark.parametrize("algorithm", ["psi", "surrogate"])
+def test_a_study_is_continued(run, algorithm):
+    words = ["solve", "bnh", "--algorithm", algorithm, "--study", "s.db", "--points"]
+    assert run(*words, 20)[0] == 0
+    code, printed, _ = run(*words, 28)
+    assert code == 0
+    assert "28 tested, 20 of them from the study" in printed
+    code, _, err = run("solve", "zdt1", "--points", 28, "--study", "s.db")
+    assert (code, err.count("\n")) == (2, 1)
+
+
+def test_shares_in_a_folder_are_one_study(run):
+    words = ["solve", "chute", "--points", 64, "--study"]
+    for part in ("1/3", "3/3"):
+        assert run(*words, "runs", "--share", part)[::2] == (0, "")
+    printed = run("rank", "runs")[1]
+    assert "of 64 test points are missing: " in printed
+    assert run(*words, "runs", "--share", "2/3")[0] == 0
+    assert "missing" not in run("rank", "runs")[1]
+    assert run(*words, "one.db")[0] == 0
+    assert TestTable.read_study("runs").equals(TestTable.read_study("one.db"))
+
+
+def test_processes_change_nothing(run):
+    for words in (["chute"], ["models:Beam"]):
+        solve = ["solve", *words, "--points", 64, "--out"]
+        assert run(*solve, "a.csv")[0] == run(*solve, "b.csv", "--jobs", 2)[0] == 0
+        assert Path("a.csv").read_text() == Path("b.csv").read_text()
+
+
+def test_a_model_that_hangs_or_dies_fails_alone(run):
+    """With --jobs or --timeout no design is evaluated in the process of the command."""
+    words = ["solve", "models:Hard", "--points", 16, "--study", "s.db", "--study-key"]
+    code, printed, err = run(*words, "v1", "--jobs", 2, "--timeout", 5)
+    assert (code, err) == (0, "")
+    assert "16 tested, 2 failed" in printed
+    code, _, err = run(*words, "v2")
+    assert (code, "key" in err) == (2, True)
+
+
+def test_failures_are_counted_and_tried_again(run):
+    words = ["--points", 64, "--study", "s.db"]
+    code, printed, _ = run("solve", "models:Root", *words)
+    assert code == 0
+    assert "64 tested, 32 failed" in printed
+    assert "Failed: 16 × OSError: no licence; 16 × ValueError: " in printed
+    nsga = run("solve", "models:Root", "--points", 64, "--algorithm", "nsga3")
+    assert (nsga[0], " × OSError: no licence" in nsga[1]) == (0, True)
+    failed = TestTable.read_study("s.db")
+    some = ",".join(map(str, failed.numbers[failed.status == "failed"][:2]))
+    for given, left in (([], 32), (["--retry", some], 30), (["--retry", "failed"], 0)):
+        assert run("solve", "models:Mended", *words, *given)[0] == 0
+        assert (TestTable.read_study("s.db").status == "failed").sum() == left
+
+
+@pytest.mark.parametrize("algorithm", ["psi", "nsga3"])
+def test_nothing_feasible_is_explained(run, algorithm):
+    words = ["--points", "64", "--algorithm", algorithm, "--out", "o.csv"]
+    code, printed, err = run("solve", "models:Never", *words)
+    assert (code, err) == (1, "")
+    assert "Never: no feasible design, 64 " in printed
+    assert "that were computed; g2 rejects most: " in printed
+    assert "o.csv is not written" in printed
+    assert not os.path.exists("o.csv")
+
+
+def test_a_problem_is_made_of_options(run):
+    def columns(*words):
+        assert run("solve", *words, "--points", 64, "--out", "o.csv")[0] == 0
+        names = list(written())
+        return [sum(name[0] == letter for name in names) for letter in "xf"]
+
+    assert columns("dtlz2", "--n-obj", 4, "--n-var=7") == [7, 4]
+    assert columns("models:Sized", "--length", 2.5) == [2, 2]
+    assert columns("models:Long", "--steel", "False", "--n-ribs", 5) == [5, 2]
+    for words, message in [
+        (["models:Sized"], "its arguments: --length, --n-ribs"),
+        (["models:Long", "--lenth", 1], "did you mean --length?"),
+        (["bnh", "--n-obj", 3], "No such option: --n-obj; arguments of bnh: none"),
+        (["models:number"], "'int' object is not callable"),
+        (["models:broken"], "no licence"),
+        (["models:absent"], "no attribute"),
+        (["models:Moves", "--points", 4], ""),
+    ]:
+        code, _, err = run("solve", *words)
+        assert (code, err.count("\n")) == ((2, 1) if message else (0, 0))
+        assert message in err
+
+
+@pytest.fixture
+def interruptible():
+    """A job in the background ignores SIGINT."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("more", [["--study", "s.db"], ["--algorithm", "nsga3"]])
+def test_an_interruption_is_reported_in_a_line(run, more, interruptible):
+    code, printed, err = run("solve", "models:Stopped", "--points", 100, "--out", "o.csv", *more)
+    assert (code, err) == (130, "pymoo-psi: interrupted\n")
+    assert ("of 100 designs are in s.db; the same command continues" in printed) == ("s.db" in more)
+    assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
+
+
+MAIN = """
+import runpy, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
+runpy.run_module("pymoo_psi", run_name="__main__")
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
+@pytest.mark.parametrize(
+    ("more", "how"),
+    [
+        (["--study", "s.db"], signal.SIGTERM),  # as clusters send it before they kill
+        (["--jobs", "2"], signal.SIGINT),
+    ],
+)
+def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, how):
+    words = ["solve", "models:Slow", "--points", "100000", "--out", "o.csv", *more]
+    process = subprocess.Popen(
+        [sys.executable, "-c", MAIN, *words],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while not (tmp_path / "started").exists() and process.poll() is None:
+        time.sleep(0.05)
+    time.sleep(0.2)
+    os.killpg(process.pid, how)
+    out, err = process.communicate()
+    expected = (130, "pymoo-psi: interrupted\n") if how == signal.SIGINT else (-how, "")
+    assert (process.returncode, err) == expected
+    assert ("of 100000 designs are in s.db; the same command continues" in out) == ("s.db" in more)
+    assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]

@@ -1,0 +1,353 @@
+"""Every command opens the same sources under the same options, and ranks them as the library."""
+
+import json
+import re
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import (
+    CompromiseProgramming,
+    Formulation,
+    Knee,
+    Lexicographic,
+    ReferencePoint,
+    TestTable,
+    cautions,
+    explain,
+    rank_of_efficiency,
+)
+from pymoo_psi.page import decision_page
+from pymoo_psi.selection import HighTradeoff
+from pymoo_psi.table import read_table
+from tests.table.exact_csv import EXACT
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+
+COST = np.linspace(1, 9, 41)
+CARS = pd.DataFrame(
+    {"cost, k€": COST, "range [km]": 500 - 3000 / (COST + 1) ** 1.5, "seats": 5.0, "km": 1 / COST}
+)
+OBJECTIVES = ["--objectives", '"cost, k€",range [km]']
+CHOSEN = {"objectives": ["mass", "deflection"], "chosen": "test point 7", "reason": "in stock"}
+
+CASES = {
+    "study": ("beam.db", [], Formulation()),
+    "limits": ("beam.db", ["--limits", "mass<=60,80<=height<=180"],
+               Formulation(limits={"mass": (None, 60), "height": (80, 180)})),
+    "relaxed": ("beam.db", ["--relax", "overstress", "--limits", "overstress<=20"],
+                Formulation(relaxed=["overstress"], limits={"overstress": 20})),
+    "computed": ("beam.db", ["--compute", "stiffness=5 / deflection", "--maximize", "stiffness",
+                             "--objectives", "mass,stiffness"],
+                 Formulation(["mass", "stiffness"], maximize=["stiffness"],
+                             computed={"stiffness": "5 / deflection"})),
+    "plain": ("beam.db", ["--no-normalize"], Formulation(normalize=False)),
+    "file": ("beam.db", ["--formulation", "asked.json", "--limits", "width>=60"],
+             Formulation(limits={"mass": (None, 60), "width": (60, None)})),
+    "variable": ("beam.db", ["--objectives", "mass,wall", "--maximize", "wall"],
+                 Formulation(["mass", "wall"], maximize=["wall"])),
+    "csv": ("cars.csv", [*OBJECTIVES, "--maximize", "range [km]"],
+            Formulation(["cost, k€", "range [km]"], maximize=["range [km]"])),
+    "csv limits": ("cars.csv", [*OBJECTIVES, "--maximize", "range [km]",
+                                "--limits", '"cost, k€<=6",km>=0.2'],
+                   Formulation(["cost, k€", "range [km]"], maximize=["range [km]"],
+                               limits={"cost, k€": (None, 6), "km": (0.2, None)})),
+    "export": ("all.csv", ["--limits", "mass<=60"], Formulation(limits={"mass": (None, 60)})),
+    "folder": ("parts", ["--limits", "mass<=60"], Formulation(limits={"mass": (None, 60)})),
+}  # fmt: skip
+
+
+@pytest.fixture
+def sources(run):
+    solve = ["solve", "models:Beam", "--points", 64, "--study"]
+    assert run(*solve, "beam.db")[0] == 0
+    for share in ("1/2", "2/2"):
+        assert run(*solve, "parts", "--share", share)[0] == 0
+    assert run("export", "beam.db", "--out", "all.csv")[0] == 0
+    CARS.to_csv("cars.csv", index=False)
+    Formulation(limits={"mass": (None, 60)}).to_json("asked.json")
+    return run
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_command_gives_the_librarys_answer(sources, case, tmp_path):
+    path, options, asked = CASES[case]
+    table = read_table(path, asked)
+    best = table.best(normalize=asked.normalize).names[0]
+    code, printed, err = sources("rank", path, *options, "--out", "ranked.csv")
+    assert (code, err) == (0, "")
+    assert f"Salukvadze optimum: {best}\n" in printed
+    ranked = pd.read_csv("ranked.csv", comment="#", **EXACT)
+    number = "test_point" if "test_point" in ranked else "row"
+    assert sorted(ranked[number]) == table.numbers[table.eligible()].tolist()
+    assert sorted(ranked[number][ranked["pareto"]]) == table.numbers[table.pareto()].tolist()
+    rows = [table.numbers.tolist().index(n) for n in ranked[number]]
+    for name in table.layout.objectives:
+        assert ranked[name].tolist() == table.column(name)[rows].tolist()
+    assert not [name for name in ranked if "=" in name]  # of limits, as mass<=60
+    code, _, err = sources("report", path, *options, "--out", "r.html")
+    assert (code, err) == (0, "")
+    report = unescape((tmp_path / "r.html").read_text("utf-8"))
+    assert f"{best[0].upper()}{best[1:]} is the Salukvadze optimum" in report
+    code, _, err = sources("page", path, *options, "--out", "p.html", "--title", "Page")
+    assert (code, err) == (0, "")
+    page = decision_page(path, asked, title="Page").html()
+    assert (tmp_path / "p.html").read_text("utf-8") == page
+    code, _, err = sources("export", path, *options, "--out", "e.csv")
+    assert (code, err) == (0, "")
+    same = TestTable.read_csv("e.csv")
+    assert same.best(normalize=asked.normalize).names == table.best(normalize=asked.normalize).names
+    # What was ranked ranks alike again.
+    plain = [] if asked.normalize else ["--no-normalize"]
+    assert f"Salukvadze optimum: {best}\n" in sources("rank", "ranked.csv", *plain)[1]
+
+
+REFUSED = {
+    "ambiguous": ("a,b\n\"1,234\",1\n\"2,345\",0\n", "either 1234 or 1.234"),
+    "total": ("name,a,b\nA,1,4\nB,2,3\nTotal,3,7\n", "summarises"),
+    "gaps": ("a,b\n1,4\n,3\n3,2\n", "--drop-incomplete"),
+    "one objective": ("a,b\n1,x\n2,y\n", "only column that can be an objective"),
+    "empty": ("", "empty"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ["rank", "page", "report", "analyze", "export"])
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_one_command_refuses_all_refuse(run, command, text, tmp_path):
+    (tmp_path / "set.csv").write_text(REFUSED[text][0])
+    code, printed, err = run(command, "set.csv", *(["--out", "e.csv"] * (command == "export")))
+    assert (code, printed) == (2, "")
+    assert err.startswith("pymoo-psi: error: set.csv: ")
+    assert REFUSED[text][1] in err
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == [tmp_path / "models.py", tmp_path / "set.csv"]
+
+
+def test_how_a_file_is_written(run, tmp_path):
+    """Options of a file are read_table's arguments."""
+    text = "Messung\nEntwurf;Kosten;Masse\nA;1.250,5;3,75\nB;980,25;\nC;2.100;2,875\n"
+    (tmp_path / "set.csv").write_bytes(text.replace("Entwurf", "Größe").encode("cp1252"))
+    options = ["--skip-rows", "1", "--decimal", ",", "--thousands", ".", "--encoding", "cp1252",
+               "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
+    code, printed, _ = run("rank", "set.csv", *options, "--out", "o.csv")
+    assert code == 0
+    assert "1 incomplete design left out: row 2." in printed
+    ranked = pd.read_csv("o.csv", comment="#").set_index("Größe")
+    assert ranked["Kosten"].to_dict() == {"A": 1250.5, "C": 2100.0}
+    assert "Masse [kg]" in run("rank", "o.csv")[1]
+    for command in ("page", "report"):
+        assert run(command, "set.csv", *options, "--out", f"{command}.html")[0] == 0
+
+
+def joined(printed):
+    return " ".join(printed.split())
+
+
+@pytest.mark.parametrize("normalize", [True, False])
+def test_reasons_and_cautions_are_the_librarys(sources, normalize):
+    plain = [] if normalize else ["--no-normalize"]
+    options = [*OBJECTIVES, "--maximize", "range [km]", *plain]
+    printed = joined(sources("rank", "cars.csv", *options, "--out", "o.json")[1])
+    frame = CARS.iloc[:, :2].set_axis([f"row {i + 1}" for i in range(len(CARS))])
+    more = {"maximize": ["range [km]"], "normalize": normalize}
+    ranking = rank_of_efficiency(frame, **more)
+    why = explain(frame, int(ranking.salukvadze[0]), **more)
+    said = [str(caution) for caution in cautions(ranking)]
+    assert all(sentence in printed for sentence in why.sentences[:2])
+    assert all(f"Caution: {text}" in printed for text in said)
+    content = json.loads(Path("o.json").read_text("utf-8"))
+    assert content["reasons"] == list(why.sentences[: len(content["reasons"])])
+    assert content["cautions"] == said
+    assert content["salukvadze_rows"] == [int(ranking.salukvadze[0]) + 1]
+    assert [row["rank"] for row in content["designs"]] == ranking.to_frame()["rank"].tolist()
+    assert sources("rank", "o.json")[0] == 0
+
+
+def test_preferences_are_the_selectors(sources):
+    names = ["cost, k€", "range [km]"]
+    options = {
+        "knee": Knee(),
+        "tradeoff": HighTradeoff(),
+        "chebyshev": CompromiseProgramming(np.inf),
+        'chebyshev:"cost, k€=3",range [km]=1': CompromiseProgramming(np.inf, weights=[3, 1]),
+        'weights:"cost, k€=1",range [km]=4': CompromiseProgramming(2, weights=[1, 4]),
+        'aspire:"cost, k€=6",range [km]=400': ReferencePoint([6, 400]),
+        "order:range [km]": Lexicographic(["range [km]"]),
+        'order:range [km],"cost, k€",tolerance=0.02': Lexicographic(names[::-1], tolerance=0.02),
+    }
+    prefer = [word for entry in options for word in ("--prefer", entry)]
+    words = ["cars.csv", *OBJECTIVES, "--maximize", "range [km]", *prefer]
+    code, printed, err = sources("rank", *words, "--representatives", 3)
+    assert (code, err) == (0, "")
+    frame, found = CARS[names], set()
+    optimum = rank_of_efficiency(frame, maximize=["range [km]"]).salukvadze[0]
+    for entry, selector in options.items():
+        chosen = selector.do(frame, maximize=["range [km]"]).tolist()
+        if not chosen:
+            expected = f"{entry}: no design stands out."
+        elif optimum in chosen:
+            expected = f"{entry}: row {optimum + 1}, the optimum itself."
+        else:
+            expected = f"{entry}: row {chosen[0] + 1} against row {optimum + 1}: better in"
+        assert expected in joined(printed)
+        found.add(tuple(chosen))
+    assert len(found) > 4
+    assert "3 for 41 Pareto-optimal designs" in printed
+    code, _, err = sources("report", *words)
+    assert (code, err) == (0, "")
+    report = unescape(Path("report.html").read_text("utf-8"))
+    assert all(f"{entry}: " in report for entry in options)
+
+
+def decision(**more):
+    """A decision as the page saves it."""
+    Path("decision.json").write_text(json.dumps(CHOSEN | more), "utf-8")
+    return ["beam.db", "--decision", "decision.json"]
+
+
+def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
+    row = TestTable.read_study("beam.db").rows([6])
+    values = {name: float(row.column(name)[0]) for name in ("mass", "deflection")}
+    words = decision(page={"values": values})
+    for command in ("rank", "report", "page"):
+        printed = sources(command, *words)[1]
+        assert "Reason: in stock" in printed
+        assert "Chosen: test point 7, unchanged since then." in printed
+    report = (tmp_path / "report.html").read_text("utf-8")
+    assert "Chosen is test point 7, with mass " in report
+    assert "Reason: in stock" in report
+    assert '"chosen":"test point 7"' in (tmp_path / "page.html").read_text("utf-8")
+    words = decision(page={"values": {"mass": 1.0}})
+    assert "test point 7, the chosen design, has changed: mass was 1.0 and is" in joined(
+        sources("rank", *words)[1]
+    )
+    words = decision(limits={"mass": 0.999 * values["mass"]}, page={"values": values})
+    assert "is beyond the limits" in sources("rank", *words)[1]
+    words = decision(page={"state": {"kept": ["test point 7", "test point 8"]}})
+    assert "beam.db: 2 designs" in sources("rank", *words)[1]
+    for page, message in (({"units": {"mass": "t"}}, "in kg"), ({"state": 3}, "page.state in")):
+        code, _, err = sources("rank", *decision(page=page))
+        assert (code, err.count("\n")) == (2, 1)
+        assert message in err
+
+
+def test_designs_are_called_by_their_names(run, tmp_path):
+    for name, cells, called in (
+        ("id", [31, 3, 21], "id 3"),
+        ("test_point", [31, 3, 21], "test point 3"),
+        ("name", ["A", "B 7", "C"], "B 7"),
+        ("Versuch", ["A", "B 7", "C"], "B 7"),
+        (None, [], "row 2"),
+    ):
+        frame = pd.DataFrame({"f1": [1, 2, 4], "f2": [5, 2, 1]})
+        if name is not None:
+            frame.insert(0, name, cells)
+        frame.to_csv("set.csv", index=False)
+        assert f"Salukvadze optimum: {called}\n" in run("rank", "set.csv")[1]
+        number = 3 if name == "test_point" else 2
+        assert run("report", "set.csv", "--design", number, "--force")[0] == 0
+        report = (tmp_path / "report.html").read_text("utf-8")
+        assert f"Chosen is {called}, with f1 2 and f2 2." in report
+
+
+def test_existing_designs_on_the_page(sources, tmp_path):
+    pd.DataFrame({"name": ["old"], "mass": [10.0], "deflection": [3.0]}).to_csv("old.csv")
+    code, _, err = sources("page", "beam.db", "--prototype", "old.csv")
+    assert (code, err) == (0, "")
+    assert "old" in (tmp_path / "page.html").read_text("utf-8")
+    code, _, err = sources("page", "beam.db", "--prototype", "none.csv", "--out", "q.html")
+    assert (code, err) == (2, "pymoo-psi: error: none.csv: No such file or directory\n")
+
+
+def test_a_maximized_objective_that_is_negative_throughout_is_asked_about(run, tmp_path):
+    (tmp_path / "set.csv").write_text("f,g\n-1,5\n-2,3\n-4,1\n")
+    assert "negative throughout" in run("rank", "set.csv", "--maximize", "f")[1]
+
+
+def test_no_feasible_design_is_code_1_of_a_report(sources, tmp_path):
+    code, printed, _ = sources("report", "beam.db", "--limits", "mass<=-1")
+    assert code == 1
+    assert "no feasible design" in printed
+    assert "rejects most" in (tmp_path / "report.html").read_text("utf-8")
+    code, _, err = sources("rank", "beam.db", "--limits", "mass<=-1")
+    assert (code, "feasible design" in err) == (2, True)
+
+
+def test_tests_are_analyzed_as_by_the_library(sources):
+    from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+
+    words = ["beam.db", "--limits", "mass<=60"]
+    code, printed, err = sources("analyze", *words, "--out", "analysis")
+    assert (code, err) == (0, "")
+    table = read_table("beam.db", Formulation(limits={"mass": 60}))
+    for rule in feasibility_rules(table).rules:
+        assert str(rule) in printed
+    assert joined(convergence(table).verdict()) in joined(printed)
+    names = ["mass", "deflection", "overstress", "stress"]
+    expected = sensitivities(table, names).reset_index()
+    written = pd.read_csv("analysis/sensitivities.csv")
+    pd.testing.assert_frame_equal(written, expected, check_dtype=False)
+    for name in ("convergence.csv", "sensitivities.png", "convergence.png", "feasibility.png"):
+        assert Path("analysis", name).exists()
+    solve = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
+    assert sources(*solve)[0] == 0
+    assert sources("export", "a=beam.db", "part.db", "--out", "both.csv")[0] == 0
+    assert "Convergence not available: the tests are of 2 exp" in sources("analyze", "both.csv")[1]
+    code, _, err = sources("analyze", "cars.csv", *OBJECTIVES)
+    assert (code, "--variables must be named" in err) == (2, True)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "db"])
+def test_export_changes_nothing(sources, suffix):
+    if suffix == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    table = TestTable.read_study("beam.db")
+    for source in ("beam.db", "parts", "all.csv"):
+        code, printed, err = sources("export", source, "--out", f"o-{source}.{suffix}")
+        assert (code, err) == (0, "")
+        assert "64 tests (" in printed
+        assert read_table(f"o-{source}.{suffix}").equals(table)
+
+
+def test_tests_of_one_problem_are_merged_and_go_on(sources):
+    words = ["solve", "models:Beam", "--study"]
+    assert sources(*words, "runs", "--points", 64, "--share", "1/2")[0] == 0
+    assert sources(*words, "half.db", "--points", 48)[0] == 0
+    code, printed, err = sources("export", "runs", "half.db", "--out", "all.db")
+    assert (code, err) == (0, "")
+    assert "runs: 32 of 64 test points are missing" in printed
+    printed = sources(*words, "all.db", "--points", 64)[1]
+    assert "64 tested, 56 of them from the study" in printed
+    code, _, err = sources("export", "beam.db", "--out", "all.db")
+    assert (code, err.count("\n")) == (2, 1)
+
+
+def test_experiments_of_other_bounds_are_joined_by_name(sources):
+    words = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
+    assert sources(*words)[0] == 0
+    code, _, err = sources("export", "beam.db", "part.db", "--out", "both.csv")
+    assert code == 2
+    assert "NAME=SOURCE joins tests of other bounds" in err
+    assert sources("export", "all=beam.db", "part.db", "--out", "both.csv")[0] == 0
+    tables = {"all": TestTable.read_study("beam.db"), "part": TestTable.read_study("part.db")}
+    assert TestTable.read_csv("both.csv").equals(TestTable.combined(tables))
+    assert sources("rank", "both.csv", "--out", "ranked.csv")[0] == 0
+    ranked = pd.read_csv("ranked.csv", comment="#")
+    assert {*ranked["experiment"]} == {"all", "part"}
+    # A design that two experiments have tested is ranked once.
+    assert sources("export", "a=beam.db", "b=all.csv", "--out", "twice.csv")[0] == 0
+    assert sources("rank", "twice.csv", "--out", "once.csv")[0] == 0
+    assert len(pd.read_csv("once.csv", comment="#")) == tables["all"].eligible().sum()
+
+
+def test_a_zero_whose_sign_was_turned_is_a_plain_zero(run, tmp_path):
+    (tmp_path / "set.csv").write_text("mass,gain\n1,0\n0.5,2\n0.25,5\n")
+    words = ["set.csv", "--maximize", "gain"]
+    printed = run("rank", *words, "--representatives", 3)[1]
+    assert run("report", *words, "--design", 1)[0] == 0
+    report = (tmp_path / "report.html").read_text("utf-8")
+    for text in (printed, *re.findall(r"<(?:p|td)>(.*?)</", report)):
+        assert not re.search(r"(?<!\w)-0(?![.\d])", text), text
