@@ -61,12 +61,3 @@ def test_names_labels_and_senses_are_kept():
     assert frame.index.tolist() == ["B", "C"]  # C and A are 0.822 and 0.712 from B
     assert frame["yield"].tolist() == [30, 40]
     assert frame["share"].tolist() == pytest.approx([2 / 3, 1 / 3])
-
-
-def test_distances_may_be_as_small_as_numbers_are():
-    F = np.array([[0.0, 9.0], [1.0, 8.0], [4.0, 4.0], [9.0, 0.0]])
-    few = representatives(F, 3, normalize=False)
-    for factor in (1e-300, 1e300):
-        scaled = representatives(F * factor, 3, normalize=False)
-        assert scaled.rows.tolist() == few.rows.tolist()
-        assert scaled.radius == pytest.approx(few.radius * factor)

@@ -48,10 +48,7 @@ KINDS = {
     "clustered": drawn(
         lambda rng, n, m: rng.integers(1, 5, (n, m)) + 1e-15 * rng.integers(0, 4, (n, m))
     ),
-    # fewer designs: a fraction of these has a denominator of 1074 bits and takes its time
-    "denormal": grids(1000, 5e-324, st.tuples(st.integers(1, 12), st.integers(1, 4))),
     "1e+300": drawn(lambda rng, n, m: 1e300 * rng.standard_normal((n, m))),
-    "1e-300": drawn(lambda rng, n, m: 1e-300 * rng.standard_normal((n, m))),
     "mixed scales": drawn(on_scales),
     "mixed scales, tied": drawn(
         lambda rng, n, m: rng.integers(0, 5, (n, m)) * 10.0 ** rng.choice([-9, 0, 9], m)
@@ -116,7 +113,6 @@ HARD = {
         [0, 0, 6, 6, 0],
     ),
     "a penalty hides nothing": ([[1e-9, 3.0], [2e-9, 2.0], [1e20, 1.0], [3e-9, 2.5]], [0, 6, 0, 0]),
-    "denormals": ([[0.0, 4e-323], [1e-323, 1e-323], [4e-323, 0.0]], [0, 6, 0]),
     "the largest floats": ([[0.0, 1.7e308], [1e307, 1e307], [1.7e308, 0.0]], [0, 6, 0]),
     "huge beside tiny": (
         [[0.0, 1e-300], [2e299, 5e-301], [5e299, 3e-301], [1e300, 0.0]],
@@ -203,21 +199,8 @@ def test_settled_values_keep_their_order_and_move_by_noise_only(F):
         assert column.min() == raw.min()
 
 
-@pytest.mark.parametrize("p", [1, 2, 1e6, np.inf])
-def test_large_weights_and_values_do_not_overflow(p):
-    F = 1.5e308 * np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
-    plain = CompromiseProgramming(p, normalize=False).do(F / 1.5e308)
-    for weights in (None, [1e308, 1e308], [1e-308, 1e-308], [1e-323, 1e-323]):
-        assert CompromiseProgramming(p, weights=weights, normalize=False).do(F).tolist() == [1]
-        assert plain.tolist() == [1]
-    assert CompromiseProgramming(p, weights=[0, 1e308]).do(F).tolist() == [2]
-    assert CompromiseProgramming(p, weights=[1e308, 1e-308]).do(F).tolist() == [0]
-
-
 @given(data=st.data(), normalize=st.booleans())
 def test_the_euclidean_compromise_is_the_salukvadze_optimum_of_any_set(data, normalize):
-    F = data.draw(
-        st.one_of(*(KINDS[k] for k in ("clustered", "denormal", "1e+300", "constant columns")))
-    )
+    F = data.draw(st.one_of(*(KINDS[k] for k in ("clustered", "1e+300", "constant columns"))))
     compromise = CompromiseProgramming(normalize=normalize).do(F)
     assert compromise.tolist() == SalukvadzeOptimum(normalize=normalize).do(F).tolist()

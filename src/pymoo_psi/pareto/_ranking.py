@@ -467,9 +467,6 @@ class UtopianFrame:
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
             d, line = self.scaled(F), self.line
             unit = float(line[longest] or np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
-            # Next to the least float64 a product loses its digits. Powers of two change none.
-            lift = 2.0**600 if unit < 1e-290 else 1.0
-            d, line, unit = d * lift, line * lift, unit * lift
             across_unit = float(np.delete(line, longest).max(initial=0.0) or unit)
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
@@ -481,7 +478,7 @@ class UtopianFrame:
             criteria = [_row_norm(d), _row_norm(across / across_unit), d @ e]
             measured = np.column_stack(criteria)
         measured[np.isnan(measured)] = np.inf
-        return measured, np.array([unit, across_unit, unit]) / lift
+        return measured, np.array([unit, across_unit, unit])
 
     def noise(self, F: Array, units: Array) -> Array:
         """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
@@ -506,7 +503,4 @@ class UtopianFrame:
 
 
 def _row_norm(rows: Array) -> Array:
-    norm: Array = np.sqrt(np.einsum("ij,ij->i", rows, rows))
-    far = np.isinf(norm)  # the squares, not the distance, may be too large for a float
-    norm[far] = np.hypot.reduce(rows[far], axis=1)
-    return norm
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
