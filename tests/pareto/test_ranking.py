@@ -98,7 +98,6 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "got None; where it is res.F of pymoo, the run found no feasible design"),
         ([[-1e308, 1e308], [1e308, -1e308]], {}, ValueError, "F must be of finite range, got"),
-        (np.ones((2, 256)), {}, ValueError, "F must be of at most 255 objectives, got 256"),
         (FRAME, {"ideal": [0.0]}, ValueError, r"ideal must be of shape \(2,\), got shape \(1,\)"),
         (FRAME, {"ideal": [1.5, 0.0]}, ValueError, "ideal must be no worse than the best value"),
         (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "ideal must be no worse"),

@@ -64,7 +64,7 @@ def nondominated(F: Array) -> Mask:
         ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
 
     Raises:
-        ArgumentValueError: There are more than 255 objectives, or a value is NaN.
+        ArgumentValueError: A value is NaN.
 
     Example:
         >>> nondominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
@@ -72,8 +72,6 @@ def nondominated(F: Array) -> Mask:
     """
     if len(F) == 0:
         return np.zeros(0, dtype=bool)
-    if F.shape[1] > 255:
-        raise invalid("F", "of at most 255 objectives", Received(f"{F.shape[1]}"))
     F = settled(F)
     if not np.isfinite(F).all():
         if np.isnan(F).any():

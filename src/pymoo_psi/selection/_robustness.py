@@ -91,11 +91,9 @@ class Robustness(Shown):
     worst_regret: Array
 
     def __repr__(self) -> str:
-        """Return how many designs there are, and which row is the most robust."""
-        return (
-            f"Robustness({len(self.optimum_share)} designs in {len(self.scenarios)} scenarios of "
-            f"{', '.join(self.parameters)}: row {self.order[0]} is the most robust)"
-        )
+        """Return how many designs there are, and which row is the first by :attr:`order`."""
+        n, scenarios = len(self.optimum_share), len(self.scenarios)
+        return f"Robustness({n} designs, {scenarios} scenarios: row {self.order[0]} is the first)"
 
     @property
     def order(self) -> NDArray[np.intp]:

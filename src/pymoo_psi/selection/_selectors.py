@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     collection,
     finite_array,
     finite_number,
-    integer,
     invalid,
     wrong_type,
 )
@@ -122,7 +121,6 @@ class EfficientSubset(RankingSelector):
 
     Raises:
         ArgumentValueError: There is no such rank.
-        ArgumentTypeError: ``rank`` is not an integer.
 
     Example:
         >>> import numpy as np
@@ -133,9 +131,9 @@ class EfficientSubset(RankingSelector):
 
     def __init__(self, rank: int, *, normalize: bool = True) -> None:
         super().__init__(normalize=normalize)
-        self.rank = integer("rank", rank, minimum=3)
-        if rank > 6:
-            raise invalid("rank", "3 to 6", rank)
+        if rank not in (3, 4, 5, 6):
+            raise invalid("rank", "3, 4, 5 or 6", rank)
+        self.rank = rank
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         return ranking.subset(self.rank)
