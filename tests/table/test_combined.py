@@ -11,7 +11,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, rank_of_efficiency
 from pymoo_psi.problems import Restricted
-from pymoo_psi.table import Layout, read_designs
+from pymoo_psi.table import Layout
 
 # Few values, so that designs tie, dominate each other and are equal across experiments.
 GRID = st.sampled_from([0.0, 1.0, 2.0, 3.0, np.nan])
@@ -105,12 +105,6 @@ def test_where_tests_are_from_survives_parts_files_and_formulations(experiments,
     anew = table.under(Formulation(limits={"x1": (0.75, None)}))
     apart = {n: t.under(Formulation(limits={"x1": (0.75, None)})) for n, t in experiments.items()}
     assert anew.equals(TestTable.combined(apart))
-    if table.eligible().any():
-        file = read_designs(path)
-        assert file.label == "test_point"
-        kept = table.rows(table.eligible())
-        first = kept.rows(kept.repeats == 0)  # of tests with the same design
-        assert file.cells["experiment"].tolist() == first.column("experiment").tolist()
 
 
 def test_experiments_of_experiments_keep_their_names_and_numbers():
@@ -119,17 +113,6 @@ def test_experiments_of_experiments_keep_their_names_and_numbers():
     assert table.column("experiment").tolist() == ["old/a"] * 2 + ["old/b"] * 2 + ["new"] * 2
     assert table.column("number").tolist() == [3, 7] * 3
     assert table.F[:, 0].tolist() == [1, 1, 1, 2, 1, 3]
-
-
-def test_a_design_of_two_experiments_is_one_optimum():
-    osy = get_problem("osy")
-    short, long = investigate(osy, 256), investigate(osy, 300)
-    table = TestTable.combined({"short": short, "long": long})
-    numbers = long.numbers[long.pareto()]
-    assert sorted(table.column("number")[table.pareto()]) == numbers.tolist()
-    ranking = long.ranking()
-    assert sorted(table.ranking().rank) == sorted(ranking.rank)
-    assert np.count_nonzero(table.repeats) == 256
 
 
 def test_a_sub_box_beside_the_whole_box():

@@ -100,12 +100,6 @@ def test_verdicts():
         sure.verdict(tolerance=0)
 
 
-def test_without_a_box_the_verdict_has_no_radius():
-    X = lp_tau(64, 2)
-    table = TestTable.of(range(1, 65), X, X, layout=Layout.of(2, 2))
-    assert "the holes between the tests, and how right" in convergence(table).verdict()
-
-
 def test_too_little_to_tell():
     X = lp_tau(64, 2)
     late = np.where(np.arange(64) < 40, 1.0, -1.0)[:, None]

@@ -54,13 +54,11 @@ def test_precedence_and_values_are_those_of_python_on_arrays(text):
         ("-two**2 + 1e1 - .5 + 3.", [8.5] * 4),
         ("two * pi", [2 * np.pi] * 4),
         ("`mass, ``kg``` / two", [0.5, 1, 1.5, 2]),
-        ("σ_max + x2", [1.0, 1, 3, 4]),
         ("min(two, 3, 1.5)", [1.5] * 4),
         ("two / (two - 2)", [np.inf] * 4),
         ("log(0 - two)", [np.nan] * 4),
         ("two**9**9**9", [np.inf] * 4),  # in Python a number of millions of digits
         ("+".join(["two"] * 500), [1000.0] * 4),
-        ("(" * 49 + "two" + ")" * 49, [2.0] * 4),
     ],
 )
 def test_values(text, expected):
@@ -86,11 +84,8 @@ def test_what_is_no_arithmetic_of_columns_is_refused(text):
         ("open(a)", "a function of an expression must be one of 'abs'"),
         ("sqrt(a, b)", r"sqrt\(\) of an expression must be of one value, got 2"),
         ("min(a)", r"min\(\) of an expression must be of two values or more, got 1"),
-        ("__class__", "a column of '__class__' must be one of 'a'"),
         ("σ_mac", "did you mean 'σ_max'"),
         ("x1 * 2", "only columns of numbers can be limited and computed with, .* holds 'iron'"),
-        ("a" * 3000, "of at most 2000 characters, got 3000"),
-        (3, "an expression must be text, got 3"),
     ],
 )
 def test_unknown_names_and_wrong_values_are_named(text, message):

@@ -210,15 +210,6 @@ def test_a_computed_criterion_without_a_value_is_a_failure_with_its_reason():
     assert not anew.pareto()[lost].any()
 
 
-def test_an_infinite_value_keeps_no_limit():
-    """1 / 0 is not above any bound: nobody knows what it is."""
-    table = TestTable.of([1, 2], [[0.0], [0.5]], [[1.0], [2.0]])
-    asked = Formulation(limits={"r": (1.0, None)}, computed={"r": "1 / x1"})
-    assert table.under(asked).feasible().tolist() == [False, True]
-    known = table.under(Formulation(computed={"r": "1 / x1"}))
-    assert known.feasible({"r": (1.0, None)}).tolist() == [False, True]
-
-
 def test_the_prototype_is_judged_with_the_tests():
     table = beam_tests().with_prototype([0.5, 0.4], [3.0, 1.0], g=[-0.3, 0.2], h=[0.1])
     asked = Formulation(
@@ -259,22 +250,17 @@ def test_limits_are_those_of_a_formulation(name, ends):
     ("limits", "message"),
     [
         ({"gain": 0.9}, r"limit on 'gain', which is maximised, must be a pair \(lower, upper\), got 0.9; say \(0.9, None\) for at least or \(None, 0.9\) for at most"),
-        ({1: 0.9}, "limit on 'gain', which is maximised"),
         ({"stress": 0.1}, r"must be one of .*, got 'stress'; leave the constraint out by Formulation\(relaxed="),
         ({"mass": (2, 1)}, r"limit on 'mass' must be \(lower, upper\) in increasing order, got \(2, 1\)"),
-        ({"mass": (1, 2, 3)}, r"must be a number or a pair \(lower, upper\)"),
         ({"mass": None}, r"must be a number or a pair \(lower, upper\), got None"),
-        ({"mass": (None, "2")}, "limit on 'mass' must be a number or a pair"),
-        ({"mass": (np.nan, None)}, "limit on 'mass' must be .* got .nan"),
         ({"mas": 1}, "did you mean 'mass'"),
     ],
 )  # fmt: skip
 def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, message):
     with pytest.raises(PsiError, match=message):
         beam_tests().feasible(limits)
-    if 1 not in limits:
-        with pytest.raises(PsiError, match=message):
-            beam_tests().under(Formulation(limits=limits))
+    with pytest.raises(PsiError, match=message):
+        beam_tests().under(Formulation(limits=limits))
 
 
 def test_a_choice_cannot_be_limited():
@@ -306,14 +292,10 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
     ("text", "message"),
     [
         ("", "Expecting value"),
-        ("[]", r"it must be an object of JSON, got \[\]"),
-        ("[" * 100_000, "recursion"),
         ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
         ('{"objectives": "mass"}', "objectives must be a list of names"),
-        ('{"objectives": ["a", "a"]}', "objectives must be columns that are named once"),
         ('{"maximize": ["a"], "minimize": ["a"]}', "of different columns, got 'a'"),
-        ('{"limits": ["mass"]}', "limits must map columns"),
         ('{"limits": {"mass": NaN}}', "in increasing order, got nan"),
         ('{"limits": {"mass": [Infinity, null]}}', "one that a number can keep"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
@@ -329,9 +311,7 @@ def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, me
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        (Formulation(["mas"]), "objectives must be one of .* did you mean 'mass'"),
         (Formulation(["mass"], maximize=["gain"]), "maximize must be one of 'mass', got 'gain'; only objectives"),
-        (Formulation(relaxed=["mass"]), "relaxed must be one of 'bend', 'stress', 'volume'"),
         (Formulation(computed={"heat": "mass"}), "a computed column must be named unlike other columns, got 'heat'"),
         (Formulation(computed={"a": lambda t: 3.0}), r"what 'a' is computed to must be of shape \(40,\), got shape \(\)"),
     ],

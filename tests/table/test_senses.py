@@ -15,9 +15,7 @@ from pymoo_psi.table import (
     compare_with_prototype,
     constraint_costs,
     histogram,
-    read_designs,
 )
-from tests.table.asked import freed
 
 # Few values, so that designs are equal in a criterion and limits are met exactly.
 VALUES = st.sampled_from([-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0, np.inf, -np.inf, np.nan])
@@ -107,25 +105,6 @@ def test_a_gain_on_the_prototype_is_above_0_where_more_of_a_maximised_criterion_
     assert found.loc[1, "gain_gain"] == pytest.approx(-0.1)
 
 
-def test_a_constraint_made_a_criterion_leaves_senses_and_outputs():
-    layout = Layout.of(1, ["gain"], 1, maximize=["gain"])
-    table = TestTable.of([1], [[0.0]], [[-1.0]], [[2.0]], outputs={"heat": [5.0]}, layout=layout)
-    looked_at = freed(table, "g1")
-    assert looked_at.layout.maximize == ("gain",)
-    assert looked_at.column("heat").tolist() == [5.0]
-    assert looked_at.column("g1").tolist() == [2.0]
-
-
-def test_a_file_of_tests_ranks_in_the_senses_it_was_made_with(tmp_path):
-    layout = Layout.of(["w"], ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
-    F = [[1.0, -1.0], [2.0, -4.0], [3.0, -5.0], [4.0, -1.0]]
-    table = TestTable.of(range(1, 5), [[0.1 * j] for j in range(4)], F, layout=layout)
-    table.to_csv(tmp_path / "table.csv")
-    file = read_designs(tmp_path / "table.csv")
-    assert file.roles().maximize == ("gain",)
-    assert file.columns["mass"].unit == "kg"
-
-
 def test_tests_with_other_outputs_are_joined_with_nan_where_one_has_none():
     first = TestTable.of([1], [[0.0]], [[1.0]], outputs={"heat": [5.0]})
     second = TestTable.of([2], [[0.5]], [[2.0]], outputs={"noise": [7.0], "heat": [6.0]})
@@ -151,27 +130,14 @@ def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
     ("layout", "error", "message"),
     [
         (lambda: Layout.of(1, ["mass"], maximize=["mas"]), ArgumentValueError, "maximize .* did you mean 'mass'"),
-        (lambda: Layout.of(["w"], ["mass"], maximize=["w"]), ArgumentValueError, "maximize must be one of 'mass', got 'w'"),
         (lambda: Layout.of(1, ["mass"], maximize="mass"), ArgumentTypeError, "maximize must be a list of names, got 'mass'"),
         (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "units must be names to texts, got .'mass': 1"),
-        (lambda: Layout.of(1, ["mass"], units={"mass": "k\ng"}), ArgumentValueError, "must be one line of Unicode text"),
-        (lambda: Layout.of(1, ["mass"], units="kg"), ArgumentTypeError, "units must map columns to units"),
-        (lambda: Layout.of(1, ["mass"], outputs=["mass"]), ArgumentValueError, "distinct"),
         (lambda: Layout.of(1, ["mass"], outputs=["status"]), ArgumentValueError, "distinct, and none of test_point, status"),
     ],
 )  # fmt: skip
 def test_senses_units_and_outputs_of_no_column_are_refused(layout, error, message):
     with pytest.raises(error, match=message):
         layout()
-
-
-def test_tables_of_other_senses_or_units_are_not_joined():
-    plain = TestTable.of([1], [[0.0]], [[1.0]])
-    other = TestTable.of([2], [[0.5]], [[2.0]])
-    with pytest.raises(ArgumentValueError, match="direction of f1 min against max"):
-        plain.merge(replace(other, layout=replace(other.layout, maximize=("f1",))))
-    with pytest.raises(ArgumentValueError, match="unit of f1 none against kg"):
-        plain.extended(replace(other, layout=replace(other.layout, units={"f1": "kg"})))
 
 
 def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():

@@ -80,22 +80,6 @@ def test_the_same_bands_each_time_and_no_other_generator_disturbed():
     assert not sensitivities(table, seed=2).equals(first)
 
 
-@pytest.mark.parametrize(
-    ("columns", "message"),
-    [
-        (["f9"], "a column must be one of 'f1', got 'f9'"),
-        (["x1"], "a column must be one of 'f1', got 'x1'"),
-    ],
-)
-def test_what_has_no_sensitivities(columns, message):
-    with pytest.raises(PsiError, match=message):
-        sensitivities(ishigami(64), columns)
-    with pytest.raises(
-        PsiError, match="f1 must be known of 44 tests or more, got 43 finite values"
-    ):
-        sensitivities(ishigami(43))
-
-
 @pytest.mark.parametrize("module", ["SALib", "sklearn"])
 def test_a_missing_extra_says_what_to_install(monkeypatch, module):
     load = builtins.__import__
@@ -174,12 +158,6 @@ def test_noise_has_no_rules(share):
     (rule,) = feasibility_rules(table_of(X, X[:, :1], G)).rules
     assert rule.text == "everywhere"
     assert (rule.n_tests, rule.n_feasible) == (512, (G < 0).sum())
-
-
-def test_tests_without_variables_are_told_by_their_share():
-    F, G = np.zeros((20, 1)), np.repeat([[-1.0], [1.0]], 10, axis=0)
-    table = TestTable.of(range(1, 21), np.zeros((20, 0)), F, G)
-    assert str(feasibility_rules(table)) == "everywhere: 50 % of 20 tests feasible"
 
 
 def test_a_rule_with_exceptions_does_not_say_all_or_none():

@@ -4,7 +4,6 @@ import io
 import os
 import re
 import threading
-import zipfile
 from decimal import Decimal
 
 import numpy as np
@@ -59,54 +58,34 @@ FILES = {
     "semicolons, decimal commas": ("cost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
     "semicolons, decimal points": ("cost;mass\n1.5;30\n2.25;2.5\n", {}, COST),
     "tabs, decimal commas": ("cost\tmass\n1,5\t30\n2,25\t2,5\n", {}, COST),
-    "bars": ("cost|mass\n1.5|30\n2.25|2.5\n", {}, COST),
     "columns of spaces": ("  cost   mass\n   1.5     30\n  2.25    2.5\n", {}, COST),
-    "commas, quoted decimal commas": ('cost,mass\n"1,5","30"\n"2,25","2,5"\n', {}, COST),
     "a name with a comma": ("t, s;mass\n1,5;2,5\n2;3\n", {}, {"t, s": [1.5, 2], "mass": [2.5, 3]}),
-    "a name with a semicolon": ("t; s,mass\n1.5,2.5\n2,3\n", {}, {"t; s": [1.5, 2], "mass": [2.5, 3]}),
-    "signs and exponents": ("cost;mass\r\n+1,5;3e1\r\n2,25;,25E+1\r\n", {}, COST),
     "sep line": ("sep=;\ncost;mass\n1,5;30\n2,25;2,5\n", {}, COST),
-    "quoted sep line": ('"sep=\t"\ncost\tmass\n1.5\t30\n2.25\t2.5\n', {}, COST),
     "a comma at the end of lines": ("cost,mass,\n1.5,30,\n2.25,2.5,\n", {}, COST),
-    "spaces behind commas": ("cost, mass\n1.5, 30\n2.25, 2.5\n", {}, COST),
     "blank lines between": ("\n\ncost,mass\n\n1.5,30\n , \n2.25,2.5\n\n", {}, COST),
-    "lines that end in a return": ("cost,mass\r1.5,30\r2.25,2.5\r", {}, COST),
     "a name over two lines": ('"cost\nin €",mass\n1.5,30\n2,2\n', {}, {"cost in €": [1.5, 2], "mass": [30, 2]}),
     "commas that divide decimal commas": ("cost,mass\n1,5,30\n2,25,2,5\n", {}, "line 2 has 3 cells, most lines 2; .* --skip-rows 2"),
     "a quotation mark left open": ('a,b\n1,"2\n3,4\n', {}, "unexpected end of data"),
-    "a quotation mark astray": ('a,b,c\n"A,1,2\nB,3,4\n"C,5,6\n', {}, "no text in rows and columns"),
     "a short row": ("a,b\n1,2\n3\n", {}, "line 3 has 1 cell, most lines 2"),
-    "a long row": ("a,b\n1,2,3\n3,4\n", {}, "line 2 has 3 cells, most lines 2; .* --skip-rows 2"),
     "thousands or two numbers": ("a b\n1 250\n2 300\n", {}, "'a b' is the only column"),
     # Points and commas
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
     "both marks": ("a;b\n1.250,50;1\n980;2\n", {}, {"a": [1250.5, 980], "b": [1, 2]}),
-    "both marks, English": ('a,b\n"1,250.50",1\n980,2\n', {}, {"a": [1250.5, 980], "b": [1, 2]}),
     "millions": ("a;b\n1.250.000;1\n2.500;2\n", {}, {"a": [1250000, 2500], "b": [1, 2]}),
     "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
     "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
-    "the same with that of thousands": ("cost;mass\n2,5;1.250\n3,5;980\n", {"thousands": "."}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
     "points only, tabs": ("a\tb\n1.250\t3\n2.125\t4\n", {}, "'1.250' .* settle it by --thousands"),
     "points only, decimal": ("a;b\n1.250;3\n2.125;4\n", {"decimal": "."}, {"a": [1.25, 2.125], "b": [3, 4]}),
     "three decimals, commas": ("a,b\n1.250,3\n2.125,4\n", {}, {"a": [1.25, 2.125], "b": [3, 4]}),
     "three decimals or thousands, commas": ("a,b\n1.250,3\n980,4\n", {}, "'1.250' .* settle it by"),
-    "three decimals, told by another column": ("a;b\n1.250;3.5\n980;4\n", {}, {"a": [1.25, 980], "b": [3.5, 4]}),
     "three decimals or thousands beside labels": ("id;a;b\n1.1;1.250;3\n1.2;980;4\n", {}, "'1.250' .* settle it by"),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
-    "three decimals with an exponent": ("a;b\n1.250E+03;3\n2.500e-1;4\n", {}, {"a": [1250, 0.25], "b": [3, 4]}),
     "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
-    "the same with thousands": ('a,b\n"1,250",3\n980,4\n', {"thousands": ","}, {"a": [1250, 980], "b": [3, 4]}),
     "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', with the decimal mark ,, while others"),
-    "another mark than was said": ("a;b\n1.5;2\n2;2\n", {"decimal": ","}, "holds '1.5' in the column 'a', .* --decimal"),
     "columns that contradict each other": ("a;b;c\n1.5;2,5;1.250\n2.5;3,5;1,250\n", {}, "'1.250' in the column 'c', either"),
-    "groups of other sizes": ("a;b\n1.25.000;1\n2;2\n", {}, "'1.25.000' .*, text among numbers"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     "apostrophes": ("a;b\n1'250.5;1\n2’500;2\n", {}, {"a": [1250.5, 2500], "b": [1, 2]}),
-    "gaps of two kinds": ("a;b\n1 250'500;1\n2;2\n", {}, "text among numbers; settle it"),
     "spaces that are said": ("a;b\n1\u202f250;1\n2 500,500;2\n", {"thousands": " "}, {"a": [1250, 2500.5], "b": [1, 2]}),
-    "apostrophes that are said": ("a;b\n1'250;1\n2.500;2\n", {"thousands": "'"}, {"a": [1250, 2.5], "b": [1, 2]}),
-    "both marks beside gaps": ("a;b\n1.250,5;1\n2;2\n", {"thousands": "'"}, "holds '1.250,5' in the column 'a'"),
-    "marks that cannot be": ("a;b\n1;1\n2;2\n", {"decimal": ";"}, "decimal must be"),
     "one mark for both": ("a;b\n1;1\n2;2\n", {"decimal": ",", "thousands": ","}, "thousands must be"),
     # Signs, units, what is no plain number
     "minus of typesetters": ("a,b\n−1.5,30\n–2,2\n", {}, {"a": [-1.5, -2], "b": [30, 2]}),
@@ -121,13 +100,9 @@ FILES = {
     },
     # Rows that summarise others
     "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
-    "a sum left out": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {"skip_rows": [5]}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
     "a sum beside a ratio": ("m,a,b\nA,1,4\nB,2,3\nTotal,3,2.33\n", {}, "'Total' and summarises"),
-    "a sum called so by another column": ("a,b,remark\n1,4,\n2,3,\n3,7,Σ\n", {}, "'Σ' and summarises"),
-    "a sum that is rounded": ("m,a,b\nA,1.24,4\nB,2.23,3\nTotal,3.5,7\n", {}, "'Total' and summarises"),
     "a rounded mean": ("m,a,b\nA,1,30\nB,2,2.5\nC,6,1\nMean,3,11.2\n", {}, "'Mean' and summarises"),
     "a deviation": ("m,a,b\nA,1,4\nB,2,2\nC,6,6\nStd,2.16,1.63\n", {}, "'Std' and summarises"),
-    "least and greatest": ("m,a,b\nA,1,4\nB,2,3\nmin,1,3\nmax,2,4\n", {}, "'min' .* --skip-rows 4,5,"),
     "an ideal point": ("m,a,b\nA,1,4\nB,2,3\nC,3,1\nIdeal,1,1\n", {}, "'Ideal' and summarises"),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
     "sums above groups": ("m,a,b\nTotal AB,3,7\nA,1,4\nB,2,3\nTotal CD,17,2\nC,8,1\nD,9,1\n", {}, "--skip-rows 2,5,"),
@@ -135,46 +110,30 @@ FILES = {
     "a design called Max": ("m,a,b\nEco,1,4\nMid,2,6\nMax,3,6\n", {}, {"a": [1, 2, 3], "b": [4, 6, 6]}),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
-    "a title": ("Results of May\ncost;mass\n1,5;30\n2,25;2,5\n", {}, "line 1 has 1 cell, most lines 2; .* leave it out by --skip-rows 1"),
     "titles with empty cells": ("May;;\nby M.;;\n\nm;a;b\nA;1;4\nB;2;1\n", {}, "names the column .index. 2 times; .* --skip-rows"),
     "a line of units": ("cost;mass\n€;kg\n1,5;30\n2,25;2,5\n", {}, r"row 1 \(line 2\) holds '€' .* --skip-rows 2"),
-    "title and units left out": ("Results\ncost;mass\n[€];[kg]\n1,5;30\n2,25;2,5\n", {"skip_rows": [1, 3]}, COST),
-    "comments": ("# from a tool\n# 2,5\ncost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),
     "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with #: .* --skip-rows 3"),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
     "no names": ("1.5,30\n2.25,2.5\n", {}, "its first line must name the columns, and holds num"),
-    "no names, and a comment": ("# made in May\nA,1.5,30\nB,2,2\n", {}, "must name the columns"),
     "a name twice": ("a,b,a\n1,2,3\n", {}, "its header names the column 'a' 2 times"),
-    "names, no rows": ("a,b\n", {}, "it holds column names, but no row"),
     "nothing": ("", {}, "it is empty"),
     "lines that are not there": ("a,b\n1,2\n", {"skip_rows": [3]}, "skip_rows must be numbers of lines of the file, 1 to 2, got 3"),
-    "lines that are words": ("a,b\n1,2\n", {"skip_rows": ["visible"]}, "skip_rows must be"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
-    "words for a gap": ("a,b\n1,n/a\n3,4\n", {}, r"row 1 \(line 2\) holds no number .*--drop-incom"),
     "a spreadsheet's error": ("a,b\n1,#WERT!\n3,4\n", {}, "holds no number in .*--drop-incomplete"),
     "infinity": ("a,b\n1,inf\n3,4\n", {}, "holds inf in the column 'b'; .*--drop-incomplete"),
-    "too large": ("a,b\n1,1e400\n3,4\n", {}, "holds 1e400 in the column 'b'; .*--drop-incomplete"),
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),
     "nothing but gaps": ("a,b\n1,\n3,\n", {}, "its column 'b' holds no number at all"),
     "one objective": ("a,name\n1,x\n3,y\n", {}, "'a' is the only column that can be .*--objectives 'a'"),
-    "one objective asked for": ("a,name\n1,x\n3,y\n", {"objectives": ["a"]}, {"a": [1, 3]}),
     # Encodings
     "a mark of UTF-8": ("\ufeffcost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "UTF-16": ("cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16"), {}, COST),
-    "UTF-16, big ends first": (b"\xfe\xff" + "cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16-be"), {}, COST),
     "UTF-16 without a mark": ("a,b\n1,2\n".encode("utf-16-le"), {}, "null characters; .* --encoding utf-16"),
-    "UTF-16 that is told": ("cost;mass\n1,5;30\n2,25;2,5\n".encode("utf-16-le"), {"encoding": "utf-16-le"}, COST),
     "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "it is no text: .* --encoding cp1252"),
     "Windows that is told": ("Größe;b\n1,5;3\n".encode("cp1252"), {"encoding": "cp1252"}, {"Größe": [1.5], "b": [3]}),
-    "an encoding nobody knows": ("a,b\n1,2\n", {"encoding": "cp99"}, "encoding must be one that"),
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
-    "texts in a workbook": (workbook([["cost", "mass"], ["1,5", 30], ["2,25", 2.5]]), {}, COST),
-    "thousands in a workbook": (workbook([["a", "b"], ["1.250", 30], [980, 2.5]]), {}, r"row 1 \(line 2\) holds '1.250' in the column 'a', either"),
-    "a workbook with a title": (workbook([["Results"], [None], *TYPED]), {"skip_rows": [1]}, COST),
-    "zeros in a workbook": (workbook([["a", "b"], [0, 0], [1, 2]]), {}, {"a": [0, 1], "b": [0, 2]}),
     "a gap in a workbook": (workbook([["a", "b"], [1, None], [2, 3]]), {}, r"row 1 \(line 2\) holds no number .* --drop-incomplete"),
     "shares in per cent": (workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [0.85, 0.9], "b": [2, 1]}),
     "shares beside per cents": (workbook([["a", "b"], [0.85, 2], [90, 1]], edit=in_per_cent("A2")), {}, "holds 90 in the column 'a', in no unit"),
@@ -184,20 +143,15 @@ FILES = {
     "hidden rows of a text": ("a,b\n1,2\n", {"skip_rows": ["hidden"]}, "only a workbook hides rows"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
-    "no such sheet": (workbook([["a"], [1]], TYPED), {"sheet": "s1"}, "did you mean 'S1'"),
     "a sheet of a text": ("a,b\n1,2\n", {"sheet": "S1"}, "sheet must be left out, as .* is no workbook"),
     "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
-    "a workbook of old": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", {}, "workbook of old, .* save it as .xlsx"),
     # What else a file may be
-    "no Parquet": (b"PAR1 and so on", {}, "it cannot be read as Parquet"),
     "other JSON": ('{"a": 1}', {}, "it is JSON, but none that"),
     "a row that lacks a cell": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}, {}]}', {}, "it is JSON, but"),
     "an objective that is gone": ('{"objectives": ["a"], "maximized": [], "designs": [{"b": 1}]}', {}, "'a', which is no column"),
     "a name twice in JSON": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1, "a": 2}]}', {}, "it is JSON, but"),
-    "lines of JSON": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1}]}', {"skip_rows": [1]}, "skip_rows must be left out"),
     "numbers in JSON": ('{"objectives": ["a", "b"], "maximized": ["b"], "designs": [{"a": 1, "b": 0.1}, {"a": 9007199254740993, "b": 1e-320}]}', {}, {"a": [1.0, 9007199254740992.0], "b": [0.1, 1e-320]}),
     "no feasible design": ("a,b,status\n1,2,failed\n", {}, "none of its 1 design"),
-    "a damaged table of tests": ('# {"pymoo_psi_test_table": 1}\nf1\n1\n', {}, "its head"),
 }  # fmt: skip
 
 
@@ -405,17 +359,6 @@ def test_a_pipe_is_read_to_its_end(tmp_path):
     assert len(table) == 300
 
 
-def test_the_saved_value_of_a_formula_is_read(path):
-    sheet = workbook([["a", "b"], [1, "=A2+1"], [2, "=A3+1"]])
-    with zipfile.ZipFile(io.BytesIO(sheet)) as book, zipfile.ZipFile(path, "w") as saved:
-        for part in book.namelist():
-            text = book.read(part)
-            if part.endswith("sheet1.xml"):
-                text = re.sub(b"<v ?/>|<v></v>", b"<v>2.5</v>", text)
-            saved.writestr(part, text)
-    assert read_table(path).F.tolist() == [[1, 2.5], [2, 2.5]]
-
-
 # Numbers of a country's style, and what must come of them: themselves or a refusal
 
 
@@ -501,12 +444,6 @@ def test_a_number_that_programs_read_is_read_the_same(path, cells):
     rows = [row for row in cells if "".join(row).strip()]
     for cell, value in zip(np.ravel(rows), F.ravel(), strict=True):
         assert float(str(cell).strip().removesuffix("%").translate(gaps)) == value
-
-
-def test_every_digit_is_read(path):
-    F = np.random.default_rng(3).random((500, 2)) * 10.0 ** np.arange(-250, 250)[:, None]
-    pd.DataFrame(F, columns=["cost", "mass"]).to_csv(path, index=False)
-    np.testing.assert_array_equal(read_table(path).F, F)
 
 
 @pytest.mark.parametrize("cell", ["1" * 10**5 + "x", "$" * 10**5, "1.1" * 30_000, "1," * 50_000])

@@ -72,14 +72,6 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
         assert seen.edges[-1] >= 2
 
 
-def test_lp_tau_points_fill_equal_bins_equally():
-    seen = histogram(RING, "x2", bins=8)
-    assert seen.tested.tolist() == [64] * 8
-    assert seen.edges.tolist() == np.linspace(0, 1, 9).tolist()
-    assert (seen.feasible[2:6] > 0).all()
-    assert seen.feasible[[0, 7]].tolist() == [0, 0]
-
-
 def test_a_choice_has_one_bin_for_each_value():
     teeth = histogram(MIXED, "teeth")
     assert teeth.values == (12, 14, 17)
@@ -186,16 +178,9 @@ def slice_of(table):
     ("make", "kind", "message"),
     [
         (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
-        (lambda: histogram(RING, "x1", bins=0), ValueError, "bins must be an integer >= 1, got 0"),
-        (lambda: RING.refined_bounds({"f1": -1.0}), ValueError, "the feasible set must be of at least one design to bound it, got none of 512 tests; loosen the limits"),
         (lambda: RING.refined_bounds(margin=-0.1), ValueError, "margin must be 0 or more, got -0.1"),
         (lambda: section_points(RING, 513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
-        (lambda: section_points(RING, [0.5], "x1", 3), ValueError, "design must be 2 values, one for each variable, got 1"),
-        (lambda: section_points(RING, 1, "x1", 1), ValueError, "n must be an integer >= 2, got 1"),
-        (lambda: section_points(RING, 1, "x1", 5, 2.0), ValueError, "lower must be at most upper, got 2.0 > 1.0"),
         (lambda: section_points(MIXED, 1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is a choice"),
-        (lambda: compare_with_prototype(RING), ValueError, r"the table must be one with a prototype, got none; give it by with_prototype\(x, f\)"),
-        (lambda: RING.with_prototype([0.5], [1, 1, 1]), ValueError, "x of the prototype must be 2 values, one for each variable, got 1"),
         (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
         (lambda: freed(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],

@@ -34,14 +34,6 @@ def test_parts_in_any_order_with_any_overlap_give_the_whole(n, data):
     assert first.merge(first).equals(first.merge(TestTable.empty()))
 
 
-@given(cuts=st.lists(st.integers(0, 40), min_size=2, max_size=2))
-def test_merging_is_associative(cuts):
-    whole = run(40)
-    a, b, c = np.split(np.arange(40), sorted(cuts))
-    a, b, c = whole.rows(a), whole.rows(b), whole.rows(c)
-    assert a.merge(b).merge(c).equals(a.merge(b.merge(c)))
-
-
 class Awkward(Problem):
     def __init__(self):
         super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=-1.0, xu=2.0)

@@ -57,7 +57,7 @@ decision with the number of tests, first-order sensitivities and feasibility_rul
 Files: ``to_csv`` and ``read_csv``, ``to_parquet`` and ``read_parquet``, ``to_study`` and
 ``read_study`` change nothing; ``pd.read_csv(path, comment="#")`` reads the CSV, too.
 For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
-matrix (design_matrix, column_kinds, value_ranks, ...), and a table as a head and columns (head_of,
+matrix (design_matrix, design_keys, ...), and a table as a head and columns (head_of,
 columns_of, kinds_of_columns, table_of), as studies hold it.
 """
 
@@ -67,7 +67,6 @@ from pymoo_psi.table._analysis import (
     alike,
     compare_with_prototype,
     constraint_costs,
-    design_of,
     histogram,
     section_points,
     sensitivities,
@@ -75,12 +74,10 @@ from pymoo_psi.table._analysis import (
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._design_file import DesignFile
 from pymoo_psi.table._designs import (
-    column_kinds,
     design_keys,
     design_matrix,
     is_writable,
     real_column,
-    value_ranks,
     values_in_order,
 )
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
@@ -121,14 +118,12 @@ __all__ = [
     "TestTable",
     "alike",
     "bounds_of",
-    "column_kinds",
     "columns_of",
     "compare_with_prototype",
     "constraint_costs",
     "convergence",
     "design_keys",
     "design_matrix",
-    "design_of",
     "designs_head",
     "difference",
     "ends",
@@ -146,7 +141,6 @@ __all__ = [
     "section_points",
     "sensitivities",
     "table_of",
-    "value_ranks",
     "values_in_order",
     "within",
 ]

@@ -262,17 +262,14 @@ class TestTable(Shown):
     def __repr__(self) -> str:
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
-        sizes = [
-            counted(self.X.shape[1], "variable"),
-            counted(self.F.shape[1], "objective"),
-            counted(len(self.layout.constraints), "constraint"),
-        ]
-        if self.layout.outputs:
-            sizes.append(counted(len(self.layout.outputs), "output"))
+        words = ("variable", "objective", "constraint", "output")
+        groups = (self.X.T, self.F.T, self.layout.constraints, self.layout.outputs)
+        pairs = [*zip(groups, words, strict=True)][: 4 if self.layout.outputs else 3]
+        sizes = ", ".join(counted(len(group), word) for group, word in pairs)
         tests = counted(len(self), "test")
         if again := int(np.count_nonzero(self.repeats)):
-            tests += f" of {counted(len(self) - again, 'design', 'designs')}"
-        return f"TestTable({tests}: {counts}; {', '.join(sizes)})"
+            tests += f" of {counted(len(self) - again, 'design')}"
+        return f"TestTable({tests}: {counts}; {sizes})"
 
     def __len__(self) -> int:
         """Return the number of tested points."""
@@ -446,20 +443,22 @@ class TestTable(Shown):
         """
         import pandas as pd
 
-        optimal = self.pareto(limits)
-        front = self.F[optimal]
-        if len(front) == 0:
+        rows = np.flatnonzero(self.pareto(limits))
+        # All of them are optimal: the search is not done twice.
+        known = np.ones(len(rows), dtype=bool)
+        labels = pd.Index(self.numbers[rows], name="test_point")
+        return ranking_of(self._objectives(rows, labels), known, normalize=normalize)
+
+    def _objectives(self, rows: NDArray[np.intp], labels: Any) -> Objectives:
+        """Return the objectives of some rows, in the original direction; there must be one."""
+        if len(rows) == 0:
             failed = np.sum(self.status == "failed")
-            tests = counted(len(self), "test")
-            found = Received(f"none of {tests}, of which {failed} failed")
+            found = Received(f"none of {counted(len(self), 'test')}, of which {failed} failed")
             remedy = "see its reasons" if failed else "loosen the limits, or test more points"
             raise invalid("the table", "one with a feasible design", found, remedy)
-        # All of them are optimal: the search is not done twice.
-        known = np.ones(len(front), dtype=bool)
-        sign, names = self.layout.sign, self.layout.objectives
-        labels = pd.Index(self.numbers[optimal], name="test_point")
-        objectives = Objectives(Objectives.of(front).values * sign, sign, names, labels)
-        return ranking_of(objectives, known, normalize=normalize)
+        sign = self.layout.sign
+        F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
+        return Objectives(F, sign, self.layout.objectives, labels)
 
     def best(self, limits: Limits | None = None, *, normalize: bool = True) -> TestTable:
         """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
@@ -500,23 +499,16 @@ class TestTable(Shown):
             Test point 5 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
             ideal point.
         """
-        best = self.ranking(limits, normalize=normalize).salukvadze[0]  # refuses a table of none
-        optimal = self.pareto(limits)
-        rows = np.flatnonzero(self.feasible(limits) & np.isfinite(self.F).all(axis=1))
+        rows = np.flatnonzero(self.eligible(limits))
+        names = self.names
+        objectives = self._objectives(rows, [names[row] for row in rows])
+        ranking = ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
         numbers = self.numbers[rows].tolist()
-        chosen = int(self.numbers[optimal][best]) if test_point is None else test_point
-        if chosen not in numbers:
-            raise invalid("test_point", "the number of a feasible design", chosen)
-        layout, names = self.layout, self.names
-        objectives = Objectives(
-            self.F[rows] * layout.sign + 0.0,  # no -0.0
-            layout.sign,
-            layout.objectives,
-            [names[row] for row in rows],
-        )
-        ranking = ranking_of(objectives, optimal[rows], normalize=normalize)
-        units = {name: layout.units[name] for name in layout.objectives if name in layout.units}
-        return explain(ranking, numbers.index(chosen), units=units)
+        if test_point is not None and test_point not in numbers:
+            raise invalid("test_point", "the number of a feasible design", test_point)
+        i = int(ranking.salukvadze[0]) if test_point is None else numbers.index(test_point)
+        units = {n: unit for n, unit in self.layout.units.items() if n in self.layout.objectives}
+        return explain(ranking, i, units=units)
 
     def sorted_by(self, objective: Key, limits: Limits | None = None) -> TestTable:
         """Return the ordered test table of an objective: the feasible designs, the best first.
@@ -687,13 +679,11 @@ class TestTable(Shown):
         if chosen.size == 0 and chosen.dtype != bool:
             chosen = chosen.astype(np.intp)
         if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
-            found = Received(f"dtype {chosen.dtype}, shape {chosen.shape}")
-            raise wrong_type("selection", "a mask or indices", found)
+            raise wrong_type("selection", "a mask or indices", Received(f"dtype {chosen.dtype}"))
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
-            rule = f"a mask or indices of {counted(len(self), 'row', 'rows')}"
-            raise invalid("selection", rule, Received(error)) from error
+            raise invalid("selection", "a mask or indices of rows", Received(error)) from error
         # Rows of a right table are right, unless one that is selected twice.
         _require_distinct(numbers)
         cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
@@ -1291,14 +1281,12 @@ def _same_rows(a: TestTable, b: TestTable) -> Mask:
 
 def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
     """Return further columns as arrays of objects, which must be n long and named distinctly."""
-    columns = {}
-    for name, cells in mapping("extra", extra, "names to columns").items():
-        column = np.fromiter(cells, object)
+    columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
+    for name, column in columns.items():
         if name in (*layout.columns, *RESERVED) or column.shape != (n,):
             rule = f"{n} cells long and named unlike other columns"
             raise invalid("an extra column", rule, Received(f"{name!r} of {len(column)}"))
         column.setflags(write=False)
-        columns[name] = column
     if layout.label is not None:
         known_name("label", layout.label, columns)
     return columns
@@ -1307,12 +1295,9 @@ def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.o
 def _joined_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[np.object_]]:
     """Return the extra columns of tables, one below the other; None where one does not have it."""
     names = dict.fromkeys(name for table in tables for name in table.extra)
-    return {
-        name: np.concatenate([
-            table.extra.get(name, np.full(len(table), None, dtype=object)) for table in tables
-        ])
-        for name in names
-    }  # fmt: skip
+    none = [np.full(len(table), None, dtype=object) for table in tables]
+    pairs = [*zip(tables, none, strict=True)]
+    return {name: np.concatenate([t.extra.get(name, gap) for t, gap in pairs]) for name in names}
 
 
 def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
