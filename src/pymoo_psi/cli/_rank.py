@@ -85,8 +85,7 @@ def designs_frame(
     names = (*layout.variables, *layout.objectives, *constraints, *layout.outputs)
     columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
     if layout.experiments:
-        origin = designs.to_frame()
-        columns |= {name: origin[name].to_numpy() for name in ("experiment", "number")}
+        columns |= {name: designs.column(name) for name in ("experiment", "number")}
     columns |= {name: designs.column(name) for name in names}
     if taken := [name for name in columns if name in RANKING_COLUMNS]:
         raise invalid("the columns", "named unlike those of a ranking", taken[0])

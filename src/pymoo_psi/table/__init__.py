@@ -72,7 +72,6 @@ from pymoo_psi.table._analysis import (
     sensitivities,
 )
 from pymoo_psi.table._convergence import Convergence, convergence
-from pymoo_psi.table._design_file import DesignFile
 from pymoo_psi.table._designs import (
     design_keys,
     design_matrix,
@@ -97,7 +96,6 @@ from pymoo_psi.table._layout import (
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._source import designs_head, read_table
-from pymoo_psi.table._sources import read_designs
 from pymoo_psi.table._table import STATUSES, TestTable, difference, read_tests
 
 __all__ = [
@@ -105,7 +103,6 @@ __all__ = [
     "STATUSES",
     "Bounds",
     "Convergence",
-    "DesignFile",
     "FeasibilityRules",
     "Formulation",
     "Histogram",
@@ -134,7 +131,6 @@ __all__ = [
     "is_writable",
     "kinds_of_columns",
     "lacking",
-    "read_designs",
     "read_table",
     "read_tests",
     "real_column",
