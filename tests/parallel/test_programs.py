@@ -169,52 +169,24 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_pa
     assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
 
 
-# A module that hangs when a worker imports it
-
 HANGING = """
 import os, time
 if os.environ.setdefault("PARENT", str(os.getpid())) != str(os.getpid()):
     os.write(1, b"%d\\n" % os.getpid())
     time.sleep(600)
 def model(x):
-    time.sleep(0.1)
     return {"F": x}
 """
-HANGS = """
-import signal
-signal.signal(signal.SIGINT, signal.default_int_handler)
-import hanging
-from pymoo_psi import JoblibRunner
-"""
-
-
-def hang(folder, *lines):
-    (folder / "hanging.py").write_text(HANGING)
-    (folder / "program.py").write_text(HANGS + "\n".join(lines))
-    return start(str(folder / "program.py"), folder)
 
 
 def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
-    process = hang(
-        tmp_path,
-        "import pymoo_psi.parallel._pool as pool",
-        "pool._START = 0.5",  # a worker has at least this long
-        "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])",
+    (tmp_path / "hanging.py").write_text(HANGING)
+    (tmp_path / "program.py").write_text(
+        "import hanging, pymoo_psi.parallel._pool as pool\n"
+        "from pymoo_psi import JoblibRunner\n"
+        "pool._START = 0.5  # a worker has at least this long\n"
+        "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])"
     )
-    out, err = process.communicate(timeout=LONG)
+    out, err = start(str(tmp_path / "program.py"), tmp_path).communicate(timeout=LONG)
     assert "cannot load the problem: it takes longer than 1 s" in err
     assert all(gone(int(pid)) for pid in out.split())
-
-
-@posix
-def test_an_interrupt_does_not_wait_for_an_import(tmp_path):
-    process, pids = hang(tmp_path, "JoblibRunner(2)(hanging.model, range(99))"), []
-    try:
-        pids += [int(process.stdout.readline()), int(process.stdout.readline())]
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=LONG)
-        left = [pid for pid in pids if not gone(pid)]
-    finally:
-        end(process, pids)
-    assert err.endswith("KeyboardInterrupt\n")
-    assert left == []

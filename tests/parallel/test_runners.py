@@ -130,16 +130,6 @@ class TestContract:
         for name in "XFG":
             np.testing.assert_array_equal(*(res.pop.get(name) for res in results))
 
-    def test_copies_and_pickles_have_the_settings_and_no_workers(self, runner):
-        problem = SphereChute(0.4, model="rolling", elementwise_runner=runner)
-        X = np.array([[0.2635, 0.1072]])
-        for other in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem))):
-            settings = {k: v for k, v in vars(runner).items() if not k.startswith("_")}
-            assert settings.items() <= vars(other.elementwise_runner).items()
-        assert len(pickle.dumps(runner)) < 300
-        copied = copy.deepcopy(problem) if runner.timeout is None else problem
-        np.testing.assert_array_equal(copied.evaluate(X)[0], problem.evaluate(X)[0])
-
 
 @pytest.mark.parametrize(
     ("options", "error", "message"),
@@ -169,12 +159,14 @@ def workers():
     return JoblibRunner(2, in_process=False)
 
 
-def test_who_reads_a_stream_may_evaluate_meanwhile(workers):
-    """With another function, on workers of the same runner."""
+def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(workers):
     given = {}
     for index, values, _ in workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
         given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
+    other = pickle.loads(pickle.dumps(workers))
+    assert (other.n_jobs, other.timeout, other.in_process) == (2, None, False)
+    assert len(pickle.dumps(workers)) < 300
 
 
 def test_a_cheap_model_stays_in_this_process():
@@ -200,31 +192,6 @@ def test_the_number_of_jobs_and_the_backend_of_parallel_config():
         with joblib.parallel_config("threading", n_jobs=n_jobs):
             assert [v["F"] for v in JoblibRunner()(f, X)] == X
         assert len(seen - {this}) == threads
-
-
-def test_no_design_is_evaluated_in_this_process_if_so_asked(workers):
-    with joblib.parallel_config("threading", n_jobs=2):
-        assert os.getpid() not in pids(model(elementwise_runner=workers), designs(n=3))
-    alone = JoblibRunner(1, in_process=False)
-    assert os.getpid() not in pids(model(elementwise_runner=alone), designs(n=3))
-
-
-@posix
-def test_a_fork_that_comes_back_is_no_result(workers):
-    """Neither of the design whose model forked, nor of the next one."""
-
-    def forking(x):
-        if x in (3, 8):
-            fork = os.fork()
-            if fork == 0:
-                if x == 8:
-                    raise RuntimeError("in the fork")
-                return {"F": -1}
-            os.waitpid(fork, 0)  # it comes first
-        return {"F": x}
-
-    values = workers(forking, range(12))
-    assert values == [{"F": x} for x in range(12)]
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
@@ -255,14 +222,6 @@ def test_any_exception_is_recorded(in_process, workers):
         "Particular: 7: x",
         "SystemExit: now",
     ]
-
-
-def test_an_exception_that_cannot_be_sent_is_named(workers):
-    def raising(x):
-        raise Locked("no key")
-
-    with pytest.raises(EvaluationError, match="design 1 cannot be evaluated: Locked: no key"):
-        workers(raising, [1])
 
 
 def test_values_that_do_not_travel_are_a_failure(workers):
@@ -409,14 +368,6 @@ class TestDask:
             result = minimize(problem, NSGA2(pop_size=20), ("n_gen", 3), seed=1)
         plain = minimize(model(), NSGA2(pop_size=20), ("n_gen", 3), seed=1)
         np.testing.assert_array_equal(result.F, plain.F)
-
-    def test_an_exception_names_the_design(self, cluster):
-        with (
-            joblib.parallel_config("dask"),
-            pytest.raises(EvaluationError, match=r"design \[3\.0, .*the mesh is torn") as caught,
-        ):
-            model(elementwise_runner=JoblibRunner()).evaluate(designs(3))
-        assert isinstance(caught.value.__cause__, ValueError)
 
     @posix
     def test_time_limits_and_deaths_as_on_one_machine(self, cluster):

@@ -5,13 +5,10 @@ from functools import partial
 import dill
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.ga import GA
-from pymoo.core.mixed import (
-    MixedVariableGA,
-)
 from pymoo.core.problem import Problem
 from pymoo.indicators.hv import Hypervolume
 from pymoo.indicators.igd_plus import IGDPlus
@@ -90,16 +87,6 @@ class Whole(Problem):
 DISCRETE = {"mixed": Mixed(), "integers": Whole(int), "bits": Whole(bool)}
 
 
-@pytest.mark.parametrize("sampling", [LPTauSampling(), QMCSampling("lhs")], ids=["LP-tau", "lhs"])
-def test_uniform_points_start_an_algorithm_of_mixed_variables(sampling):
-    algorithm = MixedVariableGA(pop_size=20, sampling=sampling, survival=RankAndCrowdingSurvival())
-    result = minimize(Mixed(), algorithm, ("n_gen", 4), seed=1, save_history=True)
-    started = result.history[0].off.get("X")
-    assert np.bincount([x["y"] + 2 for x in started]).min() >= 3  # of five values
-    assert len(started) == 20
-    assert result.F.min() <= result.history[0].opt.get("F").min()
-
-
 @pytest.mark.parametrize("name", DISCRETE)
 def test_nsga3_takes_variables_of_every_kind(name):
     problem = DISCRETE[name]
@@ -150,13 +137,6 @@ WRAPPED = {
 }
 
 
-def by_next(algorithm, problem):
-    algorithm.setup(problem, termination=("n_gen", 3), seed=1)
-    while algorithm.has_next():
-        algorithm.next()
-    return algorithm.result()
-
-
 def by_asking(algorithm, problem):
     algorithm.setup(problem, termination=("n_gen", 3), seed=1)
     while algorithm.has_next():
@@ -172,14 +152,7 @@ def from_a_checkpoint(algorithm, problem):
     return dill.loads(dill.dumps(algorithm)).run()
 
 
-def from_history(algorithm, problem):
-    result = minimize(problem, algorithm, ("n_gen", 3), seed=1, save_history=True)
-    last = result.history[-1].opt
-    np.testing.assert_array_equal(last.get("F"), result.F)
-    return result
-
-
-@pytest.mark.parametrize("way", [by_next, by_asking, from_a_checkpoint, from_history])
+@pytest.mark.parametrize("way", [by_asking, from_a_checkpoint])
 @pytest.mark.parametrize("name", WRAPPED)
 @pytest.mark.parametrize(
     "make", [partial(NSGA2, 10), partial(PSI, 30, block_size=10)], ids=["NSGA2", "PSI"]
