@@ -9,7 +9,7 @@ from typing import Any
 from pymoo.problems import get_problem
 
 from pymoo_psi import VectorizedSphereChute
-from pymoo_psi.algorithms._nsga3 import reference_directions
+from pymoo_psi.algorithms import reference_directions
 
 PROBLEMS: dict[str, Callable[[], Any]] = {
     **{

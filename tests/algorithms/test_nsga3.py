@@ -14,8 +14,8 @@ from pymoo.core.population import Population
 from pymoo.problems import get_problem
 
 from pymoo_psi import PsiError, VectorizedSphereChute, nsga3
-from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.problems._pymoo import seed_ties
+from pymoo_psi.algorithms import reference_directions
+from pymoo_psi.problems import seed_ties
 
 
 class Counted(VectorizedSphereChute):
@@ -42,7 +42,7 @@ from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.problems import get_problem
 from pymoo_psi import FailureTolerant, nsga3
-from pymoo_psi.algorithms._nsga3 import reference_directions, run_within_budget
+from pymoo_psi.algorithms import reference_directions, run_within_budget
 
 class Steps(ElementwiseProblem):
     def __init__(self):

@@ -18,7 +18,7 @@ from pymoo_psi.algorithms._surrogates import (
     without_penalties,
 )
 from pymoo_psi.pareto import nondominated
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems import design_space
 from pymoo_psi.sequences import lp_tau
 
 

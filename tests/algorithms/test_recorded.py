@@ -24,7 +24,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded, TestTable
-from pymoo_psi.algorithms._nsga3 import reference_directions
+from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 
 

@@ -6,7 +6,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Integer
 
 from pymoo_psi import PSI, PsiError, investigate
-from pymoo_psi.problems._design_space import design_space
+from pymoo_psi.problems import design_space
 
 
 def whole(lower, upper):

@@ -76,7 +76,7 @@ def refine(
         The refined design; it is never farther from U than ``x0``.
 
     Raises:
-        ArgumentValueError: ``x0`` lies outside the bounds, is infeasible or has infinite objectives.
+        ArgumentValueError: ``x0`` is out of bounds, infeasible or has infinite objectives.
         ArgumentTypeError: ``ranking`` is no ranking, or the problem is no pymoo problem.
 
     Example:

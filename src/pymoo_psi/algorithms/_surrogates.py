@@ -30,8 +30,8 @@ _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 _FAR_OUT, _LEAST_UNIT = 3.0, 0.01
 # Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
 _BEYOND = 1e6
-# What several tests share, so many ranges of all others beyond the worst of them, stands for none: a
-# tail, as of a pole, has values on the way.
+# What several tests share, so many ranges of all others beyond the worst of them, stands for none:
+# a tail, as of a pole, has values on the way.
 _PENALTY = 1e4
 _HUGE = 1e100  # the squares of larger values overflow
 _FOLDS = 10  # of a cross-validation

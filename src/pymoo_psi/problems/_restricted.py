@@ -33,7 +33,7 @@ class Restricted(WrappedProblem):
     dimension of the test points.
 
     Constraints, runner and name are the wrapped problem's, and so is every attribute not found
-    here; a callback and gradients are not passed on. A known Pareto front is not: it is that of all bounds.
+    here, but not its callback, gradients and known Pareto front, which is that of the whole.
 
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
