@@ -75,8 +75,6 @@ from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._designs import (
     design_keys,
     design_matrix,
-    is_writable,
-    real_column,
     values_in_order,
 )
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
@@ -96,7 +94,7 @@ from pymoo_psi.table._layout import (
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._source import designs_head, read_table
-from pymoo_psi.table._table import STATUSES, TestTable, difference, read_tests
+from pymoo_psi.table._table import STATUSES, TestTable, difference
 
 __all__ = [
     "RESERVED",
@@ -128,12 +126,9 @@ __all__ = [
     "feasibility_rules",
     "head_of",
     "histogram",
-    "is_writable",
     "kinds_of_columns",
     "lacking",
     "read_table",
-    "read_tests",
-    "real_column",
     "section_points",
     "sensitivities",
     "table_of",

@@ -263,9 +263,10 @@ class TestTable(Shown):
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
         words = ("variable", "objective", "constraint", "output")
-        groups = (self.X.T, self.F.T, self.layout.constraints, self.layout.outputs)
-        pairs = [*zip(groups, words, strict=True)][: 4 if self.layout.outputs else 3]
-        sizes = ", ".join(counted(len(group), word) for group, word in pairs)
+        layout = self.layout
+        groups = (layout.variables, layout.objectives, layout.constraints, layout.outputs)
+        pairs = zip(groups, words, strict=True)
+        sizes = ", ".join(counted(len(g), w) for g, w in pairs if g or w != "output")
         tests = counted(len(self), "test")
         if again := int(np.count_nonzero(self.repeats)):
             tests += f" of {counted(len(self) - again, 'design')}"
