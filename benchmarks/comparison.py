@@ -23,8 +23,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.comparison_problems import PROBLEMS, known_front
 from benchmarks.machine import describe_machine
-from pymoo_psi.comparison import INDICATORS, Comparison, Reference, compare
-from pymoo_psi.comparison._report import SIGNIFICANCE
+from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, Reference, compare
 from pymoo_psi.plots import (
     plot_attainment,
     plot_fronts,
@@ -150,9 +149,10 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
     for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
-        plot_indicator(comparison, "hypervolume", legend=axes is panels[0], ax=axes)
+        plot_indicator(comparison, "hypervolume", axes)
         axes.set_title(f"{name}, {PROBLEMS[name]().n_var} variables", fontsize=9)
         axes.tick_params(labelsize=7)
+    panels[0].legend(fontsize=7)
     figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)
     for kind, page in (
         ("fronts", plot_fronts), ("attainment", plot_attainment), ("time", plot_time)

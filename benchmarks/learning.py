@@ -47,9 +47,8 @@ from benchmarks.comparison_problems import known_front
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
-from pymoo_psi.comparison import Reference
+from pymoo_psi.comparison import Reference, effect_size, holm, p_value
 from pymoo_psi.comparison._algorithms import named_algorithms
-from pymoo_psi.comparison._statistics import effect_size, holm, p_value
 from pymoo_psi.pareto import nondominated
 
 Array = NDArray[np.float64]

@@ -45,7 +45,7 @@ def box_of(ax):
 
 
 def test_the_best_rule_is_drawn_round_the_feasible(osy):
-    ax = plot_feasibility(osy, title="OSY")
+    (ax,) = plot_feasibility(osy, title="OSY").axes
     found = feasibility_rules(osy)
     first, second = list(found.importance)[:2]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (first, second)
@@ -60,7 +60,7 @@ def test_the_best_rule_is_drawn_round_the_feasible(osy):
     rule = found.rules[0]
     assert box.get_x() + box.get_width() == pytest.approx(rule.box[first][1])
     assert box.get_y() + box.get_height() == pytest.approx(rule.box[second][1])
-    assert " ".join(ax.get_title().split()) == f"OSY {rule}"
+    assert " ".join(ax.figure.get_suptitle().split()) == f"OSY {rule}"
     assert_whole(ax.figure)
 
 
@@ -73,7 +73,7 @@ def test_options_and_whole_numbers_have_places(mixed):
         (mixed.column("count").astype(float) - 4.5)[:, None],
         layout=mixed.layout,
     )
-    ax = plot_feasibility(whole)
+    (ax,) = plot_feasibility(whole).axes
     (box,) = box_of(ax)
     assert ax.get_xlabel() == "count"
     assert box.get_x() + box.get_width() == 4.5  # whole numbers up to 4 are inside
@@ -82,18 +82,19 @@ def test_options_and_whole_numbers_have_places(mixed):
     table = TestTable.of(
         mixed.numbers, mixed.X, mixed.F, np.where(metal, -1.0, 1.0)[:, None], layout=mixed.layout
     )
-    ax = plot_feasibility(table)
+    (ax,) = plot_feasibility(table).axes
     assert ax.get_xlabel() == "metal"
     assert [text.get_text() for text in ax.get_xticklabels()] == ["brass", "steel", "tin"]
     (box,) = box_of(ax)
     assert (box.get_x(), box.get_width()) == (1.5, 1.0)
     metal = np.array([name != "steel" for name in mixed.column("metal").tolist()])
     G = np.where(metal, -1.0, 1.0)[:, None]
-    ax = plot_feasibility(TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout))
+    table = TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout)
+    (ax,) = plot_feasibility(table).axes
     # of brass, steel and tin the first and the last: a box each
     places = sorted((box.get_x(), box.get_width()) for box in ax.patches)
     assert places == [(-0.5, 1.0), (1.5, 1.0)]
-    ax = plot_feasibility(mixed, limits)
+    (ax,) = plot_feasibility(mixed, limits).axes
     assert_whole(ax.figure)
 
 
@@ -106,8 +107,6 @@ def test_curves_are_the_columns_of_the_convergence(chute):
         (line,) = ax.lines
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([found.tests, values]))
     assert " ".join(figure.get_suptitle().split()) == f"Chute {found.verdict()}"
-    named = [text.get_text() for text in figure.axes[0].texts]
-    assert named[-1] == f"no. {found.optimum[-1]}" or found.optimum[-1] == found.optimum[-2]
     assert_whole(figure)
 
 
@@ -117,5 +116,5 @@ def test_what_cannot_be_drawn_is_told(osy):
     with pytest.raises(PsiError, match="convergence must be a Convergence, got TestTable"):
         plot_convergence(osy)
     one = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]])
-    with pytest.raises(PsiError, match="two variables or more, got 1; use plot_histogram"):
+    with pytest.raises(PsiError, match="two variables or more, got 1"):
         plot_feasibility(one)

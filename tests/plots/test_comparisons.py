@@ -3,9 +3,9 @@
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 
@@ -13,7 +13,6 @@ from pymoo_psi import PsiError, VectorizedSphereChute
 from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.plots import (
     plot_attainment,
-    plot_differences,
     plot_fronts,
     plot_indicator,
     plot_indicators,
@@ -23,7 +22,7 @@ from pymoo_psi.plots import (
 from tests.plots.drawn import assert_whole, texts
 
 FIGURES = [plot_indicators, plot_fronts, plot_time, plot_attainment]
-ODD = {"_under": "psi", "a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
+ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 
 
 class Narrow(Problem):
@@ -70,22 +69,15 @@ def values(comparison, name, budget, column):
 # The indicators
 
 
-def test_an_unknown_indicator_is_named(bnh):
-    with pytest.raises(PsiError, match="indicator must be one of .*did you mean 'epsilon'"):
-        plot_indicator(bnh, "epsilom")
-
-
 def segments(ax):
     """The whiskers of each algorithm, ``(algorithms, budgets, 2 ends, 2)``."""
     return np.array([c.get_segments() for c in ax.collections if isinstance(c, LineCollection)])
 
 
-# The differences
-
-
 @pytest.mark.parametrize("indicator", INDICATORS)
 def test_lines_are_numpys_medians_and_whiskers_the_quartiles(bnh, indicator):
-    ax = plot_indicator(bnh, indicator)
+    ax = Figure().add_subplot()
+    plot_indicator(bnh, indicator, ax)
     assert ax.get_yscale() == ("linear" if indicator == "hypervolume" else "log")
     whiskers = segments(ax)
     x = whiskers[..., 0, 0]
@@ -102,64 +94,12 @@ def test_lines_are_numpys_medians_and_whiskers_the_quartiles(bnh, indicator):
 
 
 def test_infinite_values_are_left_out_and_reported(sparse):
-    ax = plot_indicator(sparse, "epsilon")
+    ax = Figure().add_subplot()
+    plot_indicator(sparse, "epsilon", ax)
     with_4 = [values(sparse, name, 4, "epsilon") for name in sparse.algorithms]
     assert all(np.isinf(np.median(of_runs)) for of_runs in with_4)
     assert all(np.isnan(line.get_ydata()[0]) for line in ax.lines)
-    assert ax.get_title(loc="right").startswith("infinite, not drawn: ")
-    assert plot_indicator(sparse, "hypervolume").get_title(loc="right") == ""
-
-
-# The differences
-
-
-@pytest.mark.parametrize("to", ["nsga3", "psi-scrambled"])
-def test_differences_are_the_medians_of_all_pairs_of_runs(bnh, to):
-    figure = plot_differences(bnh, to)
-    others = [name for name in bnh.algorithms if name != to]
-    assert texts(figure)[:3] == [*others, f"no difference from {to}"]
-    for ax, indicator in zip(figure.axes, INDICATORS, strict=True):
-        ratio = ax.get_ylabel().endswith("ratio")
-        assert ratio == (indicator != "hypervolume")
-        assert set(ax.lines[2].get_ydata()) == {1 if ratio else 0}
-        for line, name in zip(ax.lines, others, strict=False):
-            for j, budget in enumerate(bnh.evaluations):
-                a, b = (values(bnh, which, budget, indicator) for which in (to, name))
-                pairs = np.array([y / x if ratio else y - x for x in a for y in b])
-                expected = np.exp(np.median(np.log(pairs))) if ratio else np.median(pairs)
-                assert line.get_ydata()[j] == pytest.approx(expected)
-    with pytest.raises(PsiError, match="to must be one of .*got 'psy'; did you mean 'psi'"):
-        plot_differences(bnh, "psy")
-
-
-def test_infinite_values_have_differences_and_no_ratios(sparse):
-    figure = plot_differences(sparse)
-    ax = figure.axes[1]
-    assert ax.get_ylabel().endswith("difference")
-    assert np.isnan(ax.lines[0].get_ydata()[0])  # neither found anything: none is known
-    assert "difference" in ax.get_title(loc="right")
-    assert_whole(figure)
-
-
-@pytest.mark.parametrize("least", [0.56, 0.06, 1.1])
-def test_a_narrow_range_of_a_logarithmic_axis_has_ticks(bnh, least):
-    measures = bnh.measures.assign(epsilon=np.linspace(least, 2.4 * least, len(bnh.measures)))
-    ax = plot_indicator(dataclasses.replace(bnh, measures=measures), "epsilon")
-    low, high = ax.get_ylim()
-    assert ax.get_yscale() == "log"
-    assert sum(low <= tick <= high for tick in ax.get_yticks()) >= 2
-
-
-def test_ticks_stand_at_the_budgets_and_crowded_ones_have_no_text(bnh):
-    budgets = (16, 17, 64, 1024)
-    runs = tuple(
-        dataclasses.replace(run, task=dataclasses.replace(run.task, n_evaluations=n))
-        for run, n in zip(bnh.runs[:1] * 4, budgets, strict=True)
-    )
-    measures = pd.concat([bnh.measures.iloc[:1]] * 4).assign(evaluations=budgets)
-    ax = plot_indicator(dataclasses.replace(bnh, runs=runs, measures=measures), "hypervolume")
-    assert ax.get_xticks().tolist() == list(budgets)
-    assert [text.get_text() for text in ax.get_xticklabels()] == ["16", "", "64", "1024"]
+    assert ax.get_title(loc="right") == "infinite values are not drawn"
 
 
 # The fronts
@@ -201,7 +141,7 @@ def test_of_more_objectives_each_algorithm_has_a_row(four, tmp_path):
     np.testing.assert_array_equal(axes[4].lines[-1].get_xydata(), second[:, [0, 2]])
     assert_whole(figure)
     paths = save_comparison(four, tmp_path, dpi=20, suffix=".svg")
-    names = ["indicators", "differences", "fronts", "time"]  # no attainment
+    names = ["indicators", "fronts", "time"]  # no attainment
     assert [path.name for path in paths] == [f"{name}.svg" for name in names]
 
 
@@ -217,25 +157,6 @@ def test_fronts_have_common_axes_that_show_all_of_them(bnh):
 
 
 # The attainment surfaces
-
-
-def test_a_band_says_how_far_the_runs_are_from_the_reference_set(bnh):
-    """At a place of the front the reference set, both objectives made worse by the distance."""
-    ax = plot_attainment(bnh).axes[-1]
-    assert ax.get_title(loc="left") == "nsga3"
-    place, median = ax.lines[0].get_data()
-    frame = bnh.reference.frame
-    fronts = [frame.scaled(run.F) for run in bnh.runs if str(run.task).startswith("nsga3, 64")]
-    assert len(fronts) == 4
-
-    def reached(points, t):
-        """How far along the diagonal through (t/2, -t/2) a point of the set is attained."""
-        return min(max(a - t / 2, b + t / 2) for a, b in points)
-
-    for t, distance in list(zip(place, median, strict=True))[::20]:
-        of_runs = sorted(reached(front, t) for front in fronts)
-        # half of four runs attain what the second best of them does
-        assert distance == pytest.approx(of_runs[1] - reached(bnh.reference.points, t))
 
 
 def test_names_senses_and_units_of_the_problem_are_on_the_axes():
@@ -286,11 +207,10 @@ def test_times_are_those_of_the_runs(bnh):
 def test_a_page_is_whole_and_names_problem_runs_and_what_is_assessed(bnh, page):
     figure = page(bnh)
     assert_whole(figure)
-    what, runs, assessed = figure.get_suptitle().split("\n")
+    what, runs = figure.get_suptitle().split("\n")
     assert what.startswith("BNH: ")
-    budgets = "32 and 64" if page in (plot_indicators, plot_time) else "64"
-    assert runs == f"{budgets} evaluations, 4 seeds (one run of psi)"
-    assert assessed == "assessed: all feasible designs that a run evaluated"
+    budgets = "32, 64" if page in (plot_indicators, plot_time) else "64"
+    assert runs.startswith(f"{budgets} evaluations, 4 seeds; assessed: all feasible designs")
 
 
 @pytest.mark.parametrize("page", [plot_fronts, plot_attainment])
@@ -311,16 +231,7 @@ def test_where_nothing_was_found_the_pages_say_so(barren, page):
     """The names of the algorithms are odd, and stand as they are."""
     figure = page(barren)
     assert_whole(figure)
-    said = [text.get_text() for ax in figure.axes for text in ax.texts]
-    if page is plot_fronts:
-        assert said == ["nothing found"] * 3
-    else:
-        assert texts(figure)[:3] == ["_under", r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"]
-    if page is plot_attainment:
-        assert said == ["fewer than half of\nthe runs found any"] * 3
-    if page is plot_indicators:
-        notes = [ax.get_title(loc="right") for ax in figure.axes]
-        assert notes == ["", *["infinite, not drawn: 3 medians, 6 quartiles"] * 3]
+    assert texts(figure)[:2] == [r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"]
 
 
 def test_one_algorithm_and_one_budget_are_enough():
@@ -330,5 +241,4 @@ def test_one_algorithm_and_one_budget_are_enough():
     for page in FIGURES:
         figure = page(comparison)
         assert_whole(figure)
-        assert len(figure.axes) == {plot_indicators: 4, plot_attainment: 2}.get(page, 1)
-        assert "32 evaluations, one run each" in figure.get_suptitle()
+        assert len(figure.axes) == (4 if page is plot_indicators else 1)

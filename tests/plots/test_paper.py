@@ -148,7 +148,7 @@ def test_every_coefficient_has_a_curve_of_its_own_look_on_the_plot_points():
     names = [rf"$\mu$ = {value:g}" for value in mu]
     assert texts(figure) == names
     for ax in figure.axes:
-        *curves, _ = ax.lines
+        curves = ax.lines
         looks = {(curve.get_color(), curve.get_marker(), curve.get_linestyle()) for curve in curves}
         assert len(curves) == len(looks) == len(mu)
     assert_whole(figure)

@@ -29,23 +29,12 @@ def test_names_are_literal(name, text):
 def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh, result):
     before = dict(matplotlib.rcParams)
     figures = [
-        plots.plot_table(chute), plots.plot_objectives(chute), plots.plot_histogram(chute, 0),
+        plots.plot_table(chute), plots.plot_objectives(chute), plots.plot_ranking(chute.ranking()),
         plots.plot_robustness(result), plots.plot_indicators(bnh), plots.plot_fronts(bnh),
     ]  # fmt: skip
     assert figures
     assert dict(matplotlib.rcParams) == before
     assert Gcf.get_all_fig_managers() == []
-
-
-def test_drawing_uses_the_axes_it_is_given(chute, osy, bnh):
-    for draw, arguments in (
-        (plots.plot_histogram, (chute, 0)),
-        (plots.plot_indicator, (bnh, "epsilon")),
-        (plots.plot_feasibility, (osy,)),
-    ):
-        ax = Figure().add_subplot()
-        assert draw(*arguments, ax=ax) is ax
-        assert len(ax.get_legend().get_texts()) == 3
 
 
 def test_no_window_system_and_no_pyplot_is_needed():
@@ -60,14 +49,13 @@ def test_no_window_system_and_no_pyplot_is_needed():
     assert done.stdout.startswith(b"\x89PNG")
 
 
-def test_a_notebook_shows_figures_and_axes_of_their_own_in_their_size(mixed):
-    figure, ax = plots.plot_objectives(mixed), plots.plot_histogram(mixed, 0)
-    for shown, whole in ((figure, figure), (ax, ax.figure)):
-        picture, size = shown._repr_png_()
-        pixels = [int.from_bytes(picture[k : k + 4], "big") for k in (16, 20)]  # of the PNG's head
-        wide, high = whole.get_size_inches() * 96
-        assert size == {"width": round(wide), "height": round(high)}
-        np.testing.assert_allclose(pixels, [2 * wide, 2 * high], atol=1)
+def test_a_notebook_shows_figures_in_their_size(mixed):
+    figure = plots.plot_objectives(mixed)
+    picture, size = figure._repr_png_()
+    pixels = [int.from_bytes(picture[k : k + 4], "big") for k in (16, 20)]  # of the PNG's head
+    wide, high = figure.get_size_inches() * 96
+    assert size == {"width": round(wide), "height": round(high)}
+    np.testing.assert_allclose(pixels, [2 * wide, 2 * high], atol=1)
 
 
 def test_figures_are_saved_all_or_none(tmp_path):
@@ -86,6 +74,6 @@ def test_figures_are_saved_all_or_none(tmp_path):
     assert sorted(tmp_path.iterdir()) == sorted(paths)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
     with pytest.raises(OSError, match="absent"):
-        plots.save_figures([], tmp_path / "absent", 20, ".png")
+        plots.save_figures(figures(failing=False), tmp_path / "absent", 20, ".png")
     with pytest.raises(PsiError, match="dpi must be an integer >= 1, got 0"):
         plots.save_figures([], tmp_path, 0, ".png")

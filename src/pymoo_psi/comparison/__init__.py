@@ -31,20 +31,22 @@ taken by default, fewer than six seeds cannot tell any two apart, and fewer than
 """
 
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
-from pymoo_psi.comparison._comparison import Comparison, compare
+from pymoo_psi.comparison._comparison import SIGNIFICANCE, Comparison, compare, conclusions, report
 from pymoo_psi.comparison._reference import Reference
-from pymoo_psi.comparison._report import conclusions, report
 from pymoo_psi.comparison._runs import Run
-from pymoo_psi.comparison._statistics import INDICATORS, shift
+from pymoo_psi.comparison._statistics import INDICATORS, effect_size, holm, p_value
 
 __all__ = [
     "DEFAULT_ALGORITHMS",
     "INDICATORS",
+    "SIGNIFICANCE",
     "Comparison",
     "Reference",
     "Run",
     "compare",
     "conclusions",
+    "effect_size",
+    "holm",
+    "p_value",
     "report",
-    "shift",
 ]

@@ -43,7 +43,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
 from pymoo.termination.default import DefaultTermination
 
-from pymoo_psi._validation import Received, invalid, known_name
+from pymoo_psi._validation import collection, invalid, known_name, wrong_type
 from pymoo_psi.algorithms import (
     PSI,
     QMCSampling,
@@ -55,7 +55,6 @@ from pymoo_psi.algorithms import (
     reference_directions,
     run_within_budget,
 )
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.pareto import competes, meets_constraints, nondominated
 
 Array = NDArray[np.float64]
@@ -81,13 +80,11 @@ class NamedAlgorithm:
         search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
             objectives of the feasible designs that the algorithm returns.
         seeded: Whether the seed makes a difference.
-        known: Whether it goes by a name of this module, and is not a function of the user's.
     """
 
     name: str
     search: Callable[[Any, int, int], Array]
     seeded: bool = True
-    known: bool = False
 
 
 def named_algorithms(
@@ -101,19 +98,12 @@ def named_algorithms(
             evaluations and return a new one.
 
     Raises:
-        ArgumentValueError: A name is unknown, there is none, or an algorithm has begun.
+        ArgumentValueError: A name is unknown, or there is none.
         ArgumentTypeError: The argument is something else.
     """
-    if isinstance(algorithms, str) or not isinstance(algorithms, Collection):
-        raise ArgumentTypeError(f"algorithms must be names or a mapping, got {algorithms!r:.80}")
     if not isinstance(algorithms, Mapping):
-        for name in algorithms:
-            if not isinstance(name, str):  # its repr, with an address, would be its name
-                raise ArgumentTypeError(
-                    "algorithms must be names, or a mapping from names of yours to algorithms, "
-                    f'such as {{"mine": NSGA2(50)}}, got {name!r:.80}'
-                )
-        algorithms = {name: name for name in algorithms}
+        names = collection("algorithms", algorithms, "names or a mapping")
+        algorithms = {known_name("algorithms", name, {*_OURS, *_PYMOO}): name for name in names}
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
     return tuple(_named(str(name), what) for name, what in algorithms.items())
@@ -121,23 +111,16 @@ def named_algorithms(
 
 def _named(name: str, what: Any) -> NamedAlgorithm:
     if isinstance(what, type):
-        hint = f"lambda n: {what.__name__}(...)"
-        raise ArgumentTypeError(
-            f"algorithms[{name!r}] must be a name, an algorithm or a function, got the class "
-            f"{what.__name__}; give {hint}, where n is the number of evaluations"
-        )
+        rule, remedy = "a name, an algorithm or a function", f"give lambda n: {what.__name__}(...)"
+        raise wrong_type(f"algorithms[{name!r}]", rule, what, remedy)
     if isinstance(what, Algorithm):
-        if what.problem is not None:
-            shown = Received(f"{type(what).__name__} set up for {what.problem.name()}")
-            raise invalid(f"algorithms[{name!r}]", "an algorithm that has not begun", shown)
         return NamedAlgorithm(name, partial(_made, lambda _: what))
     if callable(what):
         return NamedAlgorithm(name, partial(_made, what))
-    known_name("algorithms", what, {*_OURS, *_PYMOO})
-    if what in _PYMOO:
-        return NamedAlgorithm(name, partial(_from_pymoo, _PYMOO[what]), known=True)
+    if known_name("algorithms", what, {*_OURS, *_PYMOO}) in _PYMOO:
+        return NamedAlgorithm(name, partial(_from_pymoo, _PYMOO[what]))
     # Without a sampling that is scrambled, and without NSGA-III, no seed is asked.
-    return NamedAlgorithm(name, _OURS[what], seeded=what != "psi", known=True)
+    return NamedAlgorithm(name, _OURS[what], seeded=what != "psi")
 
 
 # The searches. They are functions of the module, as processes are sent them.
@@ -160,8 +143,6 @@ def _investigate_then_nsga3(
 ) -> Array:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
     n_points = n_evaluations // 2
-    if n_points == 0:  # of a budget of 1 nothing is left for a start
-        return _nsga3(problem, n_evaluations, seed)
     tested = minimize(problem, PSI(n_points, sampling=sampling), seed=seed).pop
     left = n_evaluations - n_points
     size = population_size(problem.n_obj, left)
@@ -198,8 +179,16 @@ _OURS: dict[str, Callable[[Any, int, int], Array]] = {
 
 
 def _made(make: Callable[[int], Any], problem: Any, n_evaluations: int, seed: int) -> Array:
-    """Search with the algorithm that a function of the user's makes for a budget."""
-    return _searched(make(n_evaluations), problem, n_evaluations, seed)
+    """Search with the algorithm that a function makes for a budget."""
+    # A copy also where it was made for this run: all instances of SPEA2 share one survival, which
+    # would bring the ideal point of one run into the next.
+    algorithm = copy.deepcopy(make(n_evaluations))
+    algorithm.seed = seed
+    # The budget ends it, not the criteria that NSGA-II and others set for themselves: with these
+    # a long run ended at less than half of its evaluations.
+    if algorithm.termination is None or isinstance(algorithm.termination, DefaultTermination):
+        algorithm.termination = NoTermination()
+    return _returned(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
 
 
 def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Array:
@@ -208,27 +197,10 @@ def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Arra
     cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
     size = population_size(problem.n_obj, n_evaluations)
     arguments = inspect.signature(cls).parameters
-    options: dict[str, Any] = {}
     # MOEA/D asks for directions only, NSGA-II for a size only, U-NSGA-III for both.
-    if "ref_dirs" in arguments:
-        options["ref_dirs"] = reference_directions(problem.n_obj, size)
-    if "pop_size" in arguments:
-        options["pop_size"] = size
-    options |= operators(problem)
-    return _searched(cls(**options), problem, n_evaluations, seed)
-
-
-def _searched(algorithm: Any, problem: Any, n_evaluations: int, seed: int) -> Array:
-    """Return what a pymoo algorithm finds within a budget."""
-    # A copy also where it was made for this run: all instances of SPEA2 share one survival, which
-    # would bring the ideal point of one run into the next.
-    algorithm = copy.deepcopy(algorithm)
-    algorithm.seed = seed
-    # The budget ends it, not the criteria that NSGA-II and others set for themselves: with these
-    # a long run ended at less than half of its evaluations.
-    if algorithm.termination is None or isinstance(algorithm.termination, DefaultTermination):
-        algorithm.termination = NoTermination()
-    return _returned(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+    options = {"ref_dirs": reference_directions(problem.n_obj, size), "pop_size": size}
+    options = {name: value for name, value in options.items() if name in arguments}
+    return _made(lambda _: cls(**options, **operators(problem)), problem, n_evaluations, seed)
 
 
 def _returned(result: Any, n_obj: int) -> Array:

@@ -1,12 +1,11 @@
-"""Algorithms side by side on one problem, at equal numbers of evaluations."""
+"""Algorithms side by side on one problem, at equal cost: the runs, their measures, a report."""
 
 from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
@@ -28,14 +27,13 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.comparison._algorithms import (
     DEFAULT_ALGORITHMS,
-    NamedAlgorithm,
     named_algorithms,
 )
-from pymoo_psi.comparison._reference import Reference
+from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
 from pymoo_psi.comparison._runs import Run, Task, perform, problem_text, stored_runs
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.parallel import in_order, in_parallel, progress_bar
+from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, require_problem
 from pymoo_psi.table import Layout
 
@@ -44,7 +42,23 @@ if TYPE_CHECKING:
 
 # Powers of 2, after which LPτ points are complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
-ASSESSED = ("evaluated", "returned")
+ASSESSED = {
+    "evaluated": "the non-dominated feasible designs among all that a run evaluated",
+    "returned": "the non-dominated feasible designs that the algorithm returned",
+}
+SIGNIFICANCE = 0.05
+"""A difference is claimed where the corrected p value is below this, the customary level."""
+
+_NAMES = {
+    "hypervolume": "the largest hypervolume",
+    "igd_plus": "the smallest IGD+",
+    "epsilon": "the smallest additive epsilon",
+    "optimum_distance": "the Salukvadze optimum nearest to the best known",
+}
+_MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
+             "seconds", "evaluation_seconds"]  # fmt: skip
+_MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
+             "seconds", "evaluation_seconds"]  # fmt: skip
 _HEADINGS = {"igd_plus": "IGD+", "optimum_distance": "optimum distance",
              "n_nondominated": "designs", "seconds": "time [s]"}  # fmt: skip
 
@@ -61,7 +75,7 @@ class Comparison(Shown):
             among all that it evaluated, or ``"returned"``, those that the algorithm returned.
         reference: What it is measured against.
         measures: One row per run, see :meth:`to_frame`.
-        layout: Names, senses and units of the objectives, as the problem tells them.
+        layout: Names, directions and units of the objectives.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -99,7 +113,7 @@ class Comparison(Shown):
 
     @property
     def evaluations(self) -> tuple[int, ...]:
-        """The budgets, rising.
+        """The budgets, increasing.
 
         Example:
             Of the result in the example of :class:`Comparison`:
@@ -146,7 +160,15 @@ class Comparison(Shown):
             2       psi           64     1
             3     nsga3           64     3
         """
-        return self._summary.copy()
+        keys = ["algorithm", "evaluations"]
+        groups = self.measures.groupby(keys, sort=False)
+        frame = groups.size().to_frame("runs")
+        for column in self.measures.columns.drop([*keys, "seed", "evaluated"]):
+            frame[column] = groups[column].median()
+            # Values that occurred, as there is no mean of an infinite and a finite one.
+            frame[f"{column}_q1"] = groups[column].quantile(0.25, interpolation="lower")
+            frame[f"{column}_q3"] = groups[column].quantile(0.75, interpolation="higher")
+        return frame.reset_index().sort_values("evaluations", kind="stable", ignore_index=True)
 
     def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
         """Return for every pair of algorithms and every budget which is better, and how surely.
@@ -172,7 +194,7 @@ class Comparison(Shown):
             >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
             True
         """
-        return self._tests[known_name("indicator", indicator, INDICATORS)].copy()
+        return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))
 
     def to_latex(self) -> str:
         """Return medians and quartiles as a table of LaTeX.
@@ -185,48 +207,26 @@ class Comparison(Shown):
             >>> print(result.to_latex().splitlines()[2])
             evaluations & algorithm & runs & hypervolume & IGD+ & epsilon & optimum distance & ...
         """
-        frame = self._for_readers()
-        return latex_table([(name, frame[name].tolist()) for name in frame.columns])
+        return latex_table(
+            [(str(name), column.tolist()) for name, column in self._for_readers().items()]
+        )
 
     def _for_readers(self) -> pd.DataFrame:
         """Return the summary as texts: each median with its quartiles in brackets."""
-        summary = self._summary
+        summary = self.summary()
         frame = summary[["evaluations", "algorithm", "runs"]].copy()
         for name in (*INDICATORS, "n_nondominated", "seconds"):
-            columns = summary[[name, f"{name}_q1", f"{name}_q3"]].to_numpy(float)
             digits = 10 if name == "n_nondominated" else 4  # 12345 designs, not 1.234e+04
-            texts = [[f"{value:.{digits}g}" for value in row] for row in columns]
+            columns = summary[["runs", name, f"{name}_q1", f"{name}_q3"]].to_numpy(float)
             frame[_HEADINGS.get(name, name)] = [
-                median if runs == 1 else f"{median} ({low} to {high})"
-                for runs, (median, low, high) in zip(summary["runs"], texts, strict=True)
+                f"{median:.{digits}g}" + f" ({low:.{digits}g} to {high:.{digits}g})" * (runs > 1)
+                for runs, median, low, high in columns.tolist()
             ]
         return frame
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        return self._for_readers().head(n), len(self._summary)
-
-    # Computed once, as the printed table, the report and every figure ask for them.
-
-    @cached_property
-    def _summary(self) -> pd.DataFrame:
-        import pandas as pd
-
-        rows = []
-        for budget, name in itertools.product(self.evaluations, self.algorithms):
-            chosen = (self.measures["evaluations"] == budget) & (self.measures["algorithm"] == name)
-            group = self.measures[chosen]
-            row: dict[str, Any] = {"algorithm": name, "evaluations": budget, "runs": len(group)}
-            for column in group.columns.drop(["algorithm", "evaluations", "seed", "evaluated"]):
-                row[column] = group[column].median()
-                # Values that occurred, as there is no mean of an infinite and a finite one.
-                row[f"{column}_q1"] = group[column].quantile(0.25, interpolation="lower")
-                row[f"{column}_q3"] = group[column].quantile(0.75, interpolation="higher")
-            rows.append(row)
-        return pd.DataFrame(rows)
-
-    @cached_property
-    def _tests(self) -> dict[str, pd.DataFrame]:
-        return {name: pairwise_tests(self.measures, name) for name in INDICATORS}
+        frame = self._for_readers()
+        return frame.head(n), len(frame)
 
 
 def compare(
@@ -322,14 +322,13 @@ def compare(
     if isinstance(seeds, Integral):
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
     seeds = _integers("seeds", seeds, minimum=0)
-    assess = known_name("assess", assess, ASSESSED)
+    known_name("assess", assess, ASSESSED)
     polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
     if reference is not None:
         instance("reference", reference, Reference, "Reference.load(path) reads one")
         if reference.problem != problem_text(problem):
-            name = json.loads(reference.problem).get("problem")
-            shown = Received(f"one for {name}, or for other bounds or constants")
-            raise invalid("reference", f"one for {problem.name()}", shown)
+            rule = f"one for {problem.name()} with the same bounds and constants"
+            raise invalid("reference", rule, Received(json.loads(reference.problem)["problem"]))
     by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
     tasks = [
         Task(algorithm.name, budget, seed)
@@ -356,7 +355,7 @@ def compare(
             bar(len(runs) / len(tasks))
             if on_run is not None:
                 on_run(run, len(runs), len(tasks))
-    done = tuple(_counted_once([runs[task] for task in tasks], by_name))
+    done = tuple(_counted_once([runs[task] for task in tasks]))
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)
     measures = _measures(done, reference, assess, n_jobs)
@@ -364,57 +363,155 @@ def compare(
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
-    """Return one integer or several, each once, in rising order."""
-    several = [values] if isinstance(values, Integral) else values
-    if isinstance(several, str) or not isinstance(several, Iterable):
-        raise ArgumentTypeError(f"{name} must be integers, got {values!r:.80}")
+    """Return one integer or several, each once, in increasing order."""
+    several = np.atleast_1d(np.asarray(values, dtype=object)).tolist()
     if not (checked := sorted({integer(name, value, minimum=minimum) for value in several})):
         raise invalid(name, "one or more integers", values)
     return checked
 
 
-def _counted_once(runs: Sequence[Run], by_name: Mapping[str, NamedAlgorithm]) -> Iterator[Run]:
-    """Give the runs, of an algorithm of the user's that leaves nothing to chance one a budget.
+def _counted_once(runs: Sequence[Run]) -> Iterator[Run]:
+    """Give the runs, of an algorithm that leaves nothing to chance one a budget.
 
     The tests take runs for independent: eleven times the same one would make them sure of
     anything. Nothing found tells nothing.
     """
-    for name, own in itertools.groupby(runs, lambda run: run.task.algorithm):
-        groups = [
-            list(group) for _, group in itertools.groupby(own, lambda run: run.task.n_evaluations)
-        ]
-        fixed = (
-            not by_name[name].known
-            and any(len(first.F) and others for first, *others in groups)
-            and all(_same(first, run) for first, *others in groups for run in others)
-        )
-        for group in groups:
-            first = group[0]
-            yield from [replace(first, task=replace(first.task, seed=None))] if fixed else group
-
-
-def _same(a: Run, b: Run) -> bool:
-    found = ((a.X, b.X), (a.F, b.F), (a.returned, b.returned))
-    return all(np.array_equal(*pair) for pair in found)
+    for _, own in itertools.groupby(runs, lambda run: run.task.algorithm):
+        several = list(own)
+        first = {run.task.n_evaluations: run for run in reversed(several)}
+        same = (np.array_equal(run.F, first[run.task.n_evaluations].F) for run in several)
+        if len(first) < len(several) and any(len(run.F) for run in several) and all(same):
+            several = [replace(run, task=replace(run.task, seed=None)) for run in first.values()]
+            several.sort(key=lambda run: run.task.n_evaluations)
+        yield from several
 
 
 def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: int) -> pd.DataFrame:
     """Return the table of :meth:`Comparison.to_frame`."""
     import pandas as pd
 
-    found = [run.found(assess) for run in runs]
-    quality = in_order(in_parallel(reference.measure, found, n_jobs))
+    quality = in_parallel(reference.measure, [run.found(assess) for run in runs], n_jobs)
     rows = [
-        {
-            "algorithm": run.task.algorithm,
-            "evaluations": run.task.n_evaluations,
-            "seed": run.task.seed,
-            "evaluated": run.n_evaluated,
-            **measured,
-            "seconds": run.seconds,
-            "evaluation_seconds": run.evaluation_seconds,
-        }
-        for run, measured in zip(runs, quality, strict=True)
-    ]
+        (run.task.algorithm, run.task.n_evaluations, run.task.seed, run.n_evaluated,
+         *measured.values(), run.seconds, run.evaluation_seconds)
+        for run, measured in zip(runs, in_order(quality), strict=True)
+    ]  # fmt: skip
     # Integers of pandas, which may be missing; NumPy would make the seeds floats.
-    return pd.DataFrame(rows).astype({"seed": "Int64"})
+    return pd.DataFrame(rows, columns=_MEASURES).astype({"seed": "Int64"})
+
+
+# The comparison in words
+
+
+def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
+    """Return one sentence or two for every budget.
+
+    They name the algorithm with the best median, the algorithms that it is better than, with the
+    effect size and the corrected p value, and those from which no difference can be claimed.
+
+    Further sentences say so if runs ended before their budgets, or if there are too few to claim
+    any difference.
+
+    Args:
+        comparison: The comparison.
+        indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
+
+    Raises:
+        ArgumentValueError: The indicator is unknown.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> result = compare(
+        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"],
+        ...     polish=False,
+        ... )
+        >>> print(conclusions(result)[0])
+        512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
+        (effect 1.00, p = 0.031).
+    """
+    instance("comparison", comparison, Comparison, "compare(...) gives one")
+    tests, summary = comparison.tests(indicator), comparison.summary()
+    sentences = []
+    for budget in comparison.evaluations:
+        medians = summary[summary["evaluations"] == budget].set_index("algorithm")[indicator]
+        at = tests[tests["evaluations"] == budget]
+        sentences.append(f"{counted(budget, 'evaluation')}: {_conclusion(indicator, medians, at)}")
+    measures = comparison.measures
+    short = measures[measures["evaluated"] < measures["evaluations"]]["algorithm"].unique().tolist()
+    if short:
+        whole = f"Not every run of {listed(short)} used its whole budget: see the column evaluated."
+        sentences.append(whole)
+    # Holm multiplies the least p value by the number of tests: it cannot come below this product.
+    tested = tests["p"].notna().sum()
+    if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
+        sentences.append(
+            "So few runs cannot tell any two algorithms apart, however different: take more seeds."
+        )
+    return tuple(sentences)
+
+
+def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
+    ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
+    best, value = ordered.index[0], ordered.iloc[0]
+    if value == (0.0 if indicator == "hypervolume" else np.inf):
+        return f"every algorithm has the worst possible median, {value:g}."
+    groups: dict[str, list[str]] = {
+        "It is better than": [],
+        "But more often than not a run is beaten by one of": [],
+        "No difference can be claimed from": [],
+    }
+    better, worse, none = groups.values()
+    for name in ordered.index[1:]:
+        pair = tests[tests["better"].isin([best, name]) & tests["worse"].isin([best, name])].iloc[0]
+        # The best median may lose more often than not: then the test names the other one.
+        effect = pair["effect"] if pair["better"] == best else 1 - pair["effect"]
+        p = pair["p_holm"]  # NaN of two deterministic algorithms
+        sure = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001" if p >= 0 else "one value each"
+        group = none if not p < SIGNIFICANCE else better if effect > 0.5 else worse
+        group.append(f"{name} (effect {effect:.2f}, {sure})")
+    found = f"{best} has {_NAMES[indicator]} (median {value:.4g})."
+    told = [f"{lead} {listed(names, 'and' if names is better else 'or')}."
+            for lead, names in groups.items() if names]  # fmt: skip
+    return " ".join([found, *told])
+
+
+def report(comparison: Comparison) -> str:
+    """Return a short report in Markdown: the medians, the conclusions, and how it was measured.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> result = compare(get_problem("bnh"), n_evaluations=64, seeds=2, algorithms=["nsga3"])
+        >>> print(report(result).splitlines()[0])
+        # BNH: nsga3
+    """
+    instance("comparison", comparison, Comparison, "compare(...) gives one")
+    frame, reference = comparison._for_readers(), comparison.reference
+    rows = [[*frame.columns], ["---"] * len(frame.columns), *frame.to_numpy().tolist()]
+    lines = [f"# {comparison.problem}: {', '.join(comparison.algorithms)}", ""]
+    lines += [f"| {' | '.join(map(str, row))} |" for row in rows]
+    lines += ["", "Medians, with quartiles in brackets."]
+    for indicator in INDICATORS:
+        lines += ["", f"## {indicator}", ""]
+        lines += [f"- {sentence}" for sentence in conclusions(comparison, indicator)]
+    optimum = zip(
+        comparison.layout.objectives, reference.optimum * comparison.layout.sign + 0.0, strict=True
+    )
+    known = ", ".join(f"{name} = {value:.6g}" for name, value in optimum)
+    lines += [
+        "", "## How it was measured", "",
+        f"- Measured are {ASSESSED[comparison.assess]}.",
+        "- Objectives are scaled by the ideal and the nadir of all non-dominated designs that any "
+        f"run found, {counted(reference.n_union, 'point')}; {len(reference.points)} of them are "
+        f"the reference set; the reference point is {REFERENCE_POINT} in every scaled objective.",
+        "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
+        f"the scaled distance of the Salukvadze optimum of a run to the best known one, {known}, "
+        f"found with {counted(reference.optimum_evaluations, 'evaluation')} more.",
+        "- Differences are tested by Mann-Whitney's U, by the sign test where one algorithm is "
+        "deterministic, with exact p values, corrected by Holm's method over all pairs and budgets "
+        "of an indicator; the effect is the probability that a run of the first is the better one. "
+        f"A difference is claimed at p < {SIGNIFICANCE}.",
+        "",
+    ]  # fmt: skip
+    return "\n".join(lines)

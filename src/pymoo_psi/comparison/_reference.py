@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -111,8 +109,7 @@ class Reference:
         m, name = problem.n_obj, problem_text(problem)
         known = np.zeros((0, m)) if front is None else objective_matrix("reference_front", front)
         if known.shape[1] != m:
-            shape = Received(f"an array of shape {known.shape}")
-            raise invalid("reference_front", f"of {m} objectives", shape)
+            raise invalid("reference_front", f"of {m} objectives", Received(f"{known.shape[1]}"))
         # Each once and sorted: the order of the runs must not decide which points are kept.
         F = np.unique(np.vstack([*(run.F for run in runs), known]), axis=0)
         if len(F) == 0:
@@ -147,13 +144,9 @@ class Reference:
             >>> rows[0]["hypervolume"].item() == rows[1]["hypervolume"].item()
             True
         """
-        values = {
-            "ideal": self.frame.ideal,
-            "nadir": self.frame.nadir,
-            **{name: getattr(self, name) for name in _STORED},
-        }
+        values = {name: getattr(self, name) for name in _STORED}
         with whole_file(path) as written, written.open("wb") as file:
-            np.savez_compressed(file, **values)
+            np.savez_compressed(file, ideal=self.frame.ideal, nadir=self.frame.nadir, **values)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Reference:
@@ -178,9 +171,8 @@ class Reference:
             with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 frame = UtopianFrame(stored["ideal"], stored["nadir"], normalize=True)
                 points, n_union, optimum, spent, problem = (stored[name] for name in _STORED)
-            json.loads(str(problem))
             return cls(frame, points, int(n_union), optimum, int(spent), str(problem))
-        except (KeyError, TypeError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+        except (KeyError, TypeError, ValueError, EOFError, BadZipFile) as error:
             remedy = "Reference.save and 'pymoo-psi compare --out' write one"
             raise invalid("reference", "a file with a reference", str(path), remedy) from error
 
@@ -219,15 +211,15 @@ def _optimum(
     if not polish or not design_space(problem).continuous:
         return nearest, 0
     # A known front has no designs: the search begins at the nearest design of a run.
-    candidates = [(frame.distances(run.F)[:, 0], run) for run in runs if len(run.F)]
-    if not candidates:
+    found = [run for run in runs if len(run.F)]
+    if not found:
         return nearest, 0
-    mu1, run = min(candidates, key=lambda pair: float(pair[0].min()))
+    F_of, X_of = np.vstack([run.F for run in found]), np.vstack([run.X for run in found])
+    start = X_of[frame.distances(F_of)[:, 0].argmin()]
     # No row of F dominates another: all are Pareto optimal, and span the scale of the frame.
-    everything = np.ones(len(F), dtype=bool)
-    ranking = ranking_of(Objectives.of(F), everything, normalize=True)
+    ranking = ranking_of(Objectives.of(F), np.ones(len(F), dtype=bool), normalize=True)
     try:
-        found = refine(problem, run.X[mu1.argmin()], ranking)
+        refined = refine(problem, start, ranking)
     except ArgumentValueError:  # a model with noise: the design is no longer feasible
         return nearest, 0
-    return (found.f if found.distance < best else nearest), found.n_evaluations
+    return (refined.f if refined.distance < best else nearest), refined.n_evaluations

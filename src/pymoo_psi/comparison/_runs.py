@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import copy
 import json
-import re
 import time
-import zlib
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.problems.multi import BNH
 
 from pymoo_psi._validation import counted, identity_text
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
@@ -31,8 +28,6 @@ from pymoo_psi.study import read_study, write_study
 from pymoo_psi.table import Layout, TestTable, columns_of, design_matrix, head_of, table_of
 
 Array = NDArray[np.float64]
-
-_warm: set[str] = set()  # names of the algorithms that have run once in this process
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ class Run:
         F: ``(n, m)`` their objectives.
         returned: ``(k, m)`` objectives of the designs that the algorithm itself returned.
         n_evaluated: Designs evaluated, counted by the problem.
-        seconds: Wall time of the run, without the counting.
+        seconds: Wall time of the run.
         evaluation_seconds: The part of it that was spent in the problem.
 
     Example:
@@ -113,17 +108,14 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
     Raises:
         RunError: The problem or the algorithm raised; the message says in which run.
     """
-    _warm_up(algorithm)
     observed = ObservedProblem(problem, task.n_evaluations)
     returned = np.zeros((0, problem.n_obj))
     began = time.perf_counter()
     try:
         # Without a seed an algorithm is deterministic, and any number will do.
         returned = algorithm.search(observed, task.n_evaluations, task.seed or 0)
-    except BudgetSpentError:
-        pass  # what it evaluated within the budget is assessed
-    except EvaluationError as error:
-        observed.failure = error
+    except (BudgetSpentError, EvaluationError):
+        pass  # what it evaluated within the budget is assessed; the problem knows its failure
     except PsiError:
         raise
     except Exception as error:
@@ -131,7 +123,7 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
     if observed.failure is not None:  # also where PSI has recorded it and gone on: one rule for all
         reason = f"a design that failed: {observed.failure.reason}"
         raise RunError(str(task), reason) from observed.failure
-    seconds = time.perf_counter() - began - observed.counting_seconds
+    seconds = time.perf_counter() - began
     tests = observed.tests()
     more = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
     more["returned"] = returned.tolist()
@@ -139,15 +131,6 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
         head = {**_head(tests, problem), "run": {**asdict(task), **more}}
         write_study(folder / _file(task), head, columns_of(tests))
     return _run(problem, task, tests, **more)
-
-
-def _warm_up(algorithm: NamedAlgorithm) -> None:
-    """Let an algorithm import what it needs, once a process; no run is charged for it."""
-    if algorithm.name in _warm or not algorithm.known:
-        return
-    _warm.add(algorithm.name)
-    with suppress(Exception):  # an algorithm that suits other problems only
-        algorithm.search(ObservedProblem(BNH(), 16), 16, 0)
 
 
 class ObservedProblem(WrappedProblem):
@@ -165,7 +148,6 @@ class ObservedProblem(WrappedProblem):
         n_evaluated: Designs evaluated so far.
         failure: The design that failed last, if one did.
         evaluation_seconds: Wall time spent in the problem.
-        counting_seconds: Wall time spent here, which is no part of the algorithm's.
     """
 
     def __init__(self, problem: Any, budget: int) -> None:
@@ -174,32 +156,26 @@ class ObservedProblem(WrappedProblem):
         self.budget = budget
         self.failure: EvaluationError | None = None
         self.n_evaluated = 0
-        self.evaluation_seconds = self.counting_seconds = 0.0
+        self.evaluation_seconds = 0.0
         self._kept: list[tuple[Any, dict[str, Any]]] = []
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
-        began = time.perf_counter()
         if self.n_evaluated + len(X) > self.budget:  # before a design beyond it is evaluated
-            raise BudgetSpentError(
-                f"an algorithm must keep its budget of {self.budget} evaluations, got a request "
-                f"for {self.n_evaluated + len(X)}"
-            )
+            raise BudgetSpentError(f"the budget of {self.budget} evaluations is spent")
         designs = copy.deepcopy(X)  # before a model may change those that it is given
-        asked = time.perf_counter()
+        began = time.perf_counter()
         try:
             # Not by pymoo's `do`, which turns a transposed F round and fills in a missing G.
             out = evaluate_designs(self.wrapped, X, *args, stop=True, **kwargs)
         except EvaluationError as error:
             self.failure = error
             raise
-        answered = time.perf_counter()
+        self.evaluation_seconds += time.perf_counter() - began
         self.n_evaluated += len(X)
         self._kept.append((designs, {name: out[name] for name in ("F", "G", "H", "failure")}))
-        self.evaluation_seconds += answered - asked
         out |= dict.fromkeys({*return_values_of} - {*out})
         formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
-        self.counting_seconds += asked - began + time.perf_counter() - answered
         return formatted
 
     def tests(self) -> TestTable:
@@ -249,11 +225,8 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
 
 def _file(task: Task) -> str:
     """Return a name that can be read, and that no other task has."""
-    plain = re.sub(r"[^A-Za-z0-9+-]+", "_", task.algorithm)[:80]
-    if plain != task.algorithm:  # "a/b" and "a b" have files of their own
-        plain += f".{zlib.crc32(task.algorithm.encode()):08x}"
     seed = "" if task.seed is None else f"_seed{task.seed}"
-    return f"{plain}_{task.n_evaluations}{seed}.db"
+    return f"{quote(task.algorithm, safe='+ ')}_{task.n_evaluations}{seed}.db"
 
 
 def _layout(problem: Any) -> Layout:

@@ -12,7 +12,7 @@ even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Be
 from __future__ import annotations
 
 import itertools
-from math import comb, sqrt
+from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,88 +64,30 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         b: Values of the runs of the other.
         fixed: Which of the two are deterministic; NaN if both are.
     """
-    from scipy.stats import binomtest, mannwhitneyu  # heavy to import
+    from scipy.stats import binomtest, mannwhitneyu, rankdata  # heavy to import
 
     if all(fixed):
         return np.nan
     if any(fixed):
         value, runs = (a[0], b) if fixed[0] else (b[0], a)
-        different = runs[runs != value]  # the sign test drops ties: they speak for neither
-        if len(different) == 0:
-            return 1.0
-        return float(binomtest(int((different > value).sum()), len(different)).pvalue)
+        above, n = int((runs > value).sum()), int((runs != value).sum())
+        return float(binomtest(above, n).pvalue) if n else 1.0  # the sign test drops ties
     # Ranks stand for the values: infinite ones have theirs, but no differences. Twice the mean
     # rank of those that tie is an integer.
-    _, place, count = np.unique(np.concatenate([a, b]), return_inverse=True, return_counts=True)
-    ranks = (2 * np.cumsum(count) - count + 1)[place]
-    if max(len(a), len(b)) > _EXACT_RUNS:
-        found = mannwhitneyu(ranks[: len(a)], ranks[len(a) :], method="asymptotic")
-        return float(found.pvalue)
-    ways = _ways(ranks, len(a))
-    observed = int(ranks[: len(a)].sum())
-    # Two-sided: the smaller tail twice, which passes 1 where both tails hold the observed sum.
-    lower, upper = ways[: observed + 1].sum(), ways[observed:].sum()
-    return min(1.0, 2.0 * float(min(lower, upper) / ways.sum()))
-
-
-def _ways(ranks: NDArray[np.intp], size: int) -> Array:
-    """Count the choices of some of the runs that have a certain sum of ranks.
-
-    If two algorithms do not differ, any choice of as many runs as one of them has is as likely
-    to be its runs.
-
-    Args:
-        ranks: ``(n,)`` the ranks of all runs, integers >= 1.
-        size: How many runs are chosen, k <= n.
-
-    Returns:
-        ``(s + 1,)`` for each sum from 0 to that of all ranks how many choices have it; as floats,
-        which hold integers exactly up to 2^53 and lose no more than the last digits beyond.
-    """
-    ways = np.zeros((size + 1, int(ranks.sum()) + 1))  # by runs chosen and sum of their ranks
+    k, ranks = len(a), (2 * rankdata(np.concatenate([a, b]))).astype(int)
+    if max(k, len(b)) > _EXACT_RUNS:
+        return float(mannwhitneyu(ranks[:k], ranks[k:], method="asymptotic").pvalue)
+    # If two algorithms do not differ, any k of the runs are as likely to be those of the first:
+    # how many choices of so many runs have which sum of ranks. Floats hold integers up to 2^53,
+    # and lose no more than the last digits beyond.
+    ways = np.zeros((k + 1, int(ranks.sum()) + 1))
     ways[0, 0] = 1
     for rank in ranks:
         ways[1:, rank:] += ways[:-1, :-rank].copy()  # those without this run, and it
-    chosen: Array = ways[size]
-    return chosen
-
-
-def shift(a: Array, b: Array, *, fixed: bool) -> tuple[float, float, float]:
-    """Return by how much values of ``b`` lie above those of ``a``, and a 95 % interval of it.
-
-    The estimate is the median of all differences (Hodges and Lehmann, Ann. Math. Stat. 34, 1963);
-    the interval holds the shifts that the test of :func:`p_value` does not reject at 5 %.
-
-    Args:
-        a: Values of the runs of one.
-        b: Values of the runs of the other.
-        fixed: Whether one of the two is the value of a deterministic algorithm.
-
-    Returns:
-        The estimate, and the ends, NaN where so few runs reject nothing; all NaN where values are
-        infinite on both sides.
-
-    Example:
-        >>> shift(np.arange(6.0), np.arange(6.0) + 10, fixed=False)
-        (10.0, 7.0, 13.0)
-    """
-    with np.errstate(invalid="ignore"):
-        differences = np.sort((b[:, None] - a).ravel())
-    n = len(differences)
-    if np.isnan(differences).any():
-        return np.nan, np.nan, np.nan
-    if fixed:  # how many runs of the other are above it: binomial
-        ways = np.array([comb(n, k) / 2**n for k in range(n + 1)])
-    elif max(len(a), len(b)) > _EXACT_RUNS:  # as of p values, and their ways would fill the memory
-        deviation = sqrt(n * (len(a) + len(b) + 1) / 12)
-        ways = np.exp(-0.5 * ((np.arange(n + 1) - n / 2) / deviation) ** 2)
-    else:  # of how many pairs the second is above: the rank sum, less the least it can be
-        ways = _ways(np.arange(1, len(a) + len(b) + 1), len(a))[len(a) * (len(a) + 1) // 2 :]
-    beyond = int(np.searchsorted(np.cumsum(ways) / ways.sum(), 0.025, side="right"))
-    estimate = float(np.median(differences))
-    if beyond == 0:
-        return estimate, np.nan, np.nan
-    return estimate, float(differences[beyond - 1]), float(differences[-beyond])
+    observed = int(ranks[:k].sum())
+    # Two-sided: the smaller tail twice, which passes 1 where both tails hold the observed sum.
+    tail = min(ways[k, : observed + 1].sum(), ways[k, observed:].sum())
+    return min(1.0, 2.0 * float(tail / ways[k].sum()))
 
 
 def least_p(n_a: int, n_b: int, *, fixed: tuple[bool, bool]) -> float:
@@ -172,27 +114,24 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    names = list(dict.fromkeys(measures["algorithm"]))
     rows: list[dict[str, Any]] = []
     for budget, group in measures.groupby("evaluations", sort=True):
-        by_name = dict(iter(group.groupby("algorithm")))
-        for first, second in itertools.combinations(names, 2):
-            pair = [by_name[first], by_name[second]]
+        by_name = dict(iter(group.groupby("algorithm", sort=False)))
+        for pair in itertools.combinations(by_name, 2):
             # Turned where less is better, so that more is better for all.
-            values = [INDICATORS[indicator] * runs[indicator].to_numpy(float) for runs in pair]
-            fixed = tuple(bool(runs["seed"].isna().all()) for runs in pair)
-            effect = effect_size(*values)
-            better, worse = (first, second) if effect >= 0.5 else (second, first)
+            a, b = (INDICATORS[indicator] * by_name[k][indicator].to_numpy(float) for k in pair)
+            first, second = (bool(by_name[name]["seed"].isna().all()) for name in pair)
+            effect = effect_size(a, b)
+            better, worse = pair if effect >= 0.5 else pair[::-1]
             rows.append(
                 {
                     "evaluations": budget,
                     "better": better,
                     "worse": worse,
                     "effect": max(effect, 1 - effect),
-                    "p": p_value(*values, fixed=(fixed[0], fixed[1])),
-                    "least_p": least_p(*map(len, values), fixed=(fixed[0], fixed[1])),
+                    "p": p_value(a, b, fixed=(first, second)),
+                    "least_p": least_p(len(a), len(b), fixed=(first, second)),
                 }
             )
     frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p", "least_p"])
-    frame["p_holm"] = holm(frame["p"].to_numpy(float))
-    return frame
+    return frame.assign(p_holm=holm(frame["p"].to_numpy(float)))

@@ -14,7 +14,7 @@ f_j^S(c) and v_Cf^S(c).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,7 @@ INITIAL_SPEEDS = tuple(np.linspace(0.05, 1.0, 39).tolist())  # around the paper'
 _FINE = 201  # lines on which is seen where the criteria of Figure 2 change fast
 
 
-@dataclass(frozen=True, eq=False)
-class CriterionSurfaces:
+class CriterionSurfaces(NamedTuple):
     """f1 and f2 over the design box.
 
     Attributes:
@@ -40,6 +39,10 @@ class CriterionSurfaces:
         u1: ``(n, n)`` slopes, increasing along the first axis.
         u2: ``(n, n)`` speeds of the plane, increasing along the second axis.
         f: ``(2, n, n)`` the criteria, NaN where the sphere stalls before the exit.
+
+    Example:
+        >>> criterion_surfaces(0.4, "rolling", n=5)._fields
+        ('mu', 'u1', 'u2', 'f')
     """
 
     mu: float
@@ -55,6 +58,10 @@ def criterion_surfaces(
 
     The grid's lines are dense where a criterion changes fast: near the level chute, where the time
     grows by half within a fortieth of the box.
+
+    Example:
+        >>> criterion_surfaces(0.4, "rolling", n=5).f.shape
+        (2, 5, 5)
     """
     problem = VectorizedSphereChute(mu, c=c, r=r, model=model)
     sides = [
@@ -83,8 +90,7 @@ def _on_grid(problem: VectorizedSphereChute, *sides: Array) -> tuple[Array, Arra
     return u1, u2, np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, *u1.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class SalukvadzeFunctions:
+class SalukvadzeFunctions(NamedTuple):
     """The Salukvadze optimum for each of k initial speeds.
 
     Attributes:
@@ -94,6 +100,10 @@ class SalukvadzeFunctions:
         test_point: ``(k,)`` numbers of the optimal test points, or of those that were refined.
         F: ``(k, 4)`` the criteria f1 to f4 of the optima, of which f3 and f4 are the design.
         exit_speed: ``(k,)`` their exit speeds.
+
+    Example:
+        >>> salukvadze_functions(0.4, "rolling", 64, [0.3, 0.4]).F.shape
+        (2, 4)
     """
 
     model: str
@@ -118,6 +128,10 @@ def salukvadze_functions(
     As c grows, one test point after the other is the nearest: the functions are staircases. Where
     the steps come from is seen beside ``refined`` optima, each polished from its test point against
     the U of all of them.
+
+    Example:
+        >>> salukvadze_functions(0.4, "rolling", 4096, [0.3193]).test_point  # as Table 6.1
+        array([3085])
     """
     points = lp_tau(n_points, 2)
     numbers, F, exit_speed = [], [], []

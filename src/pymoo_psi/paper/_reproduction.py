@@ -70,13 +70,8 @@ def published_table(number: str) -> pd.DataFrame:
     """
     text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
     rows = json.loads(text)[f"table_{number.replace('.', '_')}"]
-    return pd.DataFrame(
-        [
-            {"mu": row["mu"], "test_point": row["test_point"]}
-            | dict(zip(_PRINTED, row["f"], strict=True))
-            for row in rows
-        ]
-    )
+    lines = [(row["mu"], row["test_point"], *row["f"]) for row in rows]
+    return pd.DataFrame(lines, columns=["mu", "test_point", *_PRINTED])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -293,17 +288,12 @@ class Reproduction(Shown):
             >>> bool(optimum["distance"] < optimum["best_point_distance"])
             True
         """
-        return pd.DataFrame(
-            [
-                {"model": case.model, "mu": case.mu}
-                | dict(zip(_CRITERIA, case.refined.f.tolist(), strict=True))
-                | {
-                    "distance": case.refined.distance,
-                    "best_point_distance": case.refined.start_distance,
-                }
-                for case in self.cases
-            ]
-        )
+        rows = []
+        for case in self.cases:
+            found = case.refined
+            rows.append((case.model, case.mu, *found.f, found.distance, found.start_distance))
+        columns = ["model", "mu", *_CRITERIA, "distance", "best_point_distance"]
+        return pd.DataFrame(rows, columns=columns)
 
     @cached_property
     def convergences(self) -> tuple[Convergence, ...]:

@@ -1,14 +1,12 @@
 """Figures of tables, rankings, robustness and comparisons, and the paper's figures.
 
 This is the only subpackage that imports matplotlib. Nothing here opens a window, needs ``pyplot``
-or changes matplotlib's settings: figures are to be saved, and what draws on one pair of axes takes
-``ax``, or makes axes of its own.
+or changes matplotlib's settings: figures are to be saved.
 
 Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_table`: histograms of the variables, and every objective against every variable.
     :func:`plot_objectives`: the objectives in pairs.
     :func:`plot_section`: the objectives along one variable, through a chosen design.
-    :func:`plot_histogram`: where the feasible designs lie over one variable.
     :func:`plot_feasibility`: where they lie over the two variables that decide most on it.
     :func:`plot_sensitivities`: how much each variable explains of each column.
     :func:`plot_convergence`: how good the tests are against their number.
@@ -24,7 +22,6 @@ Of designs under uncertainty:
 
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`plot_indicators`, :func:`plot_indicator`: quality against evaluations.
-    :func:`plot_differences`: how the others differ from one of them, with intervals.
     :func:`plot_fronts`: fronts of the median runs.
     :func:`plot_attainment`: what half of the runs attain, of two objectives.
     :func:`plot_time`: time against quality.
@@ -49,7 +46,6 @@ from pymoo_psi.plots._analysis import (
 )
 from pymoo_psi.plots._comparison import (
     plot_attainment,
-    plot_differences,
     plot_fronts,
     plot_indicator,
     plot_indicators,
@@ -59,7 +55,7 @@ from pymoo_psi.plots._comparison import (
 from pymoo_psi.plots._paper import paper_figures, plot_points, save_paper_figures, shown_case
 from pymoo_psi.plots._ranking import plot_ranking
 from pymoo_psi.plots._style import HUGE, literal, save_figures
-from pymoo_psi.plots._tests import plot_histogram, plot_objectives, plot_section, plot_table
+from pymoo_psi.plots._tests import plot_objectives, plot_section, plot_table
 
 __all__ = [
     "HUGE",
@@ -67,10 +63,8 @@ __all__ = [
     "paper_figures",
     "plot_attainment",
     "plot_convergence",
-    "plot_differences",
     "plot_feasibility",
     "plot_fronts",
-    "plot_histogram",
     "plot_indicator",
     "plot_indicators",
     "plot_objectives",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from textwrap import fill
 
 import numpy as np
 import pandas as pd
@@ -18,14 +19,14 @@ from pymoo_psi.plots._markers import GREY, MARKERS
 from pymoo_psi.plots._style import (
     CURVES,
     HUGE,
-    legend_below,
+    LETTERS,
+    labelled,
+    legend_of,
     literal,
     new_figure,
-    on_axes,
-    tick_counts,
-    wrapped,
+    panels,
 )
-from pymoo_psi.plots._tests import Column, _checked
+from pymoo_psi.plots._tests import Column, _checked, name_axes
 from pymoo_psi.selection import Robustness
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
@@ -63,35 +64,29 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
     kept = set(largest.sort_values(ascending=False).index[:top])
     variables = [name for name in sensitivities.index.unique("variable") if name in kept]
     wide = min(_PANELS, max(len(columns), 1))
-    high = -(-len(columns) // wide)
-    with new_figure(22 + high * (16 + 5.0 * len(variables))) as figure:
-        grid = figure.subplots(high, wide, squeeze=False, sharey=True).ravel()
+    with new_figure(22 + -(-len(columns) // wide) * (16 + 5.0 * len(variables))) as figure:
+        grid = figure.subplots(-(-len(columns) // wide), wide, squeeze=False, sharey=True).ravel()
         for ax in grid[len(columns) :]:
-            ax.set_axis_off()
+            ax.remove()
         for ax, column in zip(grid, columns, strict=False):
             found = sensitivities.loc[column].loc[variables]
-            index, lower, upper = (found[key] for key in ("first_order", "lower", "upper"))
-            place = np.arange(len(index))
+            place = np.arange(len(found))
             # An index is between 0 and 1; its estimate need not be.
-            ax.barh(place, np.maximum(index, 0), 0.62, color=CURVES[0]["color"], linewidth=0)
-            ends = np.clip(lower, 0, 1), np.clip(upper, 0, 1)
-            ax.hlines(place, *ends, color="black", linewidth=0.9)
-            ax.set_xlim(0, 1)
+            index = found.clip(0, 1)
+            ax.barh(place, index["first_order"], 0.62, color=CURVES[0]["color"], linewidth=0)
+            ax.hlines(place, index["lower"], index["upper"], color="black", linewidth=0.9)
+            ax.set(xlim=(0, 1), xlabel="share of the variance")
             _name_rows(ax, variables, 32)
-            constant = ": constant" if index.isna().all() else ""
-            ax.set_title(literal(column, 28 - len(constant)) + constant)
-        for ax in grid[max(len(columns) - wide, 0) : len(columns)]:
-            ax.set_xlabel("share of the variance")
+            constant = ": constant" if index["first_order"].isna().all() else ""
+            ax.set_title(literal(column, 28) + constant)
         left_out = len(largest) - len(variables)
         rest = f", {left_out} variables with smaller ones left out" if left_out else ""
         figure.suptitle(f"{title}\nfirst-order sensitivities with 95 % bands{rest}".strip())
     return figure
 
 
-def plot_feasibility(
-    table: TestTable, limits: Limits | None = None, *, ax: Axes | None = None, title: str = ""
-) -> Axes:
-    """Draw the tests over the two variables that decide most on feasibility, and the best rule.
+def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: str = "") -> Figure:
+    """Return the tests over the two variables that decide most on feasibility, and the best rule.
 
     The box is that of the rule with the largest share of feasible designs, as far as it is a
     matter of these two variables; its text is the title.
@@ -99,7 +94,6 @@ def plot_feasibility(
     Args:
         table: A test table.
         limits: Limits that a feasible design must keep.
-        ax: Axes to draw on; new ones by default.
         title: What was tested.
 
     Raises:
@@ -110,37 +104,33 @@ def plot_feasibility(
     Example:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import investigate
-        >>> ax = plot_feasibility(investigate(get_problem("tnk"), 512))
+        >>> (ax,) = plot_feasibility(investigate(get_problem("tnk"), 512)).axes
         >>> ax.get_xlabel(), ax.get_ylabel()
         ('x2', 'x1')
     """
     layout = _checked(table).layout
     if len(layout.variables) < 2:
         found = Received(f"{len(layout.variables)}")
-        raise invalid("the table", "one with two variables or more", found, "use plot_histogram")
+        raise invalid("the table", "one with two variables or more", found)
     rules = feasibility_rules(table, limits)
     names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
     feasible = table.feasible(limits)
     columns = [Column.of_variable(table, name) for name in names]
-    with on_axes(ax) as axes:
+    with panels(1, 1, head=60.0) as (figure, (ax,)):
         for mask, name, look in (
             (~feasible, "not feasible", {"color": GREY, "marker": "x", "markersize": 2.6}),
             (feasible, "feasible", {"color": CURVES[0]["color"], "marker": "o", "markersize": 3.0}),
         ):
             x, y = (column.places[mask] for column in columns)
-            axes.plot(x, y, linestyle="none", label=f"{name} ({mask.sum()})", **look)
-        axes.set_xlim(columns[0].ends)
-        axes.set_ylim(columns[1].ends)
-        _draw_rule(axes, table, rules.rules[0], dict(zip(names, columns, strict=True)))
-        for column, axis in zip(columns, (axes.xaxis, axes.yaxis), strict=True):
-            if column.options:
-                options = [literal(option, 14) for option in column.options]
-                axis.set_ticks(range(len(options)), options)
-        axes.set_xlabel(literal(layout.label_of(names[0])))
-        axes.set_ylabel(literal(layout.label_of(names[1])))
-        axes.set_title(f"{title}\n{wrapped(literal(rules.rules[0], 150), 62)}".strip())
-        legend_below(axes, ncols=3)
-    return axes
+            ax.plot(x, y, linestyle="none", label=f"{name} ({mask.sum()})", **look)
+        ax.set(xlim=columns[0].ends, ylim=columns[1].ends)
+        _draw_rule(ax, table, rules.rules[0], dict(zip(names, columns, strict=True)))
+        name_axes(ax, layout.label_of(names[0]), layout.label_of(names[1]), columns[0].options)
+        if options := columns[1].options:
+            ax.set_yticks(range(len(options)), [literal(option, 14) for option in options])
+        legend_of(figure, labelled([ax]), ncols=3)
+        figure.suptitle(f"{title}\n{fill(literal(rules.rules[0], 150), LETTERS)}".strip())
+    return figure
 
 
 def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column]) -> None:
@@ -149,28 +139,23 @@ def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column
         return
     sides: list[list[tuple[float, float]]] = []
     for name, column in columns.items():
+        part = rule.box.get(name, column.options or (None, None))
         if not column.options:
-            low, high = rule.box.get(name, (None, None))
             # a whole number is inside of the box that it bounds
             half = 0.5 * (table.kinds[table.layout.variable(name)] is Kind.INTEGER)
-            first, last = (end if end is not None else np.nan for end in (low, high))
+            first, last = (np.nan if end is None else end for end in part)
             left, right = column.ends
             sides.append([(np.fmax(first - half, left), np.fmin(last + half, right))])
             continue
-        part = rule.box.get(name, list(column.options))
-        allowed = part if isinstance(part, list) else [part]
+        allowed = part if isinstance(part, (list, tuple)) else [part]
         kept = sorted(column.options.index(option) for option in allowed)
-        neighbours = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
-        sides.append([(row[0] - 0.5, row[-1] + 0.5) for row in neighbours])
-    label = "best rule"
-    for (left, right), (bottom, top) in product(*sides):
-        ax.add_patch(
-            Rectangle(
-                (left, bottom), right - left, top - bottom, zorder=5, label=label,
-                facecolor="none", edgecolor="black", linewidth=1.2, linestyle="--",
-            )
+        sides.append([(place - 0.5, place + 0.5) for place in kept])
+    for k, ((left, right), (bottom, top)) in enumerate(product(*sides)):
+        box = Rectangle(
+            (left, bottom), right - left, top - bottom, zorder=5, label="_" if k else "best rule",
+            facecolor="none", edgecolor="black", linewidth=1.2, linestyle="--",
         )  # fmt: skip
-        label = "_"  # named once
+        ax.add_patch(box)
 
 
 def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
@@ -191,43 +176,23 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
         3
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    known_box = np.isfinite(found.covering_radius).any()
-    panels = {
+    curves = {
         "distance $\\mu_1$ to $U$\nof the best design": found.mu1,
         "hypervolume\n(share of the last)": found.hypervolume,
-        f"covering radius\n({'sides of the box' if known_box else 'no bounds are known'})": (
-            found.covering_radius
-        ),
+        "covering radius\n(sides of the box)": found.covering_radius,
     }
-    with new_figure(82.0) as figure:
-        for ax, (name, values) in zip(figure.subplots(1, 3), panels.items(), strict=True):
+    with panels(3, 3) as (figure, axes):
+        for ax, (name, values) in zip(axes, curves.items(), strict=True):
             known = np.where(np.isfinite(values), values, np.nan)
             ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **CURVES[0])
             ax.set_xscale("log", base=2)
             shown = found.tests[::-1][::2][::-1].tolist()  # every other one, the last among them
             ax.set_xticks(shown, [str(n) for n in shown])
-            ax.set_xlim(found.tests[0] / 1.25, found.tests[-1] * 1.25)
             ax.xaxis.set_minor_locator(NullLocator())
-            ax.set_xlabel("tests")
-            ax.set_title(name)
-            # space for names over the last points
-            ax.set_ylim(0, 1.4 * np.nan_to_num(known).max(initial=0) or 1)
-        _name_designs(figure.axes[0], found)
-        figure.suptitle(f"{title}\n{wrapped(found.verdict())}".strip())
+            ax.set(title=name, xlabel="tests")
+            ax.set_ylim(0, 1.1 * np.nan_to_num(known).max(initial=0) or 1)
+        figure.suptitle(f"{title}\n{fill(found.verdict(), LETTERS)}".strip())
     return figure
-
-
-def _name_designs(ax: Axes, found: Convergence) -> None:
-    """Write the number of the best test point where it changes, of the last six points."""
-    previous = 0
-    for k in range(max(len(found.tests) - 6, 0), len(found.tests)):
-        number, height = int(found.optimum[k]), float(found.mu1[k])
-        if number not in (0, previous) and np.isfinite(height):
-            ax.annotate(
-                f"no. {number}", (found.tests[k], height), (-1, 4), textcoords="offset points",
-                ha="left", va="bottom", fontsize=6, rotation=60,
-            )  # fmt: skip
-        previous = number
 
 
 def plot_predictions(predictions: pd.DataFrame, *, title: str = "") -> Figure:
@@ -260,29 +225,21 @@ def plot_predictions(predictions: pd.DataFrame, *, title: str = "") -> Figure:
         raise invalid("predictions", "of at least one tested proposal of a surrogate", len(frame))
     rounds = known["round"].to_numpy()
     shade = (0.75 * (1 - rounds / rounds.max())).astype(str)
-    rows = -(-len(names) // _PANELS)
-    with new_figure(15 + 55 * rows) as figure:
-        panels = np.ravel(figure.subplots(rows, min(_PANELS, len(names)), squeeze=False))
-        for axes in panels[len(names) :]:
-            axes.remove()
-        for axes, name in zip(panels, names, strict=False):
+    with panels(len(names), min(_PANELS, len(names))) as (figure, axes):
+        for ax, name in zip(axes, names, strict=True):
             pairs = known[[name + suffix, name]].to_numpy(float)
             pairs = np.where(np.abs(pairs) < HUGE, pairs, np.nan)  # what axes can hold
             for look, kind in zip(CURVES, sorted(set(known["surrogate"])), strict=False):
                 mine = (known["surrogate"] == kind).to_numpy()
-                axes.scatter(
+                ax.scatter(
                     *pairs[mine].T, marker=look["marker"], s=12, c=shade[mine],
                     edgecolors=look["color"], linewidths=0.5, label=kind,
                 )  # fmt: skip
-            found = pairs[np.isfinite(pairs[:, 1]), 1]
-            if len(found):
-                axes.axline((float(np.median(found)),) * 2, slope=1, color="0.5", linewidth=0.6)
-            axes.set_title(literal(name))
-            axes.set_xlabel("predicted")
-            axes.set_ylabel("found")
-            tick_counts(axes, x=5, y=5)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+            if np.isfinite(pairs[:, 1]).any():
+                ax.axline((float(np.nanmedian(pairs[:, 1])),) * 2, slope=1, color="0.5", lw=0.6)
+            name_axes(ax, "predicted", "found")
+            ax.set_title(literal(name))
+        legend_of(figure, labelled(axes), ncols=2)
         line = f"{len(known)} proposals in {rounds.max()} rounds, the later the darker"
         figure.suptitle(f"{title}\n{line}".strip())
     return figure
@@ -349,14 +306,13 @@ def plot_robustness(
         right.set_xlabel(r"regret: $\mu_1$ above the scenario's least")
         for ax in (left, right):
             _name_rows(ax, [i if labels is None else labels[i] for i in best.tolist()], 16)
-        legend_below(left, ncols=3)
-        legend_below(right, ncols=2)
+        legend_of(figure, labelled([left, right]), ncols=5)
         left.set_ylabel("design")
         ranges = ", ".join(
             f"{literal(name)} from {column.min():.3g} to {column.max():.3g}"
             for name, column in zip(found.parameters, found.scenarios.T, strict=True)
         )
-        figure.suptitle(f"{title}\n{wrapped(f'uncertain: {ranges}')}".strip())
+        figure.suptitle(f"{title}\n{fill(f'uncertain: {ranges}', LETTERS)}".strip())
     return figure
 
 

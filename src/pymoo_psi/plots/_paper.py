@@ -13,13 +13,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
@@ -37,11 +37,10 @@ from pymoo_psi.plots._ranking import near_ranked, rank_groups
 from pymoo_psi.plots._style import (
     CURVES,
     draw_points,
+    labelled,
     legend_of,
-    logarithmic,
     new_figure,
     save_figures,
-    tick_counts,
 )
 
 Array = NDArray[np.float64]
@@ -79,20 +78,13 @@ _MODEL_NAMES = {
 }
 
 
-class _Panel(NamedTuple):
-    """A panel of Figure 7: its title, the symbol on its axis, and each curve's name."""
-
-    title: str
-    ordinate: str
-    curves: tuple[str, ...]
-
-
+# The panels of Figure 7: the title, the symbol on the axis, and each curve's name.
 _PANELS = (
-    _Panel("(a) speed of the centre and time", "$v_C$, $t$", ("$v_C$, speed", "$t$, time")),
-    _Panel("(b) spin of the sphere", r"$\omega$", (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$")),
-    _Panel("(c) slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across")),
-    _Panel("(d) friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across")),
-    _Panel("(e) normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
+    ("(a) speed of the centre and time", "$v_C$, $t$", ("$v_C$, speed", "$t$, time")),
+    ("(b) spin of the sphere", r"$\omega$", (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$")),
+    ("(c) slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across")),
+    ("(d) friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across")),
+    ("(e) normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
 )
 
 
@@ -179,37 +171,24 @@ def plot_points(reproduction: Reproduction) -> Figure:
     coefficients = list(dict.fromkeys(case.mu for case in reproduction.cases))
     with new_figure(134) as figure:
         grid = figure.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
-        for (above, below), model in zip(grid.T, models, strict=True):
-            found = [(case, rows) for case, rows in pairs if case.model == model]
-            for case, rows in found:
-                k = coefficients.index(case.mu)
-                # The colours and the lines beyond the third in other pairs, nine of them.
-                colour, line = CURVES[k % 3], CURVES[(k + k // 3) % 3]
-                style = {**line, "color": colour["color"], "markersize": 3.5}
-                with np.errstate(invalid="ignore", divide="ignore"):  # nothing to compare with
-                    excess = 100 * (rows.mu1 / case.refined.distance - 1)
-                    gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
-                above.plot(rows.tests, excess, label=rf"$\mu$ = {case.mu:g}", **style)
-                below.plot(rows.tests[1:], gain, **style)
-            for ax in (above, below):
-                ax.set_xscale("log", base=2)
-                ax.axvline(reproduction.n_points, **_TRANSITION)
-            shown = found[0][1].tests[::-2][::-1].tolist()
-            below.set_xticks(shown, [str(n) for n in shown])
-            below.xaxis.set_minor_locator(NullLocator())
-            below.set_xlabel("test points")
-            above.set_title(_MODEL_NAMES[model])
-        for line in grid:
-            drawn = np.concatenate([curve.get_ydata() for ax in line for curve in ax.lines[:-1]])
-            for ax in line:
-                if (drawn[np.isfinite(drawn)] > 0).any():
-                    logarithmic(ax, "y", (1.0, 2.0, 5.0))
-                else:  # the best is the least already, or there is no half to compare with
-                    ax.set_ylim(0, 1)
-        curves = {curve.get_label(): curve for ax in grid[0] for curve in ax.lines[:-1]}
-        figure.legend(handles=list(curves.values()), loc="outside lower center", ncols=6)
+        for case, rows in pairs:
+            above, below = grid[:, models.index(case.model)]
+            k = coefficients.index(case.mu)
+            # The colours and the lines beyond the third in other pairs, nine of them.
+            style = {**CURVES[(k + k // 3) % 3], "color": CURVES[k % 3]["color"], "markersize": 3.5}
+            with np.errstate(invalid="ignore", divide="ignore"):  # nothing to compare with
+                excess = 100 * (rows.mu1 / case.refined.distance - 1)
+                gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
+            above.plot(rows.tests, excess, label=rf"$\mu$ = {case.mu:g}", **style)
+            below.plot(rows.tests[1:], gain, **style)
+            above.set(title=_MODEL_NAMES[case.model], yscale="symlog")
+            below.set(xlabel="test points", yscale="symlog")
+            below.set_xscale("log", base=2)
+        for ax in grid.flat:
+            ax.set_ylim(bottom=0)
         grid[0, 0].set_ylabel("excess of distance over the least, %")
         grid[1, 0].set_ylabel("gain of hypervolume, %")
+        legend_of(figure, labelled(grid.flat), ncols=6)
         figure.suptitle(
             "The best design against the continuous optimum, and what doubling the points brought"
         )
@@ -359,14 +338,12 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Figure:
                 draw_points(ax, values[:, j], values[:, k], groups, shown)
                 ax.set_xlabel(_axis_label(names[j]))
                 ax.set_ylabel(_axis_label(names[k]))
-                tick_counts(ax, x=5, y=5)
+                ax.locator_params(nbins=5)
             line[len(line) // 2].set_title(title)
         figure.suptitle(
             f"Pareto-optimal points {space} (all quantities dimensionless)\n{_subject(case)}"
         )
-        handles, labels = grid.flat[0].get_legend_handles_labels()
-        entries = dict(zip(labels, handles, strict=True))
-        legend_of(figure, entries, loc="outside lower center", ncols=3)
+        legend_of(figure, labelled(grid.flat), ncols=3)
     return figure
 
 
@@ -414,8 +391,8 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
     speed_and_time = np.column_stack([way.speed, way.time])
     columns = (speed_and_time, way.spin, way.slip_velocity, way.friction, way.normal)
     phases = [phase for phase in (way.slipping, ~way.slipping) if phase.any()]
-    for axes, panel, values in zip(panels, _PANELS, columns, strict=True):
-        for name, curve, look in zip(panel.curves, values.T, CURVES, strict=False):
+    for axes, (title, ordinate, names), values in zip(panels, _PANELS, columns, strict=True):
+        for name, curve, look in zip(names, values.T, CURVES, strict=False):
             line = {"color": look["color"], "linestyle": look["linestyle"]}
             for k, phase in enumerate(phases):
                 label = "_nolegend_" if k else name
@@ -429,8 +406,8 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
         axes.margins(y=0.08)
         axes.set_xlim(0, 1)
         axes.set_xlabel(r"$\eta$, share of the way (dimensionless)")
-        axes.set_ylabel(f"{panel.ordinate} (dimensionless)")
-        axes.set_title(panel.title, loc="left", pad=_TITLE_PAD)
+        axes.set_ylabel(f"{ordinate} (dimensionless)")
+        axes.set_title(title, loc="left", pad=_TITLE_PAD)
         _legend_above(axes)
 
 
@@ -474,21 +451,20 @@ def _functions_figure(
     with new_figure(104, layout=None) as figure:
         figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
         left, right = figure.subplots(1, 2)
-
-        def curves(columns: Sequence[int]) -> dict[tuple[str, str], tuple[Array, Array]]:
-            values = [np.column_stack([found.F, found.exit_speed]) for found in (optima, refined)]
-            return {_FUNCTIONS[j]: (values[0][:, j], values[1][:, j]) for j in columns}
-
-        draw_functions(left, optima.c, refined.c, curves((0, 4)), chute.c)
-        draw_functions(right, optima.c, refined.c, curves((1, 2, 3)), chute.c)
+        for ax, columns in ((left, (0, 4)), (right, (1, 2, 3))):
+            _draw_functions(ax, optima, refined, columns)
+            ax.axvline(chute.c, label=f"$c$ = {chute.c:g}", **_TRANSITION)
+            _legend_above(ax, ncols=2)
         figure.suptitle(
             f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
             f"(lines), against the initial speed\n{_MODEL_NAMES[optima.model]}, "
             rf"$\mu$ = {optima.mu:g}, $r$ = {chute.r:g}"
         )
         # What the paper says holds for its own chute.
-        said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:\n"
-        caption = (said if case.printed else "Refined:\n") + _caption(refined)
+        said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:"
+        low, high = refined.F.min(axis=0), refined.F.max(axis=0)
+        ends = [f"{_FUNCTIONS[j][0]} from {low[j]:.3f} to {high[j]:.3f}" for j in (1, 3, 2)]
+        caption = f"{said if case.printed else 'Refined:'}\n{', '.join(ends)}."
         figure.text(0.08, 0.02, caption, va="bottom", linespacing=1.5)
     return figure
 
@@ -503,41 +479,15 @@ _FUNCTIONS = (
 )
 
 
-def _caption(refined: SalukvadzeFunctions) -> str:
-    """Return what the refined optima do."""
-    (_, f2, f3, f4), (_, low2, low3, low4) = refined.F.max(axis=0), refined.F.min(axis=0)
-    return (
-        f"$f_2^S$ between {low2:.3f} and {f2:.3f}, $f_4^S$ between {low4:.3f} and {f4:.3f}, "
-        f"while $f_3^S$ is between {low3:.3f} and {f3:.3f}."
-    )
-
-
-def draw_functions(
-    axes: Axes,
-    c: Array,
-    fine_c: Array,
-    curves: dict[tuple[str, str], tuple[Array, Array]],
-    marked: float,
+def _draw_functions(
+    axes: Axes, optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, columns: tuple[int, ...]
 ) -> None:
-    """Draw functions of the initial speed.
-
-    Args:
-        axes: Where.
-        c: ``(k,)`` speeds of the test points.
-        fine_c: ``(l,)`` speeds of the refined optima.
-        curves: Of one to three functions the symbol and the meaning, with ``(k,)`` values of the
-            test points, drawn as marks, and ``(l,)`` refined ones, drawn as a line.
-        marked: A speed at which to draw a line.
-    """
-    for names, (values, line), look in zip(curves, curves.values(), CURVES, strict=False):
-        style = {"color": look["color"], "linestyle": look["linestyle"]}
-        axes.plot(fine_c, line, label=", ".join(names), linewidth=1.2, **style)
-        axes.plot(
-            c, values, color=look["color"], marker=look["marker"], linestyle="none",
-            markersize=2.6, label="_nolegend_",
-        )  # fmt: skip
-    axes.axvline(marked, label=f"$c$ = {marked:g}", **_TRANSITION)
+    """Draw functions of the initial speed: test points as marks, refined optima as lines."""
+    for j, look in zip(columns, CURVES, strict=False):
+        marks, line = (np.column_stack([found.F, found.exit_speed]) for found in (optima, refined))
+        style = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+        axes.plot(refined.c, line[:, j], label=", ".join(_FUNCTIONS[j]), **style)
+        axes.plot(optima.c, marks[:, j], look["marker"], color=look["color"], markersize=2.6)
     axes.set_xlim(0, None)
     axes.set_xlabel("$c$, initial speed of the centre (dimensionless)")
-    axes.set_ylabel(", ".join(symbol for symbol, _ in curves) + " (dimensionless)")
-    _legend_above(axes, ncols=2)
+    axes.set_ylabel(", ".join(_FUNCTIONS[j][0] for j in columns) + " (dimensionless)")

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.plots._markers import MARKERS
-from pymoo_psi.plots._style import Group, draw_points, legend_of, literal, new_figure, view
-from pymoo_psi.plots._tests import MATRIX, _label_axes, _share_axes, row_height
+from pymoo_psi.plots._style import Group, draw_points, legend_of, literal, view
+from pymoo_psi.plots._tests import MATRIX, name_axes, triangle
 
 _LINES = 2000  # of a group; more would be one grey area, and take long to draw
 _BARE = 60  # lines beyond which those of a group are thin and have no marks
@@ -47,29 +47,18 @@ def plot_ranking(
     """
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
     headings = ranking.objectives.headings({} if units is None else units)
-    values = ranking.objectives.values
-    groups = rank_groups(ranking)
-    wide = len(headings) - 1 if 2 <= len(headings) <= MATRIX + 1 else 0
-    labels, upright = _ends(headings, ranking)
-    with new_figure(92.0 + 40.0 * upright + wide * row_height(wide)) as figure:
-        cells = figure.add_gridspec(wide + 1, max(wide, 1), height_ratios=[1.0] * wide + [1.2])
-        pairs = np.array(
-            [[figure.add_subplot(cells[k, j]) for j in range(wide)] for k in range(wide)], object
-        )
-        for k, line in enumerate(pairs):
-            for j, ax in enumerate(line[: k + 1]):
-                draw_points(ax, values[:, j], values[:, k + 1], groups, ranking.pareto)
-                ax.set_xlim(view(values[ranking.pareto, j]))
-                ax.set_ylim(view(values[ranking.pareto, k + 1]))
-                _label_axes(ax, wide, (headings[j], headings[k + 1]), ())
-            for ax in line[k + 1 :]:
-                ax.set_axis_off()
-        if wide:
-            _share_axes(pairs)
-        _draw_parallel(figure.add_subplot(cells[-1, :]), ranking, groups, labels, upright)
+    values, groups = ranking.objectives.values, rank_groups(ranking)
+    names = headings if len(headings) <= MATRIX + 1 else headings[:1]  # too many for pairs
+    with triangle(names, below=80.0) as (figure, pairs, cells):
+        for (first, second), ax in pairs.items():
+            x, y = (values[:, headings.index(name)] for name in (first, second))
+            draw_points(ax, x, y, groups, ranking.pareto)
+            ax.set(xlim=view(x[ranking.pareto]), ylim=view(y[ranking.pareto]))
+            name_axes(ax, first, second)
+        _draw_parallel(figure.add_subplot(cells[-1, :]), ranking, groups, headings)
         looks = [group.look(name) for name, group in groups.items()]
         entries = {look["label"]: Line2D([], [], **look) for look in looks}
-        legend_of(figure, entries, loc="outside lower center", ncols=3)
+        legend_of(figure, entries, ncols=3)
         optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
         shown = f"{optimal} of {len(values)}, by rank of efficiency"
         figure.suptitle(f"{title}\n{shown}".strip())
@@ -105,43 +94,26 @@ def near_ranked(
 
 
 def _draw_parallel(
-    axes: Axes,
-    ranking: EfficiencyRanking,
-    groups: Mapping[str, Group],
-    labels: list[str],
-    upright: bool,
+    axes: Axes, ranking: EfficiencyRanking, groups: Mapping[str, Group], headings: list[str]
 ) -> None:
     """Draw a line for each design through its objectives, each from its best to its worst value."""
     ideal, nadir = (np.asarray(end) for end in (ranking.ideal, ranking.nadir))
-    length = np.where(nadir == ideal, 1.0, nadir - ideal)
-    shares = (ranking.objectives.values - ideal) / length
-    place = np.arange(len(labels))
-    for name, group in groups.items():
+    shares = (ranking.objectives.values - ideal) / np.where(nadir == ideal, 1.0, nadir - ideal)
+    place = np.arange(len(headings))
+    for group in groups.values():
         rows = group.rows[:: -(-len(group.rows) // _LINES)]
-        bare = len(group.rows) > _BARE
-        width = 2.0 if group.marker is MARKERS[6] else 0.4 if bare else 1.0
-        lines = [np.column_stack([place, share]) for share in shares[rows]]
-        axes.add_collection(
-            LineCollection(
-                lines, colors=group.marker.colour, linewidths=width, alpha=0.5 if bare else 1.0,
-                zorder=group.marker.level, rasterized=bare,
-            )
+        many, best = len(group.rows) > _BARE, group.marker is MARKERS[6]
+        lines = LineCollection(
+            [np.column_stack([place, share]) for share in shares[rows]],
+            colors=group.marker.colour, linewidths=2.0 if best else 0.4 if many else 1.0,
+            alpha=0.5 if many else 1.0, zorder=group.marker.level, rasterized=many,
         )  # fmt: skip
-        if not bare or len(place) == 1:
-            at = np.tile(place, len(lines)), np.concatenate(lines)[:, 1]
-            axes.plot(*at, **group.look(name))
+        axes.add_collection(lines)
     drawn = shares[ranking.pareto]
-    low, high = drawn.min(initial=0.0), drawn.max(initial=1.0)
     axes.set_xlim(-0.4, len(place) - 0.6)
-    axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
-    axes.set_xticks(place, labels, rotation=90 if upright else 0)
-    axes.set_ylabel("share of the range (0 is best)")
-
-
-def _ends(headings: list[str], ranking: EfficiencyRanking) -> tuple[list[str], bool]:
-    """Return each objective with its best and worst value, and whether to write it upright."""
+    axes.set_ylim(view([drawn.min(initial=0.0), drawn.max(initial=1.0)]))
     ends = zip(headings, ranking.ideal.tolist(), ranking.nadir.tolist(), strict=True)
-    lines = [(literal(name), f"best {low:.4g}", f"worst {high:.4g}") for name, low, high in ends]
-    if max(len(text) + 2 for line in lines for text in line) <= _TEXT // len(headings):
-        return ["\n".join(line) for line in lines], False
-    return [f"{name}\n{best}, {worst}" for name, best, worst in lines], True
+    labels = [f"{literal(name, 30)}\nbest {low:.4g}\nworst {high:.4g}" for name, low, high in ends]
+    longest = max(len(line) for label in labels for line in label.split("\n"))
+    axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
+    axes.set_ylabel("share of the range (0 is best)")

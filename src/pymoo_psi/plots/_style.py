@@ -6,10 +6,7 @@ Each colour goes with a marker or a line style of its own, so that a grey print 
 from __future__ import annotations
 
 import os
-import re
-import tempfile
-import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -21,9 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
+from pymoo_psi._files import whole_file
 from pymoo_psi._validation import integer, known_name
 from pymoo_psi.plots._markers import Marker
 
@@ -78,14 +75,6 @@ class _Page(Figure):
         return picture.getvalue(), {"width": width, "height": height}
 
 
-class _PageAxes(Axes):
-    """Axes of a figure of their own, which a notebook shows by them."""
-
-    def _repr_png_(self) -> tuple[bytes, dict[str, int]] | None:
-        figure = self.get_figure()
-        return figure._repr_png_() if isinstance(figure, _Page) else None
-
-
 @contextmanager
 def new_figure(
     height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
@@ -97,52 +86,34 @@ def new_figure(
 
 
 @contextmanager
-def on_axes(ax: Axes | None) -> Iterator[Axes]:
-    """Give the axes to draw on: those given, in whatever style, or new ones."""
-    if ax is not None:
-        yield ax
-        return
-    with new_figure(90.0, width=120.0) as figure:
-        yield figure.add_subplot(axes_class=_PageAxes)
+def panels(n: int, wide: int, *, head: float = 34.0) -> Iterator[tuple[Figure, list[Any]]]:
+    """Give a figure with n axes, so many beside each other, below ``head`` mm of text."""
+    high = -(-n // wide)
+    with new_figure(head + high * row_height(wide)) as figure:
+        axes = figure.subplots(high, wide, squeeze=False).ravel().tolist()
+        for ax in axes[n:]:
+            ax.remove()
+        yield figure, axes[:n]
 
 
-def tick_counts(axes: Axes, *, x: int | None = None, y: int | None = None) -> None:
-    """Set how many intervals an axis has at the most."""
-    for axis, count in ((axes.xaxis, x), (axes.yaxis, y)):
-        if count is not None:
-            axis.set_major_locator(MaxNLocator(count))
+def row_height(wide: int) -> float:
+    """Return the height in mm of axes of which ``wide`` are beside each other, the fewer higher."""
+    return {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
 
 
-def logarithmic(axes: Axes, letter: str, ticks: Sequence[float]) -> None:
-    """Make an axis logarithmic, with ticks at multiples of powers of ten, as plain numbers."""
-    getattr(axes, f"set_{letter}scale")("log")
-    axis = axes.xaxis if letter == "x" else axes.yaxis
-    axis.set_major_locator(LogLocator(subs=ticks))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_locator(NullLocator())
-
-
-def legend_of(
-    owner: Axes | Figure, entries: Mapping[str, Any], *, loc: Any = "best", **layout: Any
-) -> Legend:
-    """Put a legend in axes or on a figure; names appear as given, small dots enlarged."""
-    legend: Legend = owner.legend(list(entries.values()), [" "] * len(entries), loc=loc, **layout)
-    # Given above, a name that begins with an underscore would be left out.
-    for text, name in zip(legend.get_texts(), entries, strict=True):
-        text.set_text(name)
+def legend_of(figure: Figure, entries: Mapping[str, Any], **layout: Any) -> None:
+    """Put a legend below the axes of a figure, small dots enlarged."""
+    layout = {"loc": "outside lower center"} | layout
+    legend: Legend = figure.legend(list(entries.values()), list(entries), **layout)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)
-    return legend
 
 
-def legend_below(axes: Axes, *, ncols: int) -> None:
-    """Put the legend of axes under the text of their horizontal axis."""
-    handles, labels = axes.get_legend_handles_labels()
-    legend_of(
-        axes, dict(zip(labels, handles, strict=True)), loc="upper center", ncols=ncols,
-        bbox_to_anchor=(0.5, 0), borderaxespad=4.5, columnspacing=1.2, handletextpad=0.5,
-    )  # fmt: skip
+def labelled(axes: Iterable[Axes]) -> dict[str, Any]:
+    """Return what axes name in legends: each label once, with its handle."""
+    pairs = [ax.get_legend_handles_labels() for ax in axes]
+    return {label: handle for pair in pairs for handle, label in zip(*pair, strict=True)}
 
 
 class Group(NamedTuple):
@@ -188,12 +159,6 @@ def literal(name: object, most: int = 40) -> str:
     return text.replace("$", r"\$")
 
 
-def wrapped(text: str, letters: int = LETTERS) -> str:
-    """Return text in lines of so many letters; a number stays with its sign and its unit."""
-    kept = re.sub(r"(?<=[<>=≤≥]) | (?=(?:%|[<>]=) )", "\0", text)
-    return "\n".join(textwrap.wrap(kept, letters)).replace("\0", " ")
-
-
 def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``."""
     known = np.append(np.asarray(values, float).ravel(), further)
@@ -216,13 +181,12 @@ def save_figures(
     """Write figures by name as they are made; no file changes before the last one is ready."""
     dpi = integer("dpi", dpi, minimum=1)
     suffix = known_name("suffix", suffix, _SUFFIXES)
-    target = Path(directory)
-    # In the target's own folder, as files are replaced at once only within a file system.
-    with tempfile.TemporaryDirectory(dir=target, prefix=".figures.") as folder:
-        ready = []
-        for name, figure in figures:
-            ready.append(Path(folder, f"{name}{suffix}"))
-            figure.savefig(ready[-1], dpi=dpi)
-        for path in ready:
-            os.replace(path, target / path.name)
-    return tuple(target / path.name for path in ready)
+    ready = {}
+    for name, figure in figures:
+        drawn = BytesIO()
+        figure.savefig(drawn, format=suffix[1:], dpi=dpi)
+        ready[Path(directory, f"{name}{suffix}")] = drawn.getvalue()
+    for path, picture in ready.items():
+        with whole_file(path) as written:
+            written.write_bytes(picture)
+    return tuple(ready)

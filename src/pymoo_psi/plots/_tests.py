@@ -14,11 +14,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.gridspec import GridSpec
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
@@ -28,24 +26,15 @@ from pymoo_psi.plots._style import (
     HUGE,
     Group,
     draw_points,
-    legend_below,
+    labelled,
     legend_of,
     literal,
     new_figure,
-    on_axes,
-    tick_counts,
+    panels,
+    row_height,
     view,
 )
-from pymoo_psi.table import (
-    Histogram,
-    Key,
-    Kind,
-    Layout,
-    Limits,
-    TestTable,
-    bounds_of,
-    histogram,
-)
+from pymoo_psi.table import Histogram, Key, Kind, Layout, Limits, TestTable, bounds_of, histogram
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -53,10 +42,8 @@ Mask = NDArray[np.bool_]
 MATRIX = 6  # variables, and objectives, beside which the text on the axes is still readable
 _OPEN = (-np.inf, np.inf)  # no limit
 _LETTERS = 90  # of text over the width of a figure, in the size of axis labels
-_UPRIGHT = 18  # letters over the height of axes, likewise
 _SPREAD = 0.6  # of the distance between two values
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
-_NUMBERED = 12  # bins over which there is space for the numbers
 
 _FEASIBLE, _PARETO = "feasible, dominated", "Pareto optimal"
 _GROUPS = {
@@ -75,13 +62,12 @@ _CHOSEN: dict[str, Any] = {
     "markeredgecolor": MARKERS[6].colour, "markeredgewidth": 1.6, "path_effects": _OUTLINE,
     "zorder": 7.0, "label": "chosen design",
 }  # fmt: skip
-# Of each group of a histogram: its name, its part of a bin, its look.
-_BARS: dict[str, tuple[str, tuple[float, float], dict[str, Any]]] = {
-    "tested": ("tested", (0.0, 1.0), {"facecolor": "0.9", "edgecolor": "0.55"}),
-    "feasible": ("feasible", (0.08, 0.5), {"facecolor": MARKERS[4].colour}),
+# Of each group of a histogram: its part of a bin, its look.
+_BARS: dict[str, tuple[tuple[float, float], dict[str, Any]]] = {
+    "tested": ((0.0, 1.0), {"facecolor": "0.9", "edgecolor": "0.55"}),
+    "feasible": ((0.08, 0.5), {"facecolor": MARKERS[4].colour}),
     "pareto": (
-        _PARETO, (0.5, 0.92),
-        {"facecolor": MARKERS[5].colour, "edgecolor": "black", "hatch": "////"},
+        (0.5, 0.92), {"facecolor": MARKERS[5].colour, "edgecolor": "black", "hatch": "////"},
     ),
 }  # fmt: skip
 
@@ -134,25 +120,22 @@ def plot_table(
     if max(len(columns), len(rows)) > MATRIX:
         rows = []
     wide = min(len(columns), MATRIX)
-    high = 1 + len(rows) if rows else -(-len(columns) // wide)
-    with _grid(high, wide) as (figure, grid):
-        tops = grid.ravel()[: len(columns)]
-        for ax, name in zip(tops, columns, strict=True):
+    with panels(len(columns) * (1 + len(rows)), wide) as (figure, axes):
+        tops = axes[: len(columns)]
+        for j, (top, name) in enumerate(zip(tops, columns, strict=True)):
             found = histogram(table, name, limits=limits)
-            _draw_bars(ax, found, tested=name not in others)
-            _label_axes(ax, wide, (layout.label_of(name), ax.get_ylabel()), found.values)
-        for ax in tops:
-            ax.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
-        for ax in grid.ravel()[len(columns) :] if not rows else ():
-            ax.set_axis_off()
-        for axes, objective in zip(grid[1:], rows, strict=False):
-            for ax, name in zip(axes, columns, strict=True):
-                tests.draw(ax, name, objective, wide)
-        for axes, name in zip(grid.T, columns, strict=True) if rows else ():
-            if table.kinds[layout.variable(name)] is Kind.REAL:  # others have a bin for each value
-                axes[0].set_xlim(axes[1].get_xlim())
-        _share_axes(grid, below=bool(rows))
-        _legends(figure, grid, tests if rows else None)
+            _draw_bars(top, found, tested=name not in others)
+            label = "% of each group" if j % wide == 0 else ""
+            name_axes(top, "" if rows else layout.label_of(name), label, found.values)
+            below = axes[j + wide :: wide] if rows else []
+            for ax, objective in zip(below, rows, strict=True):
+                tests.draw(ax, name, objective)
+                ax.label_outer()
+            if rows and table.kinds[layout.variable(name)] is Kind.REAL:
+                top.set_xlim(below[0].get_xlim())  # others have a bin for each value
+        for top in tops:
+            top.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
+        legend_of(figure, labelled(axes), ncols=3, fontsize=7)
         figure.suptitle(tests.heading(title, [(n, o) for n in columns for o in rows]))
     return figure
 
@@ -196,70 +179,38 @@ def plot_objectives(
     if design is not None and design not in table.numbers:
         raise invalid("design", "the number of a test point of the table", design)
     chosen = table.rows(table.numbers == design)
-    wide = len(names) - 1
-    with _grid(wide, wide) as (figure, grid):
-        for k, second in enumerate(names[1:]):
-            for ax, first in zip(grid[k], names[: k + 1], strict=False):
-                tests.draw(ax, first, second, wide)
-                if len(chosen):
-                    ax.plot(chosen.column(first), chosen.column(second), **_CHOSEN)
-            for ax in grid[k, k + 1 :]:
-                ax.set_axis_off()
-        _share_axes(grid)
-        _legends(figure, grid, tests, [] if design is None else [_CHOSEN])
-        figure.suptitle(tests.heading(title, [(a, b) for b in names for a in names if a != b]))
+    with triangle(names) as (figure, pairs, _):
+        for (first, second), ax in pairs.items():
+            tests.draw(ax, first, second)
+            if len(chosen):
+                ax.plot(chosen.column(first), chosen.column(second), **_CHOSEN)
+        legend_of(figure, labelled(pairs.values()), ncols=3, fontsize=7)
+        figure.suptitle(tests.heading(title, list(pairs)))
     return figure
 
 
-def plot_histogram(
-    table: TestTable,
-    variable: Key,
-    limits: Limits | None = None,
-    *,
-    bins: int = 10,
-    ax: Axes | None = None,
-    title: str = "",
-) -> Axes:
-    """Draw in each bin what share of the tested, feasible and Pareto-optimal designs it holds.
-
-    The heights are per cent of each group: where the bars rise over the grey of the tested ones a
-    group is denser than the tests. The counts are in the legend and over the bins.
-
-    Args:
-        table: A test table.
-        variable: Name or index of the variable.
-        limits: Limits on columns.
-        bins: Equal bins of the bounds of a real variable; others have one bin for each value.
-        ax: Axes to draw on; new ones by default.
-        title: What the designs are; how many there are follows it.
-
-    Returns:
-        The axes.
-
-    Raises:
-        ArgumentValueError: The variable or a limited column is not in the table, or ``bins`` is
-            below 1.
-        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
-
-    Example:
-        >>> from pymoo_psi import TestTable
-        >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
-        >>> ax = plot_histogram(table, "x1", {"f1": 2})
-        >>> [text.get_text() for text in ax.get_legend().get_texts()]
-        ['tested (3)', 'feasible (2)', 'Pareto optimal (1)']
-    """
-    found = histogram(_checked(table), variable, bins=bins, limits=limits)
-    with on_axes(ax) as axes:
-        _draw_bars(axes, found, numbers=True)
-        axes.set_xlabel(literal(table.layout.label_of(found.variable)))
-        tick_counts(axes, y=5)
-        if found.values:
-            name_places(axes, found.values, letters=60)
-        else:
-            tick_counts(axes, x=6)
-        axes.set_title(f"{title}\n{counted(found.tested.sum(), 'design')} tested".strip())
-        legend_below(axes, ncols=2)
-    return axes
+@contextmanager
+def triangle(
+    names: Sequence[str], below: float = 0.0
+) -> Iterator[tuple[Figure, dict[tuple[str, str], Axes], GridSpec]]:
+    """Give a figure with axes for each pair of names, above a row of ``below`` mm; its grid."""
+    wide, height = len(names) - 1, row_height(len(names) - 1)
+    heights = [height] * wide + [below] * bool(below)
+    with new_figure(34.0 + sum(heights)) as figure:
+        cells = figure.add_gridspec(len(heights), max(wide, 1), height_ratios=heights)
+        pairs = {
+            (names[j], names[k + 1]): figure.add_subplot(cells[k, j])
+            for k in range(wide)
+            for j in range(k + 1)
+        }
+        yield figure, pairs, cells
+        for (first, second), ax in pairs.items():  # names at the left and below only
+            if second != names[-1]:
+                ax.set_xlabel("")
+                ax.tick_params(labelbottom=False)
+            if first != names[0]:
+                ax.set_ylabel("")
+                ax.tick_params(labelleft=False)
 
 
 def plot_section(
@@ -284,7 +235,7 @@ def plot_section(
         title: What is drawn.
 
     Raises:
-        ArgumentValueError: The variable is not there, no number, or not the only one that differs.
+        ArgumentValueError: The variable is not there.
         ArgumentTypeError: ``section`` is no test table.
 
     Example:
@@ -298,45 +249,26 @@ def plot_section(
     """
     layout = _checked(section).layout
     j = layout.variable(variable)
-    if section.kinds[j] not in (Kind.REAL, Kind.INTEGER):
-        received = Received(f"one that is a {section.kinds[j].value}")
-        raise invalid("variable", "a real number or an integer", received)
-    others = np.flatnonzero((section.X[:1] != section.X).any(axis=0))
-    if {*others.tolist()} - {j}:
-        names = ", ".join(layout.variables[k] for k in others if k != j)
-        raise invalid("section", "of designs that differ in one variable", Received(names))
     tests = section.rows(np.argsort(section.X[:, j].astype(float), kind="stable"))
     x, feasible = tests.X[:, j].astype(float), tests.feasible(limits)
     bounds = bounds_of(limits, layout)
-    wide = min(len(layout.objectives), 2)
-    with _grid(-(-len(layout.objectives) // wide), wide) as (figure, grid):
-        for ax, name in zip(grid.flat, layout.objectives, strict=False):
+    with panels(len(layout.objectives), min(len(layout.objectives), 2)) as (figure, axes):
+        for ax, name in zip(axes, layout.objectives, strict=True):
             f = tests.column(name)
-            known = np.abs(f) < HUGE
-            # matplotlib interrupts a line at NaN
-            ax.plot(x, np.where(known, f, np.nan), color="0.55", linewidth=0.8)
-            for label, mask, look in (
-                ("not feasible", known & ~feasible, {"color": "0.45", "marker": "x"}),
-                ("feasible", known & feasible, CURVES[0]),
-            ):
-                drawn = {"linestyle": "none", "linewidth": 1.8} | look
-                label = f"{label} ({mask.sum()})"
-                ax.plot(x, np.where(mask, f, np.nan), markersize=3.4, label=label, **drawn)
+            f = np.where(np.abs(f) < HUGE, f, np.nan)  # matplotlib interrupts a line at NaN
+            inside = f"feasible ({feasible.sum()})"
+            ax.plot(x, f, color="0.55", linewidth=0.8, label=f"tested ({len(x)})")
+            ax.plot(x, np.where(feasible, f, np.nan), markersize=3.4, label=inside, **CURVES[0])
             if at is not None:
                 label = f"{literal(layout.variables[j])} = {at:.5g}"
                 ax.axvline(at, color="0.25", linestyle=":", linewidth=1.0, label=label)
-            ax.set_xlim(view(x, *(() if at is None else (at,))))
             ax.set_ylim(view(f))
             _draw_limits(ax, "y", name, bounds.get(name, _OPEN))
-            ax.set_xlabel(literal(layout.label_of(layout.variables[j])))
-            ax.set_ylabel(_upright(layout.label_of(name), 28))
-            tick_counts(ax, x=6, y=5)
-        for ax in grid.flat[len(layout.objectives) :]:
-            ax.set_axis_off()
+            name_axes(ax, layout.label_of(layout.variables[j]), layout.label_of(name))
         failed = int((tests.status == "failed").sum())
         note = f", {failed} failed" if failed else ""
         figure.suptitle(f"{title}\nsection of {counted(len(x), 'design')}{note}".strip())
-        _legends(figure, grid)
+        legend_of(figure, labelled(axes), ncols=3)
     return figure
 
 
@@ -364,13 +296,11 @@ class Column:
         places: ``(n,)`` where the designs are drawn; tests of the same single value side by side.
         options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
         ends: Of the axis.
-        whole: Whether the numbers are integers.
     """
 
     places: Array
     options: tuple[Any, ...]
     ends: tuple[float, float]
-    whole: bool
 
     @classmethod
     def of_variable(cls, table: TestTable, name: str) -> Column:
@@ -382,13 +312,13 @@ class Column:
             options = sorted({*cells.tolist()}, key=str)
             index = {option: k for k, option in enumerate(options)}
             places = np.array([index[cell] for cell in cells.tolist()], np.float64)
-            return cls(places + aside, tuple(options), (-0.5, len(options) - 0.5), False)
+            return cls(places + aside, tuple(options), (-0.5, len(options) - 0.5))
         bounds = [b for b in (table.layout.lower[j], table.layout.upper[j]) if np.isfinite(b)]
         x = cells.astype(np.float64)
         known = np.array([*x, *bounds])
         if kind is Kind.INTEGER and len(x) and np.ptp(known) <= 30:
-            return cls(x + aside, (), (known.min() - 0.5, known.max() + 0.5), True)
-        return cls(x, (), view(x, *bounds), kind is Kind.INTEGER)
+            return cls(x + aside, (), (known.min() - 0.5, known.max() + 0.5))
+        return cls(x, (), view(x, *bounds))
 
 
 @dataclass(frozen=True, eq=False)
@@ -450,9 +380,9 @@ class _Tests:
             return Column.of_variable(self.table, name)
         values = self.table.column(name)
         ends = view(values[self.near(name)], *self.of_prototype(name))
-        return Column(values, (), ends, False)
+        return Column(values, (), ends)
 
-    def draw(self, axes: Axes, first: str, second: str, wide: int) -> None:
+    def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the tests in the plane of two columns, with the limits and what is beyond them."""
         x, y = self.column(first), self.column(second)
         shown = self.near(first) & self.near(second)
@@ -460,12 +390,11 @@ class _Tests:
         across, up = self.of_prototype(first), self.of_prototype(second)
         if len(across) and len(across) == len(up):
             axes.plot(across, up, **_PROTOTYPE)
-        axes.set_xlim(x.ends)
-        axes.set_ylim(y.ends)
+        axes.set(xlim=x.ends, ylim=y.ends)
         for letter, name in (("x", first), ("y", second)):
             _draw_limits(axes, letter, name, self.bounds.get(name, _OPEN))
-        labels = (self.table.layout.label_of(first), self.table.layout.label_of(second))
-        _label_axes(axes, wide, labels, x.options, whole=x.whole)
+        layout = self.table.layout
+        name_axes(axes, layout.label_of(first), layout.label_of(second), x.options)
 
     def heading(self, title: str, planes: Sequence[tuple[str, str]]) -> str:
         """Return what is drawn, how many designs there are and which are not seen."""
@@ -477,27 +406,21 @@ class _Tests:
         return f"{title}\n{', '.join(facts)}".strip()
 
 
-def _draw_bars(axes: Axes, found: Histogram, *, numbers: bool = False, tested: bool = True) -> None:
+def _draw_bars(axes: Axes, found: Histogram, *, tested: bool) -> None:
     """Draw the bars of each group; ``tested`` not where some of the tested are in no bin."""
-    edges = found.edges
-    width = np.diff(edges)
-    top = 1.0
-    for group, (name, (start, end), look) in _BARS.items():
+    edges, width = found.edges, np.diff(found.edges)
+    for group, ((start, end), look) in _BARS.items():
         if group == "tested" and not tested:
             continue
         counts = getattr(found, group)
         heights = 100.0 * counts / max(int(counts.sum()), 1)
-        top = max(top, heights.max(initial=0))
-        bars = axes.bar(
+        axes.bar(
             edges[:-1] + start * width, heights, (end - start) * width, align="edge",
-            linewidth=0.5, label=f"{name} ({counts.sum()})", **look,
+            linewidth=0.5, label=f"bars: {group.replace('pareto', _PARETO)} ({counts.sum()})",
+            **look,
         )  # fmt: skip
-        if numbers and group != "tested" and len(counts) <= _NUMBERED:
-            axes.bar_label(bars, [str(n or "") for n in counts], padding=1.5, fontsize=6)
     if len(edges) > 1:
         axes.set_xlim(edges[0], edges[-1])
-    axes.set_ylim(0, 1.1 * top)
-    axes.set_ylabel("% of each group")
 
 
 def _draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) -> None:
@@ -506,96 +429,30 @@ def _draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) 
     A limit farther off than half the view is named by the legend only.
     """
     span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
-    line_style = {"x": "-.", "y": "--"}[letter]
-    style: dict[str, Any] = {
-        "color": "0.25", "linewidth": 1.0, "zorder": 4.5, "linestyle": line_style,
-    }  # fmt: skip
+    style: dict[str, Any] = {"linestyle": {"x": "-.", "y": "--"}[letter], "zorder": 4.5}
     for sign, limit in zip("≥≤", ends, strict=True):
         if not np.isfinite(limit):
             continue
         low, high = getattr(axes, f"get_{letter}lim")()
-        label = f"limit {literal(name, 24)} {sign} {limit:g}"
-        if not low - 0.5 * (high - low) <= limit <= high + 0.5 * (high - low):
-            axes.plot([], [], label=f"{label}, outside the axes", **style)
-            continue
         pad = 0.05 * (high - low)
-        low, high = min(low, limit - pad), max(high, limit + pad)
-        getattr(axes, f"set_{letter}lim")(low, high)
+        if low - 10 * pad <= limit <= high + 10 * pad:
+            low, high = min(low, limit - pad), max(high, limit + pad)
         span(*((low, limit) if sign == "≥" else (limit, high)), fc="0.93", linewidth=0, zorder=0)
-        line(limit, label=label, **style)
+        label = f"limit {literal(name, 24)} {sign} {limit:g}"
+        line(limit, label=label, color="0.25", linewidth=1.0, **style)
+        getattr(axes, f"set_{letter}lim")(low, high)
 
 
-def _label_axes(
-    axes: Axes, wide: int, names: tuple[str, str], values: Sequence[object], *, whole: bool = False
-) -> None:
-    """Write as much text on axes as fits on one of ``wide`` beside each other."""
-    axes.set_xlabel(literal(names[0], _LETTERS // wide))
-    axes.set_ylabel(_upright(names[1], _UPRIGHT))
-    axes.yaxis.set_major_locator(MaxNLocator(4))
-    if values:
-        name_places(axes, values, letters=_LETTERS // wide)
-    else:
-        axes.xaxis.set_major_locator(MaxNLocator(max(3, 10 // wide), integer=whole))
-
-
-def _upright(label: str, most: int) -> str:
-    """Return the text of a vertical axis; a unit is on a line of its own where it does not fit."""
-    name, bracket, rest = label.partition(" [" if " [" in label else " (max)")
-    lines = [name, bracket.strip() + rest] if bracket and len(label) > most else [label]
-    return "\n".join(literal(line, most) for line in lines)
-
-
-def name_places(axes: Axes, values: Sequence[object], *, letters: int) -> None:
-    """Name the places 0, 1, … of the horizontal axis; of more than twelve only some."""
-    places = list(range(0, len(values), -(-len(values) // 12) or 1))
-    names = [literal(values[place], 14) for place in places]
-    turned = sum(len(name) + 2 for name in names) > letters
-    axes.xaxis.set_ticks(places, names, rotation=90 if turned else 0)
-    axes.xaxis.grid(visible=False)
-
-
-def row_height(wide: int) -> float:
-    """Return the height in mm of axes of which ``wide`` are beside each other, the fewer higher."""
-    return {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
-
-
-@contextmanager
-def _grid(high: int, wide: int) -> Iterator[tuple[Figure, Any]]:
-    with new_figure(34.0 + high * row_height(wide)) as figure:  # 34 mm are for title and legends
-        yield figure, figure.subplots(high, wide, squeeze=False)
-
-
-def _share_axes(grid: Any, *, below: bool = True) -> None:
-    """Leave names at the left and below only, and ticks where they are not those of the others."""
-    for lines, letter, outer in ((grid, "y", 0), (grid.T if below else [], "x", -1)):
-        side = {"x": "labelbottom", "y": "labelleft"}[letter]
-        for line in lines:
-            shown = [ax for ax in line if ax.axison]
-            for ax in shown:
-                if ax is not shown[outer]:
-                    getattr(ax, f"set_{letter}label")("")
-                    own, its = (getattr(one, f"get_{letter}lim")() for one in (ax, shown[outer]))
-                    if np.allclose(own, its, rtol=1e-12, atol=0.0):
-                        ax.tick_params(**{side: False})
-
-
-def _legends(
-    figure: Figure, grid: Any, tests: _Tests | None = None, marks: Sequence[dict[str, Any]] = ()
-) -> None:
-    """Put under the axes what bars, marks and limits mean; counts are of the whole table."""
-    handles = [handle for ax in grid.ravel() for handle in ax.get_legend_handles_labels()[0]]
-    bars = {str(h.get_label()): h for h in handles if isinstance(h, BarContainer)}
-    lines = {str(line.get_label()): line for line in handles if isinstance(line, Line2D)}
-    if tests is not None:
-        looks = [group.look(name) for name, group in tests.groups.items()]
-        looks += [_PROTOTYPE] if tests.table.prototype is not None else []
-        limits = {label: line for label, line in lines.items() if label.startswith("limit ")}
-        lines = {look["label"]: Line2D([], [], **look) for look in [*looks, *marks]} | limits
-    text: dict[str, Any] = {"fontsize": 7, "title_fontsize": 7, "alignment": "left"}
-    if bars:
-        side, ncols = ("left", 1) if lines else ("center", 3)
-        title = "histograms, % of each group"
-        legend_of(figure, bars, loc=f"outside lower {side}", ncols=ncols, title=title, **text)
-    if lines:
-        side, ncols = "right" if bars else "center", 3 if max(map(len, lines)) <= 28 else 2
-        legend_of(figure, lines, loc=f"outside lower {side}", ncols=ncols, **text)
+def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> None:
+    """Write as much text on axes as fits beside the others; options are at 0, 1 and so on."""
+    grid = axes.get_gridspec()
+    letters = _LETTERS // (grid.ncols if grid else 1)
+    axes.set_xlabel(literal(x, letters))
+    axes.set_ylabel(literal(y, 22))
+    axes.locator_params(nbins=4)
+    if options:
+        places = range(0, len(options), -(-len(options) // 12))
+        names = [literal(options[place], 14) for place in places]
+        upright = sum(len(name) + 2 for name in names) > letters
+        axes.set_xticks(places, names, rotation=90 if upright else 0)
+        axes.xaxis.grid(visible=False)
