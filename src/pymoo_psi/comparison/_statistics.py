@@ -39,6 +39,10 @@ def holm(p: Array) -> Array:
 
     Args:
         p: ``(n,)`` p values.
+
+    Example:
+        >>> print(holm(np.array([0.01, 0.04, 0.03])))
+        [0.03 0.06 0.06]
     """
     corrected = np.full(len(p), np.nan)
     tested = np.flatnonzero(~np.isnan(p))
@@ -51,7 +55,12 @@ def holm(p: Array) -> Array:
 
 
 def effect_size(a: Array, b: Array) -> float:
-    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half."""
+    """Return the probability that a value of ``a`` is above one of ``b``, ties counted half.
+
+    Example:
+        >>> effect_size(np.array([1.0, 3.0]), np.array([1.0, 2.0]))
+        0.625
+    """
     above = (a[:, None] > b).mean() + 0.5 * (a[:, None] == b).mean()
     return float(above)
 
@@ -63,6 +72,10 @@ def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
         a: Values of the runs of one.
         b: Values of the runs of the other.
         fixed: Which of the two are deterministic; NaN if both are.
+
+    Example:
+        >>> round(p_value(np.arange(5.0), np.arange(5.0) + 10, fixed=(False, False)), 4)  # 2 / 252
+        0.0079
     """
     from scipy.stats import binomtest, mannwhitneyu, rankdata  # heavy to import
 

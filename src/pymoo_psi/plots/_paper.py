@@ -237,7 +237,14 @@ def save_paper_figures(
 
 
 def shown_case(reproduction: Reproduction, model: str) -> Case:
-    """Return the case of Figures 3 to 8: the paper's, or else the first."""
+    """Return the case of Figures 3 to 8: the paper's, or else the first.
+
+    Example:
+        >>> from pymoo_psi.paper import Reproduction, solve_case
+        >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
+        >>> shown_case(small, "full").mu
+        0.4
+    """
     found = _cases(reproduction, model)
     return next((each for each in found if np.isclose(each.mu, _MU)), found[0])
 

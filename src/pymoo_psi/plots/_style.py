@@ -151,6 +151,10 @@ def literal(name: object, most: int = 40) -> str:
 
     Of a name longer than ``most`` the middle is left out, as names that begin alike often end
     with a number.
+
+    Example:
+        >>> print(literal("a very long name of mesh 17", 16))
+        a very l…mesh 17
     """
     text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
     if len(text) > most:
@@ -178,7 +182,14 @@ def save_figures(
     dpi: int,
     suffix: str,
 ) -> tuple[Path, ...]:
-    """Write figures by name as they are made; no file changes before the last one is ready."""
+    """Write figures by name as they are made; no file changes before the last one is ready.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in save_figures([("one", Figure())], folder, 20, ".png")]
+        ['one.png']
+    """
     dpi = integer("dpi", dpi, minimum=1)
     suffix = known_name("suffix", suffix, _SUFFIXES)
     ready = {}
