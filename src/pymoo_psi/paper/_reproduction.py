@@ -202,7 +202,7 @@ class Reproduction(Shown):
         return computed.merge(printed, on="mu", how="left")[_COLUMNS]
 
     def table_6_2(self) -> pd.DataFrame:
-        """Return the designs of rank 5 with f4 below the optimum's, likewise.
+        """Return the designs of rank 5 with f4 below the optimum's.
 
         A printed row stands beside the same test point of the same μ; elsewhere the columns
         ``paper_f1`` … ``paper_f4`` are empty.
@@ -263,13 +263,11 @@ class Reproduction(Shown):
         """
         tables = {"6.1": self.table_6_1, "6.2": self.table_6_2}
         rows = []
-        for row in tables[known_name("number", number, tables)]().to_dict("records"):
-            computed, printed = (
-                [f"{row[f]:.4f}" for f in names] for names in (_CRITERIA, _PRINTED)
-            )
-            rows.append([row["model"], f"{row['mu']:g}", str(row["test_point"]), *computed])
-            if "nan" not in printed:
-                rows.append(["printed", "", "", *printed])
+        for model, mu, point, *values in tables[known_name("number", number, tables)]().to_numpy():
+            texts = [f"{value:.4f}" for value in values]
+            rows.append([model, f"{mu:g}", str(point), *texts[:4]])
+            if "nan" not in texts:
+                rows.append(["printed", "", "", *texts[4:]])
         headings = ("model", "mu", "test point", *_CRITERIA)
         return latex_table((name, [row[j] for row in rows]) for j, name in enumerate(headings))
 
@@ -398,7 +396,7 @@ def reproduce(
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
-    """Solve every case of the paper under both models, or likewise cases of another chute.
+    """Solve every case of the paper under both models, or cases of another chute.
 
     Args:
         n_points: Test points per case; the paper has 4096.
