@@ -1,9 +1,9 @@
-"""The layers of the package, read off its imports, and the promises of its front door."""
+"""The layers of the package, read off its imports, and the promises of its public names."""
 
 import ast
 import dataclasses
-import importlib
 import inspect
+import re
 import subprocess
 import sys
 from functools import cache
@@ -14,92 +14,74 @@ import pytest
 import pymoo_psi
 
 ROOT = Path(pymoo_psi.__file__).parent
+PROJECT = Path(__file__).parents[1]
 
-# Each layer may import the ones before it. A name stands for a module or a package.
-LAYERS = [
-    ("ground", {"errors", "_validation", "_files", "_kinds", "_tables"}),
-    ("mathematics", {"sequences", "chute", "pareto"}),
-    ("method", {"table", "study"}),
-    (
-        "pymoo",
-        {"problems", "parallel", "algorithms", "selection"},
-    ),
-    ("experiments", {"comparison", "paper"}),
-    ("faces", {"plots", "page", "report", "cli", "__main__"}),
-]
-LEVEL = {room: level for level, (_, rooms) in enumerate(LAYERS) for room in rooms}
-# Outside packages that belong to some layers only.
-ONLY = {
-    "pymoo": {"pymoo", "experiments", "faces"},
-    "matplotlib": {"faces"},
-    "sqlite3": {"method"},
-    "moocore": {"mathematics"},
-    "rich": {"faces"},
-    "typer": {"faces"},
-    "joblib": {"pymoo", "experiments", "faces"},
+# A layer imports only the ones before it; a subpackage of a layer only those before it, too.
+LAYERS = {
+    "base": ["errors", "_validation", "_files", "_kinds", "_tables"],
+    "mathematics": ["sequences", "chute", "pareto"],
+    "data": ["study", "table"],
+    "pymoo": ["problems", "parallel", "algorithms", "selection"],
+    "experiments": ["comparison", "paper"],
+    "presentation": ["plots", "page", "report", "cli", "__main__"],
 }
-
-
-def nodes(tree, *, inside_functions):
-    for node in ast.iter_child_nodes(tree):
-        if inside_functions or not isinstance(node, ast.FunctionDef):
-            yield node
-            yield from nodes(node, inside_functions=inside_functions)
-
-
-@cache
-def tree(path):
-    return ast.parse(path.read_text("utf-8"))
-
-
-@cache
-def import_statements(path, *, inside_functions):
-    return [
-        node
-        for node in nodes(tree(path), inside_functions=inside_functions)
-        if isinstance(node, (ast.Import, ast.ImportFrom))
-    ]
-
-
-def imports(path, *, inside_functions=True, files=()):
-    """All modules a file imports, those under TYPE_CHECKING too; ``files`` are known modules."""
-    for node in import_statements(path, inside_functions=inside_functions):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        else:
-            assert node.level == 0, f"{path}: imports are absolute"
-            inside = {f"{node.module}.{alias.name}" for alias in node.names}.intersection(files)
-            yield from inside or {node.module}
-
-
-def broken_rules(room, modules):
-    level = LEVEL[room]
-    for module in modules:
-        top, _, rest = module.partition(".")
-        if top == "pymoo_psi":
-            other = rest.partition(".")[0]
-            if LEVEL.get(other, 99) > level:
-                yield f"{room} ({LAYERS[level][0]}) imports {module}"
-        elif LAYERS[level][0] not in ONLY.get(top, {LAYERS[level][0]}):
-            yield f"{room} ({LAYERS[level][0]}) imports {module}"
-
-
+LEVEL = {name: level for level, names in enumerate(LAYERS.values()) for name in names}
+LAYER = {name: layer for layer, names in LAYERS.items() for name in names}
+# Outside packages that belong to some layers or subpackages only.
+ONLY = {
+    "pymoo": {"pymoo", "experiments", "presentation"},
+    "joblib": {"pymoo", "experiments", "presentation"},
+    "matplotlib": {"plots", "report"},
+    "sqlite3": {"study"},
+    "moocore": {"mathematics"},
+    "rich": {"cli"},
+    "typer": {"cli"},
+}
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 
 
-def test_each_layer_imports_only_downwards():
-    """Also inside functions, where an import is hidden from the reader."""
+def subpackage_of(path):
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+@cache
+def imports(path):
+    """All modules that a file imports, also inside functions, where a reader may miss them."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports are absolute"
+            found.append(node.module)
+            if node.module == "pymoo_psi":
+                found += [f"pymoo_psi.{alias.name}" for alias in node.names]
+    return found
+
+
+def broken_rules(subpackage, modules):
+    for module in modules:
+        top, *rest = module.split(".")
+        if top == "pymoo_psi" and rest and rest[0] in LEVEL:
+            if LEVEL[rest[0]] > LEVEL[subpackage]:
+                yield f"{subpackage} imports {module}, of a later layer"
+            if len(rest) > 1 and rest[0] != subpackage:
+                yield f"{subpackage} imports {module}, which is private to {rest[0]}"
+        elif not {subpackage, LAYER[subpackage]} & ONLY.get(top, {subpackage}):
+            yield f"{subpackage} imports {top}"
+
+
+def test_layers_import_downwards_and_subpackages_public_names_only():
     assert [
-        rule
-        for path in FILES
-        for rule in broken_rules(path.relative_to(ROOT).parts[0].removesuffix(".py"), imports(path))
+        rule for path in FILES for rule in broken_rules(subpackage_of(path), imports(path))
     ] == []
 
 
-def test_the_rule_can_be_broken():
-    assert list(broken_rules("pareto", ["pymoo_psi.problems._sphere_chute"]))
-    assert list(broken_rules("chute", ["pymoo.core.problem"]))
-    assert not list(broken_rules("cli", ["pymoo_psi.pareto", "typer"]))
+def test_the_rules_can_be_broken():
+    for modules in ("pymoo_psi.problems", "pymoo_psi._validation.x", "pymoo.core.problem"):
+        assert [*broken_rules("pareto", [modules])]
+    assert [*broken_rules("cli", ["pymoo_psi.table._layout"])]
+    assert not [*broken_rules("cli", ["pymoo_psi.pareto", "typer", "pymoo_psi.cli._app"])]
 
 
 def circles(graph):
@@ -117,39 +99,33 @@ def circles(graph):
     return [node for node in graph if node in reachable(node)]
 
 
-def test_circles_are_found():
+def test_no_subpackages_import_each_other():
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c"]
-    assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
-
-
-def test_no_rooms_import_each_other():
     graph = {}
     for path in FILES:
-        room = path.relative_to(ROOT).parts[0].removesuffix(".py")
-        rooms = {m.split(".")[1] for m in imports(path) if m.startswith("pymoo_psi.")}
-        graph.setdefault(room, set()).update(rooms - {room})
+        here = subpackage_of(path)
+        others = {m.split(".")[1] for m in imports(path) if m.startswith("pymoo_psi.")}
+        graph.setdefault(here, set()).update(others - {here})
     assert circles(graph) == []
 
 
-def test_no_files_import_each_other():
-    """Not even for type checkers. What a function imports when it is called does not count."""
-    names = {
-        path: ".".join(("pymoo_psi", *path.relative_to(ROOT).with_suffix("").parts))
-        for path in FILES
-    }
-    names = {path: name.removesuffix(".__init__") for path, name in names.items()}
-    graph = {
-        name: set(imports(path, inside_functions=False, files=names.values()))
-        for path, name in names.items()
-    }
-    assert circles(graph) == []
+def test_every_module_of_a_subpackage_is_private():
+    """The ``__init__`` is the index of the public names."""
+    modules = {path.relative_to(ROOT).as_posix() for path in FILES}
+    assert {name for name in modules if "/" in name and "/_" not in name} == set()
 
 
-def test_every_module_of_a_room_is_private():
-    """A room's ``__init__`` is its index."""
-    modules = {path.relative_to(ROOT).as_posix() for path in FILES if len(path.parts) > 1}
-    open_doors = {name for name in modules if "/" in name and "/_" not in name}
-    assert open_doors == set()
+def test_what_is_imported_is_declared():
+    """Outside packages are dependencies, or belong to an extra that the importing file names."""
+    text = (PROJECT / "pyproject.toml").read_text("utf-8")
+    declared = re.findall(r'^ +"([A-Za-z0-9-]+)[\[>=]|= \["([A-Za-z0-9-]+)>|, "([A-Za-z0-9-]+)>',
+                          text, re.M)  # fmt: skip
+    names = {name.lower().replace("-", "_") for found in declared for name in found if name}
+    known = names | {"sklearn" if "scikit_learn" in names else ""} | sys.stdlib_module_names
+    found = {module.split(".")[0].lower() for path in FILES for module in imports(path)}
+    # A notebook brings IPython itself, a type checker typing_extensions.
+    allowed = known | {"pymoo_psi", "ipython", "typing_extensions"}
+    assert found - allowed == set()
 
 
 def test_every_public_name_is_there():
@@ -160,7 +136,7 @@ def test_every_public_name_is_there():
 
 
 def documented(module):
-    """The public classes and functions of a module, and what results of ours can be asked."""
+    """The public classes and functions of a module, and methods of results."""
     for name in module.__all__:
         item = getattr(module, name)
         if inspect.isclass(item) or inspect.isfunction(item):
@@ -173,13 +149,10 @@ def documented(module):
                     yield f"{name}.{part}", member
 
 
-@pytest.mark.parametrize(
-    "room", ["", ".chute", ".plots", ".page", ".report", ".paper", ".comparison"]
-)
-def test_every_public_name_has_an_example(room):
-    """What the examples show is tested by running them: pytest takes the doctests of ``src``."""
-    items = list(documented(importlib.import_module(f"pymoo_psi{room}")))
-    assert len(items) > 3
+def test_every_name_of_the_package_has_an_example():
+    """The examples are tested by running them: pytest takes the doctests of ``src``."""
+    items = list(documented(pymoo_psi))
+    assert len(items) > 30
     assert [name for name, item in items if ">>> " not in (item.__doc__ or "")] == []
 
 
@@ -202,7 +175,7 @@ def test_every_public_name_has_an_example(room):
     ],
     ids=" ".join,
 )
-def test_a_name_brings_what_it_needs_only(names):
+def test_a_name_imports_what_it_needs_only(names):
     """The names are taken one after the other: none could bring what is absent after it."""
     code = "import sys, pymoo_psi\n" + "".join(
         f"pymoo_psi{'.' * bool(name)}{name}\n"

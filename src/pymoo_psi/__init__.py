@@ -6,7 +6,8 @@ The names that one imports first
 --------------------------------
 
 - Problems: :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
-  :class:`Restricted`, a part of any problem's box; :class:`Robust`, criteria over scenarios.
+  :class:`Restricted`, a part of any problem's bounds; :class:`Robust`, objectives over
+  scenarios.
 - Sampling: :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
 - Algorithms: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
   :class:`TestTable`; :func:`nsga3`.
@@ -19,22 +20,21 @@ The names that one imports first
 - Running: :class:`JoblibRunner`, :class:`FailureTolerant`, :class:`Recorded`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
 
-Rooms
------
+Subpackages
+-----------
 
-Each room is a module with a chapter on its subject. A layer imports only those above it.
+A layer imports only those above it, and of another subpackage only the public names of its
+``__init__``, which is an overview of the subject and the index of these names.
 
-| layer | rooms | knows |
+| layer | subpackages | knows |
 |---|---|---|
-| ground | `errors`, `_validation`, `_files`, `_kinds`, `_tables` | nothing |
+| base | `errors`, `_validation` and other small modules | nothing |
 | mathematics | `sequences`, `chute`, `pareto` | arrays |
-| method | `study` (the study), `table` (the test table) | arrays, pandas; SQLite in `study` |
+| data | `study` (the file of tests), `table` (tests and designs, sources, analysis) | arrays, \
+pandas; SQLite only in `study` |
 | pymoo | `problems`, `parallel`, `algorithms`, `selection` | pymoo |
 | experiments | `comparison`, `paper` | all above |
-| faces | `plots`, `page`, `report`, `cli` | results of all above |
-
-A room's ``__init__`` is its chapter and its index: what is listed there is public, and every module
-begins with an underscore.
+| presentation | `plots`, `page`, `report`, `cli` | all above; matplotlib only in `plots` |
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the
 stub beside this file says where each comes from.
