@@ -23,7 +23,7 @@ settings.register_profile("untimed", max_examples=25, **UNTIMED)
 settings.register_profile("same", max_examples=30, derandomize=True, **UNTIMED)
 settings.load_profile("same" if os.environ.get("CI") else "untimed")
 
-# What `pytest -m quick` runs: the mathematics of every room, without processes, files in bulk,
+# What `pytest -m quick` runs: the mathematics of every subpackage, without processes, files in bulk,
 # browsers, figures and command lines.
 QUICK = (
     "algorithms/test_names.py",

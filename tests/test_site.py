@@ -17,7 +17,7 @@ import pymoo_psi
 
 pytest.importorskip("pdoc", reason="the extra 'docs' is not installed")
 ROOT = Path(__file__).parents[1]
-ROOMS = {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
+SUBPACKAGES = {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
 
 
 class Page(HTMLParser):
@@ -66,11 +66,11 @@ def test_every_link_leads_somewhere(site):
     assert broken == []
 
 
-@pytest.mark.parametrize("room", ["", *sorted(ROOMS)])
-def test_every_public_name_is_on_the_page_of_its_room_and_is_found(site, room):
+@pytest.mark.parametrize("subpackage", ["", *sorted(SUBPACKAGES)])
+def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, subpackage):
     folder, pages = site
-    module = import_module(f"pymoo_psi.{room}".rstrip("."))
-    page = pages[folder / "pymoo_psi" / f"{room}.html" if room else folder / "pymoo_psi.html"]
+    module = import_module(f"pymoo_psi.{subpackage}".rstrip("."))
+    page = pages[folder / "pymoo_psi" / f"{subpackage}.html" if subpackage else folder / "pymoo_psi.html"]
     names = [
         name
         for name, item in inspect.getmembers(module)
