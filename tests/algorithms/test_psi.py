@@ -41,25 +41,15 @@ class Hole(ElementwiseProblem):
 
 
 def check_pareto_set(result, problem):
-    """All returned are feasible and mutually non-dominated; no feasible test dominates one."""
+    """What is returned are all feasible tests that no feasible test dominates."""
     table = result.algorithm.table
     ok = table.feasible()
-    assert result.opt.get("feas").all()
-    for f in result.F:
-        worse_nowhere, better_somewhere = (
-            (table.F[ok] <= f).all(axis=1),
-            (table.F[ok] < f).any(axis=1),
-        )
-        assert not (worse_nowhere & better_somewhere).any()
-    rows = result.opt.get("test_point") - table.numbers[0]
-    np.testing.assert_array_equal(table.X[rows], result.X)
-    np.testing.assert_array_equal(table.F[rows], result.F)
-    # and every feasible test that nothing dominates is returned
-    front = [
-        not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
-        for f in table.F[ok]
-    ]
+    F = table.F[ok]
+    front = [not ((F <= f).all(axis=1) & (F < f).any(axis=1)).any() for f in F]
     assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
+    assert result.opt.get("feas").all()
+    np.testing.assert_array_equal(table.X[ok][front], result.X)
+    np.testing.assert_array_equal(F[front], result.F)
 
 
 PROBLEMS = "zdt1 zdt2 zdt3 zdt6 dtlz2 dtlz5 dtlz7 bnh osy tnk welded_beam truss2d mw1 mw7 mw14"
@@ -90,30 +80,10 @@ def test_blocks_do_not_matter():
         np.testing.assert_array_equal(result.F, results[0].F)
 
 
-def test_two_runs_continue_each_other():
-    whole, first, second = (
-        minimize(CHUTE, algorithm).algorithm.table
-        for algorithm in (PSI(100), PSI(40), PSI(60, first=41))
-    )
-    assert first.merge(second).equals(whole)
-    assert second.merge(first).equals(whole)
-    assert not first.equals(whole)
-
-
 def test_single_objective_returns_the_best():
     result = minimize(get_problem("sphere", n_var=3), PSI(128))
     assert result.F.shape == (1,)
     assert result.F[0] == result.algorithm.table.F.min()
-
-
-def test_a_design_without_finite_objectives_is_not_pareto_optimal():
-    class Broken(Unbounded):
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = np.where(x[:, :1] < 0.3, np.nan, np.where(x[:, :1] < 0.5, -np.inf, x))
-
-    result = minimize(Broken(0, 1), PSI(64))
-    assert np.isfinite(result.F).all()
-    assert (result.X[:, 0] >= 0.5).all()
 
 
 def test_individuals_are_those_of_pymoos_own_loop():
@@ -173,22 +143,6 @@ def test_telling_something_else_is_refused():
     algorithm.tell(infills=first)
     with pytest.raises(PsiError, match="infills must be the test points asked for, from number 41"):
         algorithm.tell(infills=first)
-
-
-def test_limits_on_criteria():
-    limits = {"f1": 2.2, 3: 1.0}
-    result = minimize(CHUTE, PSI(500, limits=limits, block_size=90))
-    table = result.algorithm.table
-    assert table.feasible().all()  # no constraint is broken; limits are not constraints
-    kept = (table.F[:, 0] <= 2.2) & (table.F[:, 3] <= 1.0)
-    expected = [
-        number
-        for number, f in zip(table.numbers[kept], table.F[kept], strict=True)
-        if not ((table.F[kept] <= f).all(axis=1) & (table.F[kept] < f).any(axis=1)).any()
-    ]
-    assert result.opt.get("test_point").tolist() == expected
-    assert table.numbers[table.pareto(limits)].tolist() == expected
-    assert minimize(CHUTE, PSI(100, limits={"f1": 0.5})).F is None
 
 
 class Heated(ElementwiseProblem):
@@ -293,67 +247,6 @@ def test_investigate_is_psi_without_objects(keep, block_size, name):
     assert table.equals(whole.rows(mask))
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
-        ({"keep": "best"}, "keep must be one of 'all', 'feasible', 'pareto', got 'best'"),
-        ({"progress": 1}, "progress must be True or False, got 1"),
-        ({"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
-        (
-            {"limits": {"f9": 1.0}, "keep": "pareto"},
-            "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2', got 'f9'",
-        ),
-    ],
-)
-def test_bad_investigations(options, message):
-    with pytest.raises(PsiError, match=message):
-        investigate(CHUTE, **{"n_points": 8, **options})
-
-
-@pytest.mark.parametrize(
-    ("make", "kind", "message"),
-    [
-        (lambda: minimize(CHUTE, PSI(8, limits={"f9": 1})), ValueError, "a limit must be one of"),
-        (lambda: PSI(0), ValueError, "n_points must be an integer >= 1, got 0"),
-        (lambda: PSI(10.0), TypeError, "n_points must be an integer >= 1, got 10.0"),
-        (lambda: minimize(CHUTE, PSI(10**30)), ValueError, r"must be at most 2\*\*52, got 10{30}$"),
-        (lambda: PSI(10, first=0), ValueError, "first must be an integer >= 1, got 0"),
-        (lambda: PSI(10, block_size=0), ValueError, "block_size must be an integer >= 1, got 0"),
-        (
-            lambda: PSI(10, blocksize=5),
-            TypeError,
-            "PSI got an unknown keyword argument 'blocksize'",
-        ),
-        (
-            lambda: minimize(CHUTE, PSI(10), sed=1),
-            TypeError,
-            "unknown keyword argument 'sed'; did you mean 'seed'",
-        ),
-        (lambda: minimize(SphereChute, PSI(10)), TypeError, "pass an instance, not the class"),
-        (
-            lambda: minimize(Unbounded(), PSI(10)),
-            ValueError,
-            "bounds of x1 of Unbounded must be finite and .*, got None and None",
-        ),
-        (
-            lambda: minimize(Unbounded(0, np.inf), PSI(10)),
-            ValueError,
-            "bounds of x1 of Unbounded must be finite and .*, got 0.0 and inf",
-        ),
-        (
-            lambda: minimize(Unbounded(1, 0), PSI(10)),
-            ValueError,
-            "bounds of x1 of Unbounded must be .* in increasing order, got 1.0 and 0.0",
-        ),
-    ],
-)
-def test_bad_arguments(make, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        make()
-    assert isinstance(caught.value, PsiError)
-
-
 class Mixed(ElementwiseProblem):
     """One variable of each of pymoo's types."""
 
@@ -390,30 +283,6 @@ def test_mixed_variables():
         assert not ((table.F[ok] <= f).all(axis=1) & (table.F[ok] < f).any(axis=1)).any()
 
 
-@pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
-def test_randomised_points_follow_the_seed(engine):
-    runs = [minimize(CHUTE, PSI(50, sampling=QMCSampling(engine)), seed=s).F for s in (1, 1, 2)]
-    np.testing.assert_array_equal(runs[0], runs[1])
-    assert not np.array_equal(runs[0], runs[2])
-
-
-def test_a_randomised_sequence_can_be_continued():
-    sobol = QMCSampling("sobol")
-    whole, first, second = (
-        minimize(CHUTE, algorithm, seed=4).algorithm.table
-        for algorithm in (
-            PSI(100, sampling=sobol),
-            PSI(40, sampling=sobol),
-            PSI(60, first=41, sampling=sobol),
-        )
-    )
-    assert first.merge(second).equals(whole)
-    with pytest.raises(PsiError, match="first must be 1 for the engine 'lhs', got 41; use 'sobol'"):
-        minimize(CHUTE, PSI(60, first=41, sampling=QMCSampling("lhs")))
-    with pytest.raises(TypeError, match="sampling must be LPTauSampling"):
-        PSI(10, sampling="lhs")
-
-
 def test_an_algorithm_that_has_run_is_not_set_up_again():
     algorithm = PSI(8)
     algorithm.setup(CHUTE, termination=("n_gen", 1))
@@ -422,3 +291,70 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
         algorithm.setup(get_problem("bnh"))
     assert algorithm.result().X.shape[1] == 2
+
+
+@pytest.mark.parametrize("sampling", [None, QMCSampling("sobol")])
+def test_two_runs_continue_each_other(sampling):
+    whole, first, second = (
+        minimize(CHUTE, PSI(n, first=first, sampling=sampling), seed=4).algorithm.table
+        for n, first in ((100, 1), (40, 1), (60, 41))
+    )
+    assert first.merge(second).equals(whole)
+    assert second.merge(first).equals(whole)
+    assert not first.equals(whole)
+
+
+@pytest.mark.parametrize("engine", ["sobol", "halton", "lhs"])
+def test_randomised_points_follow_the_seed(engine):
+    runs = [minimize(CHUTE, PSI(50, sampling=QMCSampling(engine)), seed=s).F for s in (1, 1, 2)]
+    np.testing.assert_array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+BAD_BOUNDS = "bounds of x1 of Unbounded must be finite and in .* order, got "
+
+
+@pytest.mark.parametrize(
+    ("n", "options", "message"),
+    [
+        (0, {}, "n_points must be an integer >= 1, got 0"),
+        (10.0, {}, "n_points must be an integer >= 1, got 10.0"),
+        (10**30, {}, r"must be at most 2\*\*52, got 10{30}$"),
+        (8, {"first": 0}, "first must be an integer >= 1, got 0"),
+        (8, {"block_size": 0}, "block_size must be an integer >= 1, got 0"),
+        (8, {"blocksize": 5}, "unknown keyword argument 'blocksize'; did you mean 'block_size'"),
+        (8, {"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
+        (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
+        (8, {"limits": {"f9": 1.0}}, "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'"),
+        (8, {"limits": {"f1": "low"}}, "limit"),
+        (8, {"retry": "all"}, "retry must be 'failed' or numbers of test points, got 'all'"),
+        (8, {"retry": [0]}, "a number in retry must be an integer >= 1, got 0"),
+        (8, {"retry": [9]}, "retry must be numbers of points of this run, 1 to 8, got 9"),
+        (8, {"on_failure": "ignore"}, "on_failure must be one of 'raise', 'record'"),
+        (8, {"study": 3}, "path must be the name of a file, got 3"),
+    ],
+)
+def test_mistakes(n, options, message):
+    for run in (
+        lambda: minimize(CHUTE, PSI(n, **options)),
+        lambda: investigate(CHUTE, n, **options),
+    ):
+        with pytest.raises(PsiError, match=message):
+            run()
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
+        (lambda: investigate(CHUTE, 8, progress=1), "progress must be True or False, got 1"),
+        (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
+        (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
+        (lambda: minimize(Unbounded(), PSI(10)), BAD_BOUNDS + "None and None"),
+        (lambda: minimize(Unbounded(0, np.inf), PSI(10)), BAD_BOUNDS + "0.0 and inf"),
+        (lambda: minimize(Unbounded(1, 0), PSI(10)), BAD_BOUNDS + "1.0 and 0.0"),
+    ],
+)
+def test_other_mistakes(run, message):
+    with pytest.raises(PsiError, match=message):
+        run()

@@ -11,13 +11,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
-    PsiError,
     QMCSampling,
     SphereChute,
     TestTable,
@@ -139,42 +138,6 @@ def test_failed_designs_are_recorded_and_retried(tmp_path):
     assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
 
 
-def test_points_that_depend_on_their_number_are_another_study(tmp_path):
-    lhs = QMCSampling("lhs")
-    investigate(Counted(), 16, sampling=lhs, seed=1, study=tmp_path / "s.db")
-    with pytest.raises(StudyMismatchError, match="lhs of 16 points"):
-        investigate(Counted(), 32, sampling=lhs, seed=1, study=tmp_path / "s.db")
-
-
-class Holed(Problem):
-    """A vectorised problem with NaN in a strip and an exception in another."""
-
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        if (x[:, 0] > 0.9).any():
-            raise ValueError("out of range")
-        F = np.column_stack([x[:, 0], 1 - x[:, 0] + x[:, 1]])
-        F[x[:, 0] < 0.1] = np.nan
-        out["F"] = F
-
-
-@pytest.mark.parametrize("by", ["psi", "investigate"])
-def test_vectorised_problems_lose_only_the_culprits(by):
-    table = (
-        minimize(Holed(), PSI(64)).algorithm.table
-        if by == "psi"
-        else investigate(Holed(), 64, block_size=20)
-    )
-    x = table.X[:, 0]
-    np.testing.assert_array_equal(table.status == "failed", (x < 0.1) | (x > 0.9))
-    assert "nan" in table.reasons[1]
-    assert "out of range" in next(
-        table.reasons[n] for n, v in zip(table.numbers, x, strict=True) if v > 0.9
-    )
-
-
 @pytest.mark.parametrize("by", ["psi", "investigate"])
 def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
     path, problem = tmp_path / "s.db", Counted(broken={21})
@@ -241,7 +204,7 @@ def test_a_study_that_is_replaced_while_a_run_reads_it_is_noticed(tmp_path):
         if algorithm.n_tested == 32:
             os.replace(other, path)
 
-    with pytest.raises(StudyMismatchError, match="another study has taken its place"):
+    with pytest.raises(StudyMismatchError, match="another study.* has taken its place"):
         run(Counted(), 64, path, callback=replace)
     assert len(TestTable.read_study(path)) == 64
 
@@ -381,17 +344,3 @@ def _evaluated(log, by_design):
         except ValueError:  # the kill cut the line
             continue
     return numbers
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"retry": "all"}, "retry must be 'failed' or numbers of test points, got 'all'"),
-        ({"retry": [0]}, "a number in retry must be an integer >= 1, got 0"),
-        ({"on_failure": "ignore"}, "on_failure must be one of 'raise', 'record', got 'ignore'"),
-        ({"study": 3}, "path must be the name of a file, got 3"),
-    ],
-)
-def test_bad_arguments(options, message):
-    with pytest.raises(PsiError, match=message):
-        PSI(8, **options)

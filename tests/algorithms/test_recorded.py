@@ -161,16 +161,6 @@ def values(problem, X):
     return problem.evaluate(X, return_values_of=["F", "G"])
 
 
-def test_the_same_design_twice_is_evaluated_once(tmp_path):
-    X = batch()[[0, 1, 0, 2, 1]]
-    model = Model()
-    problem = Recorded(model, study=tmp_path / "s.db")
-    for F, expected in zip(values(problem, X), values(Model(), X), strict=True):
-        np.testing.assert_array_equal(F, expected)
-    assert len(model.seen) == 3
-    np.testing.assert_array_equal(problem.table.X, X[[0, 1, 3]])
-
-
 def test_the_same_means_the_same_bits(tmp_path):
     model = Model()
     problem = Recorded(model, study=tmp_path / "s.db")

@@ -9,8 +9,6 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.algorithms import _engine
-from pymoo_psi.algorithms._run import RunOptions
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 
 CHUTE = VectorizedSphereChute(0.4)
@@ -138,28 +136,6 @@ def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path
     again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
     assert again.equals(investigate(CHUTE, 3500))
     assert os.listdir(tmp_path) == ["s.db"]
-
-
-def test_blocks_under_way_are_few(monkeypatch):
-    """Were they all sent at once, a fast model would fill the memory of a slow reader."""
-    under_way, most = 0, 0
-    evaluate = _engine.evaluate_designs
-
-    def counted(problem, X):
-        nonlocal under_way, most
-        under_way += 1
-        most = max(most, under_way)
-        return evaluate(problem, X)
-
-    monkeypatch.setattr(_engine, "evaluate_designs", counted)
-    with parallel_config("threading"):
-        engine = _engine.Engine(Holed(), 4000, RunOptions(block_size=64), n_jobs=2)
-        numbers = []
-        for tests, _ in engine.tests():
-            under_way -= 1
-            numbers += tests.numbers.tolist()
-    assert sorted(numbers) == list(range(1, 4001))
-    assert most <= 2 * 4, "four tasks a worker"
 
 
 def test_a_run_of_many_cores_that_is_to_stop_stores_the_failure(tmp_path):

@@ -135,15 +135,12 @@ class Recorded(WrappedProblem):
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
-            seed_ties(algorithm)
+            (leave_failed_out if self._tolerant else seed_ties)(algorithm)
             self._store.origin = type(algorithm).__name__
-            if self._tolerant is not None:
-                leave_failed_out(algorithm)
         if kwargs.get("return_as_dictionary"):
             # For algorithms. To what is around this problem, such as a table of tests with numbers
             # of its own, they would be an output of the model.
-            asked = kwargs.get("return_values_of") or ["F"]
-            kwargs["return_values_of"] = [*asked, "test_point"]
+            kwargs["return_values_of"] = [*(kwargs.get("return_values_of") or "F"), "test_point"]
         out = super().evaluate(X, *args, **kwargs)
         if isinstance(out, dict):  # of which pymoo has made floats
             out["test_point"] = out["test_point"].astype(np.int64)
@@ -181,11 +178,10 @@ class Recorded(WrappedProblem):
                 raise invalid("return_values_of", rule, name, remedy)
         if self._tolerant is not None:
             return self._tolerant.tolerated(X, out, return_values_of)
-        failure = out.pop("failure")
-        for i in np.flatnonzero(failure != ""):
-            raise EvaluationError(X[i], failure[i])
-        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
-        return formatted
+        for x, reason in zip(X, out.pop("failure"), strict=True):
+            if reason:
+                raise EvaluationError(x, reason)
+        return dict(self._format_dict(out, len(X), return_values_of))
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""
