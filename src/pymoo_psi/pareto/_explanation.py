@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ from pymoo_psi._validation import collection, counted, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
 from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -93,39 +90,6 @@ class DesignComparison:
         sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
         parts = [sentence(side, changes=", ".join(found)) for side, found in sides if found]
         return "; ".join(parts) or sentence("equal")
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return one row for each design and objective.
-
-        Returns:
-            Columns: ``design`` (its row, or its label in the data frame that was given),
-            ``objective``, ``unit``, ``value``, ``gain`` against the first design (above 0 is
-            better) and ``share``, the gain as a share of the range. To have the designs side by
-            side: ``frame.pivot(index="objective", columns="design", values="gain")``.
-
-        Example:
-            >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
-            >>> print(two.to_frame().drop(columns="unit"))
-               design objective  value  gain  share
-            0       0        f1    1.0   0.0  0.000
-            1       0        f2    9.0   0.0  0.000
-            2       1        f1    2.0  -1.0 -0.250
-            3       1        f2    4.0   5.0  0.625
-        """
-        import pandas as pd
-
-        objectives, k = self.ranking.objectives, len(self.rows)
-        names = list(objectives.names)
-        return pd.DataFrame(
-            {
-                "design": [objectives.labels[row] for row in self.rows for _ in names],
-                "objective": names * k,
-                "unit": [self.units.get(name, "") for name in names] * k,
-                "value": objectives.values[self.rows].ravel(),
-                "gain": self.gains.ravel(),
-                "share": self.shares.ravel(),
-            }
-        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -342,7 +306,8 @@ def compare_designs(
         units: As for :func:`explain`.
 
     Returns:
-        Numbers, a frame (``.to_frame()``) and sentences (``print`` it).
+        Numbers and sentences (``print`` it). As a frame:
+        ``pd.DataFrame(comparison.gains, labels, names)``.
 
     Raises:
         ArgumentValueError: ``F``, ``maximize`` or ``units`` does not fit, there is no such row, or
@@ -389,13 +354,11 @@ def alternative(
     """
     if not len(chosen):
         return "no design stands out."
-    if row in chosen:
-        optimum = ", the optimum itself" if row in ranking.salukvadze else ""
-        text = f"{ranking.name_of(row)}{optimum}."
-    else:
-        names = [ranking.name_of(i) for i in (int(chosen[0]), row)]
-        difference = _compared(ranking, [row, int(chosen[0])], units).difference(1)
-        text = sentence("against", design=names[0], other=names[1], difference=difference)
+    first, own = int(chosen[0]), ranking.name_of(row)
+    text = f"{own}, the optimum itself." if row in ranking.salukvadze else f"{own}."
+    if row not in chosen:
+        difference = _compared(ranking, [row, first], units).difference(1)
+        text = sentence("against", design=ranking.name_of(first), other=own, difference=difference)
     return text + (f" It is the first of {len(chosen)} that are chosen." if len(chosen) > 1 else "")
 
 
