@@ -45,7 +45,7 @@ def check_pareto_set(result, problem):
     table = result.algorithm.table
     ok = table.feasible()
     F = table.F[ok]
-    front = [not ((F <= f).all(axis=1) & (F < f).any(axis=1)).any() for f in F]
+    front = [not ((f >= F).all(axis=1) & (f > F).any(axis=1)).any() for f in F]
     assert table.numbers[ok][front].tolist() == result.opt.get("test_point").tolist()
     assert result.opt.get("feas").all()
     np.testing.assert_array_equal(table.X[ok][front], result.X)

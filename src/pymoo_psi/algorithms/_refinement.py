@@ -111,20 +111,21 @@ def refine(
             return float("inf")
         return float(ranking.frame.distances(out["F"] * sign)[0, 0])
 
-    begun, ranked = evaluate_designs(problem, start[None]), ranking.objectives
-
-    def ranks(rows: Array) -> bool:
-        return bool(np.isclose(begun["F"], rows, rtol=1e-9, atol=0).all(axis=1).any())
-
     # As a rule the problem has turned what is maximised, and so has a table's ranking. Whoever has
     # ranked the problem's own F with maximize= has turned it.
-    turned = ranks(ranked.values) and not ranks(ranked.minimized)
-    sign = ranked.sign if turned else np.ones_like(ranked.sign)
+    ranked, begun = ranking.objectives, evaluate_designs(problem, start[None])
+    given, minimized = (
+        np.isclose(begun["F"], rows, rtol=1e-9, atol=0).all(axis=1).any()
+        for rows in (ranked.values, ranked.minimized)
+    )
+    sign = ranked.sign if given and not minimized else np.ones_like(ranked.sign)
     z = (start - lower) / unit_lengths(lower, upper)
     start_distance = best = distance(begun)
     if not np.isfinite(best):
         raise invalid("x0", "a feasible design with finite objectives", Received(str(start)))
     evaluations = 2  # of the start, and of the refined design once more for its objectives
+    # twice SciPy's own number of iterations, for kinks
+    options = {"xatol": tolerance, "fatol": tolerance, "maxiter": 400 * len(z)}
     for size in _SIMPLEXES:
         # around the best point so far, its edges turned inwards at an upper bound
         steps = np.where(z + size <= 1, size, -size)
@@ -133,12 +134,7 @@ def refine(
             z,
             method="Nelder-Mead",
             bounds=[(0.0, 1.0)] * len(z),
-            options={
-                "initial_simplex": np.vstack([z, z + np.diag(steps)]),
-                "xatol": tolerance,
-                "fatol": tolerance,
-                "maxiter": 400 * len(z),  # twice SciPy's own, for kinks
-            },
+            options=options | {"initial_simplex": np.vstack([z, z + np.diag(steps)])},
         )
         evaluations += found.nfev
         if found.fun < best:

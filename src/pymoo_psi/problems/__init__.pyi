@@ -1,9 +1,7 @@
 # The public names, and those for other subpackages. `lazy_loader` reads this file.
 
 from ._design_space import DesignSpace as DesignSpace
-from ._design_space import Variable as Variable
 from ._design_space import design_space as design_space
-from ._design_space import own_names as own_names
 from ._design_space import problem_identity as problem_identity
 from ._design_space import problem_layout as problem_layout
 from ._evaluation import columns_of_values as columns_of_values

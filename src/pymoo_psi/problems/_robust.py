@@ -281,8 +281,6 @@ def _distribution(name: str, given: Any) -> Any:
     if hasattr(given, "ppf") or hasattr(given, "icdf"):
         return given
     half = finite_number(f"tolerances[{name!r}]", given)
-    if half < 0:
-        raise invalid(f"tolerances[{name!r}]", "a number >= 0 or a distribution", half)
     return SimpleNamespace(icdf=lambda q: half * (2 * q - 1))
 
 
