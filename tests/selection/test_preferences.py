@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pymoo.decomposition.aasf import AASF
 from pymoo.decomposition.asf import ASF
-from pymoo.decomposition.tchebicheff import Tchebicheff
 
 from pymoo_psi import (
     CompromiseProgramming,
@@ -89,14 +88,6 @@ def test_reference_points_choose_what_desdeo_and_pymoo_choose(weights, rows):
         divisors = 1 / np.array(weights)  # pymoo divides by its weights
         assert ASF().do(d, divisors).argmin() == row
         assert AASF(rho=1e-9).do(d, divisors).argmin() == row
-
-
-def test_chebyshev_chooses_what_pymoo_chooses():
-    F = smooth_front()
-    _, d = in_shares(F, F.min(axis=0))
-    for weights in ([1, 1, 1], [5, 1, 1], [1, 3, 2]):
-        expected = Tchebicheff().do(d, np.array(weights, dtype=float)).argmin()
-        assert CompromiseProgramming(np.inf, weights=weights).do(F).tolist() == [expected]
 
 
 @given(F=sets, data=st.data())

@@ -109,8 +109,8 @@ def attainment_surfaces(fronts: list[Array], percentiles: list[float]) -> dict[f
         percentiles: Shares of the runs in percent; so many of them or more attain the surface.
 
     Returns:
-        For each percentile the ``(k, 2)`` corners of its surface by rising first objective; none
-        where so many runs have no points.
+        For each percentile the ``(k, 2)`` corners of its surface by increasing first objective;
+        none where so many runs have no points.
     """
     f1 = np.unique(np.concatenate([front[:, 0] for front in fronts]))
     f2 = np.full((len(fronts), len(f1)), np.inf)

@@ -317,8 +317,8 @@ def rank_of_efficiency(
             as the paper does.
         ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
             the Pareto-optimal rows. It must be at least as good as they are.
-        nadir: ``(m,)`` the point N likewise; by default the worst values over the Pareto-optimal
-            rows.
+        nadir: ``(m,)`` the point N, as for ``ideal``; by default the worst values over the
+            Pareto-optimal rows.
         maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
             ``F`` holds their own values. pymoo's ``res.F`` holds them negative, and is ranked as
             it is; for names and signs of your own rank

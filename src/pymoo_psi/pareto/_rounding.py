@@ -1,6 +1,6 @@
-"""Rounding: which values are equal up to it, and which spans are too small to be one.
+"""Rounding: which values are equal up to it, and which ranges are too small to be one.
 
-A criterion is computed in floating point, so its values are right up to a few units in the last
+An objective is computed in floating point, so its values are right up to a few units in the last
 place only. Differences of that size say nothing about designs: they may neither make a design
 Pareto optimal nor decide a rank.
 """
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NOISE = 64 * float(np.finfo(np.float64).eps)
-"""Two values of a criterion that differ by no more than this share of their size are equal.
+"""Two values of an objective that differ by no more than this share of their size are equal.
 
 A value that comes out of k roundings is wrong by up to k/2 eps, and by about sqrt(k)/2 eps if they
 are independent: 64 eps, 1.4e-14 of the value, allows for sums of a hundred terms at the worst and
@@ -26,24 +26,24 @@ LAST_PLACES = 8 * float(np.finfo(np.float64).eps)
 """What an objective adds to the rounding error of a distance, as a share of its size.
 
 Two values, each right to a few units in the last place, and the operations on them. An objective
-whose span is above ``NOISE`` keeps so at least three bits of its differences.
+whose range is above ``NOISE`` keeps so at least three bits of its differences.
 """
 
 _LARGEST = float(np.finfo(np.float64).max)
 
 
 def unit_lengths(low: Array, high: Array) -> Array:
-    """Return what differences are divided by to be measured in units of a span.
+    """Return what differences are divided by to be measured in units of a range.
 
-    The one rule for a span of zero: a quantity that is constant up to rounding tells no design
+    The one rule for a range of zero: a quantity that is constant up to rounding tells no design
     from another and counts for nothing, whatever is measured in it; its unit is infinite.
 
     Args:
         low: ``(m,)`` least values.
         high: ``(m,)`` greatest values.
     """
-    span = high - low
-    return np.where(span > NOISE * np.maximum(np.abs(low), np.abs(high)), span, np.inf)
+    length = high - low
+    return np.where(length > NOISE * np.maximum(np.abs(low), np.abs(high)), length, np.inf)
 
 
 def settled(F: Array) -> Array:
@@ -89,7 +89,7 @@ def _starts(ordered: Array, tolerance: Array | float) -> NDArray[np.bool_]:
     """Mark where a group of values begins that are within a tolerance of its least one.
 
     Args:
-        ordered: ``(n,)`` rising values, n >= 1.
+        ordered: ``(n,)`` increasing values, n >= 1.
         tolerance: One for all, or ``(n,)`` that of each value as the least of a group.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # infinity is equal to itself alone
