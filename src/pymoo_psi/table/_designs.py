@@ -195,8 +195,7 @@ def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     types = {type(cell) for row in cells for cell in row} or {float}
     kind = _KIND_OF_TYPE[types.pop()] if len(types) == 1 else Kind.CHOICE
     array = np.empty(shape, dtype=DTYPES[kind])
-    # numpy cannot spread an empty list over shape (0, n_var).
-    if array.size:
+    if array.size:  # numpy cannot spread an empty list over shape (0, n_var)
         array[:] = cells
     return array
 

@@ -3,7 +3,7 @@
 Python's parser reads the text and nothing evaluates it as Python: all names and numbers are
 replaced by placeholders first, and only sums, products, powers and calls of known functions are
 accepted, so that a text from an untrusted file runs nothing. All numbers are float64, whose powers
-take no time, and the text is short.
+take no time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from pymoo_psi.table._designs import real_column
 Array = NDArray[np.float64]
 Step = float | str | tuple[Callable[..., Any], int]
 
-_LONGEST = 2000  # characters: a few hundred operations, seconds for a million tests
 _ONE: dict[str, Callable[[Any], Any]] = {
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp,
     "log": np.log, "log2": np.log2, "log10": np.log10,
@@ -75,14 +74,11 @@ class Expression:
                 sinh, cosh, tanh, min, max; pi.
 
         Raises:
-            ArgumentValueError: It is no such text, too long, or nested too deep.
+            ArgumentValueError: It is no such text, or nested too deep.
             ArgumentTypeError: It is no text.
         """
         if not isinstance(text, str):
             raise wrong_type("an expression", "text", text)
-        if len(text) > _LONGEST:
-            rule, found = f"of at most {_LONGEST} characters", Received(f"{len(text)}")
-            raise invalid("an expression", rule, found)
         operands: list[float | str] = []
 
         def placeholder(found: re.Match[str]) -> str:

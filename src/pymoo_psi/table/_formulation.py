@@ -91,9 +91,7 @@ class Formulation:
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
         for group in ("objectives", "maximize", "minimize", "relaxed"):
-            names = column_names(group, getattr(self, group))
-            if twice := [name for name in names if names.count(name) > 1]:
-                raise invalid(group, "columns that are named once", twice[0])
+            names = tuple(dict.fromkeys(column_names(group, getattr(self, group))))
             object.__setattr__(self, group, names)
         if both := [name for name in self.maximize if name in self.minimize]:
             raise invalid("maximize and minimize", "of different columns", both[0])
@@ -219,8 +217,7 @@ def formulated(
         for group in (layout.inequalities, layout.equalities)
     )
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
-    held = {*objectives, *inequalities, *equalities}
-    outputs = tuple(name for name in former if name not in held)
+    outputs = tuple(n for n in former if n not in (*objectives, *inequalities, *equalities))
     more = {*layout.maximize, *formulation.maximize}.difference(formulation.minimize)
     asked = replace(
         layout,
@@ -257,12 +254,11 @@ def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, ND
         if not callable(how):
             whole[name] = Expression.of(how).values(whole)
             continue
-        n = len(next(iter(whole.values())))
         with np.errstate(all="ignore"):  # as in expressions: the values show it
             values = np.array(real_array(f"what {name!r} is computed to", how(dict(whole))))
-        if values.shape != (n,):
+        if values.shape != (shape := next(iter(columns.values())).shape):
             found = Received(f"shape {values.shape}")
-            raise invalid(f"what {name!r} is computed to", f"of shape {(n,)}", found)
+            raise invalid(f"what {name!r} is computed to", f"of shape {shape}", found)
         whole[name] = values
     return whole
 

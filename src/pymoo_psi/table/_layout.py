@@ -165,19 +165,14 @@ class Layout:
             >>> layout.label_of("x1"), layout.label_of("mass"), layout.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
-        names = _numbered("x", variables)
-        unknown = np.full(len(names), np.nan)
+        groups = zip("xfgh", (variables, objectives, inequalities, equalities), strict=True)
+        names: Any = [_numbered(letter, group) for letter, group in groups]
+        unknown = np.full(len(names[0]), np.nan)
         more: Any = {"kinds": kinds, "outputs": outputs, "maximize": maximize, "units": units or {}}
-        return cls(
-            names,
-            _numbered("f", objectives),
-            _numbered("g", inequalities),
-            _numbered("h", equalities),
-            unknown if lower is None else real_array("lower", lower),
-            unknown if upper is None else real_array("upper", upper),
-            eq_tolerance,
-            **more,
-        )
+        more["lower"] = unknown if lower is None else lower
+        more["upper"] = unknown if upper is None else upper
+        more["eq_tolerance"] = eq_tolerance
+        return cls(*names, **more)
 
     @property
     def constraints(self) -> tuple[str, ...]:

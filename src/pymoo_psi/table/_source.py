@@ -288,12 +288,10 @@ class _Designs:
 
     def is_candidate(self, name: str) -> bool:
         """Say whether a column can be an objective; refuse one of which that is not certain."""
-        if name in self.labels:
-            return False
         column = self.columns[name]
-        if column.problem is not None or all(map(is_blank, column.cells)):
+        if name not in self.labels and (column.problem or all(map(is_blank, column.cells))):
             self.numbers(name)
-        return column.numbers is not None
+        return name not in self.labels and column.numbers is not None
 
 
 def _designs(
@@ -414,8 +412,7 @@ def _objectives_and_variables(
             raise UnfitError("no column holds numbers that can be objectives")
         if len(objectives) == 1:
             what = f"{objectives[0]!r} is the only column that can be an objective"
-            remedy = f"if you mean to rank by it alone, say --objectives {objectives[0]!r}"
-            raise UnfitError(f"{what}; {remedy}")
+            raise UnfitError(f"{what}; to rank by it alone, say --objectives {objectives[0]!r}")
         # Ranked by the number of the design, any other would be the best.
         first = designs.numbers(objectives[0])
         if len(first) >= 3 and np.array_equal(first, first[0] + np.arange(len(first))):
