@@ -144,14 +144,6 @@ def test_proposals_are_new_feasible_and_repeatable(tests, turn):
     np.testing.assert_allclose(made.predicted[:, 0], x, atol=0.05)
 
 
-def test_proposals_keep_limits_on_objectives(tests):
-    fit = Fit.of(tests.points, tests.Y, 40, 2)
-    made = propose(
-        tests, fit, goal(2, 1, [(0, -np.inf, 0.25)]), np.asarray, 6, 0, np.random.default_rng(1)
-    )  # fmt: skip
-    assert (made.points[:, 0] < 0.26).all()
-
-
 @pytest.mark.parametrize("turn", range(len(_proposals.TURNS)))
 def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_all_alike(
     tests, turn
@@ -174,18 +166,6 @@ def test_designs_near_failures_are_avoided_but_not_in_every_round():
     assert (risk(known) < 0).all()
     assert risk(np.array([[9.0, 9.0]])) < 0  # far from everything nothing is known
     assert (_risk(known, failed, _proposals._FORGIVING - 1)(failed) == 0).all()
-
-
-def test_without_surrogates_proposals_are_far_from_all_tests():
-    points = lp_tau(8, 2) * 0.5
-    failed = np.ones(8, dtype=bool)
-    tests = KnownTests(points, np.full((8, 1), np.inf), ~failed, failed)
-    made = propose(tests, None, goal(1, 0), np.asarray, 3, 0, np.random.default_rng(0))
-    assert made.kind == ""
-    assert np.isnan(made.predicted).all()
-    gaps = np.linalg.norm(made.points[:, None] - np.vstack([points, made.points]), axis=2)
-    gaps[np.arange(3), 8 + np.arange(3)] = np.inf
-    assert gaps.min() > 0.3
 
 
 @pytest.mark.parametrize(

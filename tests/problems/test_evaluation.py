@@ -4,11 +4,8 @@ A case is a model, for one design or for all at once, and the reason of design 2
 design, as a pattern; where there is none, all values must be right: F = (x1, 10 - x1), G = -1.
 """
 
-import asyncio
 import os
 import re
-from decimal import Decimal
-from fractions import Fraction
 
 import numpy as np
 import pandas as pd
@@ -84,27 +81,19 @@ def gives_more(self, x, out):
 NO_NUMBERS = "F is not an array of numbers.*"
 FOR_ONE = {
     "raises": (raising(ZeroDivisionError("by zero")), "ZeroDivisionError: by zero"),
-    "raises over lines": (raising(ValueError("a\n  b\tc")), "ValueError: a b c"),
-    "raises without end": (raising(OSError("x" * 9999)), r"OSError: x{300,400}\.\.\."),
     "exits": (raising(SystemExit(3)), "SystemExit: 3"),
     "panics": (raising(Panic("overflow")), "Panic: overflow"),
-    "is cancelled": (raising(asyncio.CancelledError()), "CancelledError"),
     "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),
     "gives minus infinity": (giving("F", [1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
     "forgets F": (giving("F", None), "F is missing"),
-    "forgets G": (giving("G", None), "G is missing"),
     "gives nothing": (giving("F", []), r"F has shape \(0,\) instead of \(2,\)"),
     "gives three objectives": (giving("F", [1, 2, 3]), r"F has shape \(3,\) instead of \(2,\)"),
     "gives text": (giving("F", ["low", "high"]), NO_NUMBERS),
-    "gives lists of two lengths": (giving("F", [[1], [2, 3]]), NO_NUMBERS),
-    "gives a set": (giving("F", {1.0, 2.0}), NO_NUMBERS),
-    "gives times": (giving("F", np.array(["2020", "2021"], "M8[s]")), NO_NUMBERS),
     "gives a sparse matrix": (giving("F", sparse.eye(2)), NO_NUMBERS),
     "gives complex values": (giving("F", [1 + 2j, 1.0]), "F is not .* complex128"),
     "gives masked values": (giving("F", np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
     "gives too large a number": (giving("F", [10**400, 1]), NO_NUMBERS),
     "gives NaN for a constraint": (giving("G", np.nan), r"G is \[nan\]"),
-    "gives two constraints": (giving("G", [-1, -1]), r"G has shape \(2,\) instead of \(1,\)"),
     "gives an equality too many": (giving("H", [0.0]), r"H has shape \(1,\) instead of \(0,\)"),
     "changes its design": (changes_its_design, None),
     "reuses an array": (reuses_an_array, None),
@@ -112,8 +101,6 @@ FOR_ONE = {
     "gives more, of many lengths": (gives_more, None),
     "claims a failure": (giving("failure", "I think not"), None),
     "gives a column": (giving("F", np.array([[2.0], [8.0]])), None),
-    "gives fractions": (giving("F", [Fraction(2), Decimal(8)]), None),
-    "gives integers": (giving("F", np.array([2, 8], dtype=np.uint8)), None),
     "gives a series": (giving("F", pd.Series([2.0, 8.0], index=["a", "b"])), None),
     "is infeasible and infinite": (
         at_culprit(lambda x, out: out.update(F=[np.inf, 1.0], G=1.0)),
@@ -174,20 +161,10 @@ def reuses_arrays(self, X, out, culprit):
 
 FOR_ALL = {
     "raises": (raises_for_all(FloatingPointError("underflow")), "FloatingPointError: underflow"),
-    "panics": (raises_for_all(Panic("overflow")), "Panic: overflow"),
     "gives NaN": (replacing("F", cell(np.nan)), r"F is \[2.0, nan\]"),
-    "gives infinity": (replacing("F", cell(np.inf)), r"F is \[2.0, inf\] though .* feasible"),
     "gives objects": (replacing("F", cell("high", object)), "F is not an array .*'high'"),
     "gives masked values": (replacing("F", mask), r"F is \[nan, 8.0\]"),
-    "gives columns, one masked": (
-        replacing("F", lambda F, culprit: [*mask(F, culprit).T]),
-        r"F is \[nan, 8.0\]",
-    ),
     "gives NaN for a constraint": (replacing("G", cell(np.nan)), r"G is \[nan\]"),
-    "leaves out the failed": (
-        replacing("F", lambda F, culprit: np.delete(F, culprit, axis=0)),
-        r"F has shape \(0, 2\) .*",
-    ),
     "gives complex values": (
         replacing("F", cell(1j, complex)),
         ("F is not an array of numbers: it holds complex128",),
@@ -196,21 +173,11 @@ FOR_ALL = {
         replacing("F", lambda F, culprit: F.T),
         (r"F has shape \(2, 1\) instead of \(1, 2\)",),
     ),
-    "gives one long vector": (
-        replacing("F", lambda F, culprit: F.ravel()),
-        (r"F has shape \(2,\) instead of \(1, 2\)",),
-    ),
     "forgets F": (replacing("F", lambda F, culprit: None), ("F is missing",)),
-    "gives a constraint in a row": (
-        replacing("G", lambda G, culprit: np.vstack([G.T, G.T])),
-        (r"G has shape \(2, 1\) instead of \(1, 1\)",),
-    ),
     "changes its designs": (together(changes_its_designs), None),
     "reuses arrays": (together(reuses_arrays), None),
     "gives columns": (replacing("F", lambda F, culprit: [*F.T]), None),
-    "gives a frame": (replacing("F", lambda F, culprit: pd.DataFrame(F)), None),
     "gives the constraint as a vector": (replacing("G", lambda G, culprit: G[:, 0]), None),
-    "gives objects of numbers": (replacing("F", cell(Fraction(8), object)), None),
     "gives one note for all": (
         together(lambda self, X, out, culprit: out.update(note="calm", table=np.ones((3, 5)))),
         None,
@@ -322,21 +289,6 @@ def test_designs_by_name_are_copies_too():
     assert all(set(x) == {"a", "b"} for x in result.pop.get("X"))
     table = minimize(Mixed(), PSI(8)).algorithm.table
     np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
-
-
-def test_designs_by_name_are_copies_also_for_a_vectorised_model():
-    class Mixed(Problem):
-        def __init__(self):
-            super().__init__(vars={"a": Real(bounds=(0, 1))}, n_obj=1)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([x.pop("a") for x in X])
-
-    result = minimize(Mixed(), PSI(8))
-    table = result.algorithm.table
-    np.testing.assert_array_equal(table.X.astype(float), table.F)
-    assert [x["a"] for x in result.pop.get("X")] == table.F[:, 0].tolist()
-    assert FailureTolerant(Mixed()).evaluate([{"a": 0.5}])[0].tolist() == [[0.5]]
 
 
 def test_problems_that_transform_designs_are_not_bypassed():

@@ -24,7 +24,6 @@ from pymoo_psi import (
     TestTable,
     VectorizedSphereChute,
     investigate,
-    lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
 
@@ -100,13 +99,6 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, box):
             assert max(column) <= (np.inf if kept[1] is None else kept[1])
         else:
             assert set(column) == set(kept if isinstance(kept, list) else [kept])
-
-
-def test_a_fixed_variable_takes_no_dimension_of_the_points():
-    whole = get_problem("zdt1", n_var=5)
-    table = investigate(Restricted(whole, {"x1": 0.25, "x4": 0.5}), 64)
-    np.testing.assert_array_equal(table.X[:, [1, 2, 4]], lp_tau(64, 3))
-    np.testing.assert_array_equal(table.X[:, [0, 3]], np.tile([0.25, 0.5], (64, 1)))
 
 
 def test_every_way_of_testing_gives_one_table(tmp_path):

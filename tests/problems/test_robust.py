@@ -189,15 +189,6 @@ def test_names_of_the_problem_are_kept_but_those_of_its_constraints():
     assert robust.name() == "robust Linear"
 
 
-def test_tolerances_go_by_the_names_that_the_user_sees():
-    problem = VectorizedSphereChute(0.4)
-    plain = Robust(problem, tolerances={"x2": 0.1, "x1": 0.02}, relative=["x1"])
-    problem.names = {"x1": "x2", "x2": "speed"}
-    named = Robust(problem, tolerances={"speed": 0.1, "x2": 0.02}, relative=["x2"])
-    X = np.array([[0.3, 1.0]])
-    np.testing.assert_array_equal(named.evaluate(X)[0], plain.evaluate(X)[0])
-
-
 CHUTE = SphereChute()
 
 
