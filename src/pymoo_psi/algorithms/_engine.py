@@ -138,9 +138,10 @@ class Engine:
         self.store = Store(options, self.table, (first, last))
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self.problem)
+        workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
-            self._ahead = _FAR if whole else _NEAR * active_workers(runner.n_jobs).count
+            self._ahead = _FAR if whole else _NEAR * workers
         self._repeats = _Repeats() if self.space.finite and (elementwise or n_jobs == 1) else None
         if self._repeats is not None:
             self._repeats.learn(self.store.known_designs())
@@ -148,8 +149,9 @@ class Engine:
         self._n_jobs = n_jobs if count > 1 else 1
         # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
         self._largest = self._size = options.block_size or (64 if elementwise else 65_536)
-        if self.store.study is not None:  # small at first, and then as many as take a second
-            self._size = min(_NEAR if elementwise else _LEAST, self._largest)
+        self._least = min(workers if elementwise else _LEAST, self._largest)
+        if self.store.study is not None:  # few at first, and then as many as take a second
+            self._size = self._least
         if count > 1:
             self._size = min(self._size, max(_LEAST, -(-len(self.points) // (_PIECES * count))))
         self._opened = self._end = 0  # rows of points below were looked at; are asked for
@@ -160,14 +162,8 @@ class Engine:
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies begin at the next block; what is being evaluated stays here."""
-        here: dict[str, Any] = {
-            "_under_way": {},
-            "_ready": [],
-            "_hand": [],
-            "_steps": None,
-            "_lock": None,
-        }
-        return {**self.__dict__, **here}
+        gone: dict[str, Any] = {"_under_way": {}, "_ready": [], "_hand": [], "_lock": None}
+        return {**self.__dict__, **gone, "_steps": None}
 
     def tests(self) -> Generator[Block]:
         """Test all points; blocks come in any order, those of the study too.
@@ -318,7 +314,7 @@ class Engine:
                 if self.store.study is not None:
                     # The first designs load libraries and say little: at most 100 times as many.
                     fitting = min(SECONDS / max(seconds, 1e-9), 100 * n)
-                    self._size = max(_NEAR, min(self._largest, int(fitting)))
+                    self._size = max(self._least, min(self._largest, int(fitting)))
                 yield
 
     def _pieces(self) -> Iterator[Points]:
