@@ -10,9 +10,10 @@ whose run times are exponential with mean 0.2 s, asleep, so that two cores will 
 ``investigate`` with a study, by all kinds of workers, beside a plain loop that gives a free worker
 of ``concurrent.futures`` the next design and stores nothing. All workers have started and loaded
 the model before; what that takes is told apart. The last designs end one after the other, so that
-no way of running reaches 1: ``bound`` is what these run times allow without any overhead.
+no way of running reaches 1: ``bound`` is what these run times allow without any overhead. Then the
+same where short and long designs come in runs, so that the last ones say nothing of the next.
 
-    python -m benchmarks.running efficiency     this part alone
+    python -m benchmarks.running efficiency     these parts alone
 
 Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes as many steps as took 10 ms
 at the start; ``waiting`` sleeps for 10 ms, like a model that waits for another machine.
@@ -126,35 +127,42 @@ WORKERS, DESIGNS, MEAN = 16, 320, 0.2
 class Uneven(ElementwiseProblem):
     """Two objectives after a sleep, exponential with mean ``MEAN``, the same for a design."""
 
-    def __init__(self, **kwargs: Any) -> None:
+    def __init__(self, seconds: Callable[[Any], float], **kwargs: Any) -> None:
         super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
+        self.seconds = seconds
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        time.sleep(seconds_of(x))
+        time.sleep(self.seconds(x))
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
 
-def seconds_of(x: Any) -> float:
+def in_any_order(x: Any) -> float:
     seed = [int(value * 2**52) for value in x]
     return float(np.random.default_rng(seed).exponential(MEAN))
 
 
-def values_of(x: Any) -> list[float]:
+def in_runs(x: Any) -> float:
+    return float(-MEAN * np.log1p(-((x[0] * 977 + x[1] * 31) % 1)))
+
+
+def values_of(x: Any, seconds: Callable[[Any], float]) -> list[float]:
     out: dict[str, Any] = {}
-    Uneven()._evaluate(x, out)
+    Uneven(seconds)._evaluate(x, out)
     return list(out["F"])
 
 
-def as_completed_loop(executor: Executor, X: Any) -> Any:
+def as_completed_loop(executor: Executor, X: Any, seconds: Callable[[Any], float]) -> Any:
     """Give a worker that is free the next design; nothing is stored."""
     F, rows = np.zeros((len(X), 2)), iter(range(len(X)))
-    under_way = {executor.submit(values_of, X[i]): i for i in itertools.islice(rows, WORKERS)}
+    under_way = {
+        executor.submit(values_of, X[i], seconds): i for i in itertools.islice(rows, WORKERS)
+    }
     while under_way:
         done, _ = wait(under_way, return_when=FIRST_COMPLETED)
         for future in done:
             F[under_way.pop(future)] = future.result()
         for i in itertools.islice(rows, len(done)):
-            under_way[executor.submit(values_of, X[i])] = i
+            under_way[executor.submit(values_of, X[i], seconds)] = i
     return F
 
 
@@ -166,11 +174,12 @@ def bound(times: list[float]) -> float:
     return sum(times) / WORKERS / max(free)
 
 
-def efficiency() -> None:
+def efficiency(seconds: Callable[[Any], float]) -> None:
     X = lp_tau(DESIGNS, 2)
     expected = np.column_stack([X[:, 0] + X[:, 1] ** 2, 1 - X[:, 0] * X[:, 1]])
-    times = [seconds_of(x) for x in X]
-    print(f"\n{WORKERS} workers, {DESIGNS} designs of {sum(times) / DESIGNS:.3f} s in the mean,")
+    times = [seconds(x) for x in X]
+    print(f"\n{WORKERS} workers, {DESIGNS} designs {seconds.__name__.replace('_', ' ')}, of")
+    print(f"{sum(times) / DESIGNS:.3f} s in the mean,")
     print(f"the longest {max(times):.2f} s; all give the values of the plain loop")
     print(f"  bound of these run times: {bound(times):.3f}")
 
@@ -189,7 +198,7 @@ def efficiency() -> None:
         print(f"  {name:38} {shares}   (first use {started:.1f} s)", flush=True)
 
     def ours(name: str, **options: Any) -> None:
-        problem = Uneven(elementwise_runner=JoblibRunner(WORKERS, **options))
+        problem = Uneven(seconds, elementwise_runner=JoblibRunner(WORKERS, **options))
         with TemporaryDirectory() as folder:
             studies = (f"{folder}/{k}.db" for k in itertools.count())
             measure(
@@ -206,8 +215,8 @@ def efficiency() -> None:
     with ProcessPoolExecutor(WORKERS) as executor:
         measure(
             "plain as-completed loop, no study",
-            lambda: as_completed_loop(executor, X[:WORKERS]),
-            lambda: as_completed_loop(executor, X),
+            lambda: as_completed_loop(executor, X[:WORKERS], seconds),
+            lambda: as_completed_loop(executor, X, seconds),
         )
     ours("our workers", in_process=False)
     ours("our workers, timeout", timeout=60.0)
@@ -227,8 +236,8 @@ def efficiency() -> None:
             executor = client.get_executor(pure=False)
             measure(
                 "Dask's executor, plain loop, no study",
-                lambda: as_completed_loop(executor, X[:WORKERS]),
-                lambda: as_completed_loop(executor, X),
+                lambda: as_completed_loop(executor, X[:WORKERS], seconds),
+                lambda: as_completed_loop(executor, X, seconds),
             )
             ours("Dask cluster")
 
@@ -243,7 +252,8 @@ def main() -> int:
         compare("cheap", designs=100, generations=100)
         compare("waiting", designs=100, generations=2)
         compare("busy", designs=100, generations=2)
-    efficiency()
+    for seconds in (in_any_order, in_runs):
+        efficiency(seconds)
     return 0
 
 
