@@ -53,23 +53,6 @@ class Received(str):
     """A ready description of what was received, to be shown without quotation marks."""
 
 
-class Remark(str):
-    """What to tell, and behind it a hint to options that may change it.
-
-    Attributes:
-        fact: What a document says, whose readers have no options.
-    """
-
-    fact: str
-
-    def __new__(cls, fact: str, hint: str = "") -> Remark:
-        """Return both as one text."""
-        # Copies and pickles call it with the whole text, and set the fact behind it.
-        remark = super().__new__(cls, fact + hint)
-        remark.fact = fact
-        return remark
-
-
 def integer(name: str, value: object, *, minimum: int) -> int:
     """Return ``value`` as an ``int``; it must be a whole number not below ``minimum``."""
     # bool is a subclass of int, but a True among counts is a mistake. numbers.Integral, not int:

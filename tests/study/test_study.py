@@ -144,22 +144,6 @@ def test_more_columns_than_sqlite_has_are_refused(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-def test_part_of_the_tests_is_had(study):
-    study.append(rows(block(1, 9), [6, 7, 8, 0, 1, 2]))
-    assert bits(study.columns(2, 6)) == bits(rows(block(1, 9), [1, 2, 6]))
-    for first, count in ((4, 3), (1, 0), (2**70, 2**70)):
-        assert len(study.columns(first, count)["test_point"]) == 0
-
-
-@pytest.mark.parametrize(
-    ("name", "cells"), [("n", [1.5]), ("n", ["1"]), ("f1", [1j]), ("hollow", [0.5])]
-)
-def test_values_of_another_kind_are_refused_not_changed(study, name, cells):
-    with pytest.raises(TypeError):
-        study.append(block(1, 1) | {name: np.asarray(cells)})
-    assert len(read_study(study.path)[1]["x"]) == 0
-
-
 # Anyone can open it
 
 
