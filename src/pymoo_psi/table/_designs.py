@@ -49,7 +49,7 @@ def design_matrix(
     if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
         raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = value if isinstance(value, np.ndarray) else list(value)
-    if isinstance(rows, list) and any(isinstance(row, Mapping) for row in rows):
+    if isinstance(rows, list) and rows and isinstance(rows[0], Mapping):
         rows = _from_mappings(name, rows, variables)
     try:
         array = np.asarray(rows)
@@ -216,7 +216,7 @@ def _from_mappings(name: str, rows: Any, variables: Sequence[str] | None) -> NDA
     names = list(rows[0]) if variables is None else list(variables)
     for row in rows:
         if not isinstance(row, Mapping) or {*row} != {*names}:
-            raise invalid(name, f"mappings of the variables {', '.join(names)}", row)
+            raise invalid(name, f"mappings of the variables {', '.join(map(str, names))}", row)
     return np.array([[row[variable] for variable in names] for row in rows], dtype=object)
 
 

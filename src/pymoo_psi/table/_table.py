@@ -681,6 +681,8 @@ class TestTable(Shown):
             chosen = chosen.astype(np.intp)
         if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
             raise wrong_type("selection", "a mask or indices", Received(f"dtype {chosen.dtype}"))
+        if chosen.dtype == bool and len(chosen) == len(self) and chosen.all():
+            return self
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
@@ -1274,7 +1276,9 @@ def _same_rows(a: TestTable, b: TestTable) -> Mask:
             cells = zip(x.ravel().tolist(), y.ravel().tolist(), strict=True)
             equal = np.array([type(u) is type(v) and u == v for u, v in cells], dtype=bool)
         else:
-            equal = ((x == y) | ((x != x) & (y != y))).ravel()
+            equal = (x == y).ravel()
+            if x.dtype.kind == "f":
+                equal |= np.isnan(x.ravel()) & np.isnan(y.ravel())
         if x.size:
             same &= equal.reshape(len(a), -1).all(axis=1)
     return same
