@@ -7,9 +7,7 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.repair import Repair
 from pymoo.core.variable import Choice, Integer, Real
-from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 from pymoo.termination import get_termination
@@ -18,7 +16,6 @@ from pymoo.util.ref_dirs import get_reference_directions
 from pymoo_psi import (
     PSI,
     PsiError,
-    SurrogatePSI,
     VectorizedSphereChute,
     compare,
     investigate,
@@ -67,22 +64,6 @@ def test_psi_is_what_investigate_finds_and_nsga3_what_nsga3_finds():
     table = investigate(problem, 200)
     assert np.array_equal(psi.returned, table.F[table.pareto()])
     assert np.array_equal(evolved.returned, nsga3(problem, n_evaluations=200, seed=5).F)
-
-
-def test_operators_of_an_algorithm_may_ask_the_problem():
-    class Stepped(Counted):
-        step = 0.25
-
-    class OnSteps(Repair):
-        def _do(self, problem, X, **kwargs):
-            return np.round(X / problem.step) * problem.step
-
-    result = compare(
-        Stepped(), n_evaluations=np.int64(40), seeds=np.int64(1), polish=False,
-        algorithms={"stepped": lambda n: NSGA2(pop_size=10, repair=OnSteps())},
-    )  # fmt: skip
-    X = result.runs[0].X
-    assert np.array_equal(X, np.round(X * 4) / 4)
 
 
 def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
@@ -199,24 +180,6 @@ def test_a_known_front_joins_the_reference_and_no_optimum_is_nearer_than_the_con
     np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-5)
 
 
-def test_a_model_with_noise_is_compared_without_polishing():
-    """The best design is infeasible when it is evaluated once more."""
-
-    class Noisy(Problem):
-        def __init__(self):
-            super().__init__(n_var=1, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
-            self.calls = 0
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            self.calls += len(X)
-            out["F"] = np.column_stack([X[:, 0], 1 - X[:, 0]])
-            out["G"] = np.full((len(X), 1), float(self.calls > 16))
-
-    result = compare(Noisy(), n_evaluations=16, algorithms=["psi"])
-    assert result.reference.optimum_evaluations == 0
-    assert result.reference.optimum.sum() == 1
-
-
 def test_of_what_is_returned_only_the_feasible_counts():
     """RVEA keeps a design for each direction, feasible or not."""
     directions = get_reference_directions("das-dennis", 2, n_partitions=19)
@@ -229,14 +192,6 @@ def test_of_what_is_returned_only_the_feasible_counts():
     seen = {tuple(f) for f in run.F.tolist()}
     assert {tuple(f) for f in run.returned.tolist()} <= seen
     assert result.to_frame()["n_nondominated"].item() == len(run.returned)
-
-
-def test_surrogates_are_compared_as_they_run_alone():
-    result = compare(get_problem("bnh"), n_evaluations=36, seeds=2, algorithms=["surrogate"])
-    assert len(result.runs) == 2
-    for run in result.runs:
-        alone = minimize(get_problem("bnh"), SurrogatePSI(36), seed=run.task.seed)
-        np.testing.assert_array_equal(np.sort(run.F, axis=0), np.sort(alone.F, axis=0))
 
 
 def test_designs_that_a_model_changes_are_kept_as_they_were():

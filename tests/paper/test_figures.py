@@ -5,12 +5,7 @@ import pytest
 
 from pymoo_psi import VectorizedSphereChute, lp_tau, rank_of_efficiency
 from pymoo_psi.chute import ChuteParameters, criteria, motion
-from pymoo_psi.paper import criterion_surfaces, salukvadze_functions, solve_case
-
-
-@pytest.fixture(scope="module")
-def case():
-    return solve_case(0.4, "rolling", 512)
+from pymoo_psi.paper import criterion_surfaces, salukvadze_functions
 
 
 @pytest.mark.parametrize("model", ["full", "rolling"])
@@ -47,13 +42,6 @@ def test_salukvadze_functions_are_those_of_the_ranking(model, n, speeds):
         np.testing.assert_allclose(functions.exit_speed[k], moved.exit_speed[best[0]], rtol=1e-12)
 
 
-def test_salukvadze_functions_pass_through_the_case(case):
-    functions = salukvadze_functions(0.4, "rolling", 512, [0.3193])
-    best = case.ranking.salukvadze
-    assert functions.test_point.tolist() == case.test_point[best].tolist()
-    np.testing.assert_allclose(functions.F, case.F[best], rtol=1e-14)
-
-
 def test_refined_functions_are_nearer_to_the_ideal_and_smooth():
     speeds = np.linspace(0.2, 0.4, 9)
     stairs = salukvadze_functions(0.4, "rolling", 256, speeds)
@@ -63,10 +51,3 @@ def test_refined_functions_are_nearer_to_the_ideal_and_smooth():
     assert len(np.unique(u1[0])) < 9  # a test point stays the nearest for several speeds
     assert (np.diff(u1[1]) < 0).all()
     assert np.abs(np.diff(u1[1], 2)).max() < np.abs(np.diff(u1[0], 2)).max() / 5
-
-
-def test_one_point_is_enough_at_any_speed():
-    """The first test point is the level chute, which the sphere always leaves."""
-    functions = salukvadze_functions(0.4, "full", 1, [1e-6, 1.0])
-    assert functions.test_point.tolist() == [1, 1]
-    assert np.isfinite(functions.F).all()

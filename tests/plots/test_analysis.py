@@ -1,12 +1,21 @@
-"""Pictures of what tables tell: sensitivities, rules of feasibility, convergence."""
+"""Figures of sensitivities, feasibility, convergence, predictions and robustness."""
+
+import dataclasses
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities
+from pymoo_psi.plots import (
+    plot_convergence,
+    plot_feasibility,
+    plot_predictions,
+    plot_robustness,
+    plot_sensitivities,
+)
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
-from tests.plots.drawn import assert_whole, shown
+from tests.plots.drawn import assert_whole, shown, texts
 
 
 def test_bars_are_the_indices_and_lines_their_bands(osy):
@@ -24,20 +33,6 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
         ends = np.array([segment[:, 0] for segment in bands.get_segments()])
         np.testing.assert_allclose(ends, part[["lower", "upper"]].clip(0, 1))
     assert_whole(figure)
-
-
-def test_of_many_variables_the_largest_are_shown_and_the_rest_told(osy):
-    found = sensitivities(osy, ["f1", "g5"], n_resamples=5)
-    figure = plot_sensitivities(found, top=3)
-    kept = [text.get_text() for text in figure.axes[0].get_yticklabels()]
-    assert kept == ["x1", "x3", "x4"]
-    assert "3 variables with smaller ones left out" in figure.get_suptitle()
-
-
-def test_a_column_that_does_not_change_is_told(osy):
-    found = sensitivities(osy, ["f1", "g5"], n_resamples=5)
-    found.loc["g5"] = np.nan  # as of a constant column
-    assert [ax.get_title() for ax in shown(plot_sensitivities(found))] == ["f1", "g5: constant"]
 
 
 def box_of(ax):
@@ -65,7 +60,6 @@ def test_the_best_rule_is_drawn_round_the_feasible(osy):
 
 
 def test_options_and_whole_numbers_have_places(mixed):
-    limits = {"f1": 5.0}
     whole = TestTable.of(
         mixed.numbers,
         mixed.X,
@@ -87,14 +81,6 @@ def test_options_and_whole_numbers_have_places(mixed):
     assert [text.get_text() for text in ax.get_xticklabels()] == ["brass", "steel", "tin"]
     (box,) = box_of(ax)
     assert (box.get_x(), box.get_width()) == (1.5, 1.0)
-    metal = np.array([name != "steel" for name in mixed.column("metal").tolist()])
-    G = np.where(metal, -1.0, 1.0)[:, None]
-    table = TestTable.of(mixed.numbers, mixed.X, mixed.F, G, layout=mixed.layout)
-    (ax,) = plot_feasibility(table).axes
-    # of brass, steel and tin the first and the last: a box each
-    places = sorted((box.get_x(), box.get_width()) for box in ax.patches)
-    assert places == [(-0.5, 1.0), (1.5, 1.0)]
-    (ax,) = plot_feasibility(mixed, limits).axes
     assert_whole(ax.figure)
 
 
@@ -110,11 +96,88 @@ def test_curves_are_the_columns_of_the_convergence(chute):
     assert_whole(figure)
 
 
-def test_what_cannot_be_drawn_is_told(osy):
-    with pytest.raises(PsiError, match=r"sensitivities must be what sensitivities\(table\) gives"):
-        plot_sensitivities(osy)
-    with pytest.raises(PsiError, match="convergence must be a Convergence, got TestTable"):
-        plot_convergence(osy)
-    one = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0], [2.0]])
-    with pytest.raises(PsiError, match="two variables or more, got 1"):
-        plot_feasibility(one)
+@pytest.fixture
+def frame():
+    random = np.random.default_rng(0)
+    columns = {"test_point": np.arange(21, 41), "round": np.repeat([1, 2], 10)}
+    columns["surrogate"] = ["gaussian process"] * 10 + ["radial functions"] * 9 + [""]
+    columns["status"] = ["ok"] * 19 + ["failed"]
+    for name in ("f1", "f$2", "g1", "a very long name of a criterion that goes on and on"):
+        columns[name] = random.normal(size=20)
+        columns[f"{name}_predicted"] = columns[name] + 0.1
+        columns[f"{name}_deviation"] = 0.1
+    return pd.DataFrame(columns)
+
+
+def test_every_proposal_is_where_it_was_expected_and_found(frame):
+    figure = plot_predictions(frame, title="Beams")
+    panels = shown(figure)
+    assert [ax.get_title() for ax in panels[:2]] == ["f1", r"f\$2"]
+    assert len(panels) == 4
+    drawn = np.vstack([dots.get_offsets() for dots in panels[0].collections])
+    np.testing.assert_array_equal(drawn, frame[["f1_predicted", "f1"]][:19])
+    assert texts(figure) == ["gaussian process", "radial functions"]
+    assert figure.get_suptitle() == "Beams\n19 proposals in 2 rounds, the later the darker"
+    assert_whole(figure, draw=True)
+
+
+def test_values_that_no_axis_holds_are_left_out(frame):
+    frame.loc[2:4, "f1"] = [np.nan, np.inf, -1.7e308]
+    frame["f$2"], frame["g1_predicted"] = np.nan, 1.7e308
+    figure = plot_predictions(frame)
+    dots = np.vstack([dots.get_offsets() for dots in shown(figure)[0].collections])
+    assert np.isfinite(dots).all(axis=1).sum() == 16
+    assert_whole(figure, draw=True)
+
+
+def test_without_predictions_there_is_nothing_to_draw(frame):
+    for wrong in (frame[:0], frame[["round"]], frame[19:]):
+        with pytest.raises(PsiError, match="predictions must be of at least one tested proposal"):
+            plot_predictions(wrong)
+    with pytest.raises(PsiError, match="predictions must be a DataFrame"):
+        plot_predictions(None)
+
+
+def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
+    labels = [f"no. {i}" for i in range(40)]
+    figure = plot_robustness(result, top=4, labels=labels, title="Forty chutes")
+    best = result.order[:4]
+    shares, regret = figure.axes
+    for ax in (shares, regret):
+        assert [text.get_text() for text in ax.get_yticklabels()] == [labels[i] for i in best]
+        assert ax.get_ylim()[0] > ax.get_ylim()[1]
+    assert "32 scenarios (%)" in shares.get_xlabel()
+    widths = {bars.get_label(): [bar.get_width() for bar in bars] for bars in shares.containers}
+    np.testing.assert_allclose(widths["Salukvadze optimum"], 100 * result.optimum_share[best])
+    np.testing.assert_allclose(widths["rank 5 or 6"], 100 * result.efficient_share[best])
+    np.testing.assert_allclose(widths["infeasible"], 100 * result.infeasible_share[best])
+    drawn = {line.get_label(): line.get_xdata() for line in regret.lines}
+    np.testing.assert_array_equal(drawn["mean"], result.mean_regret[best])
+    np.testing.assert_array_equal(drawn["worst scenario"], result.worst_regret[best])
+    title = figure.get_suptitle()
+    assert title.startswith("Forty chutes\nuncertain: mu from 0.3")
+    assert ", c from 0.2" in title
+    assert_whole(figure, draw=True)
+
+
+def test_designs_that_are_never_feasible_have_no_regret_to_draw(result):
+    nan, one = np.full(40, np.nan), np.ones(40)
+    none = dataclasses.replace(
+        result, optimum_share=0 * one, efficient_share=0 * one, infeasible_share=one,
+        mean_regret=nan, worst_regret=nan,
+    )  # fmt: skip
+    assert_whole(plot_robustness(none, top=3))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"labels": ["a"]}, "labels must be 40 names, got 1"),
+        ({"top": 0}, "top must be an integer >= 1"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(result, options, message):
+    with pytest.raises(PsiError, match=message):
+        plot_robustness(result, **options)
+    with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
+        plot_robustness(result.to_frame())

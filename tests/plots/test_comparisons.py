@@ -221,12 +221,6 @@ def test_a_budget_is_chosen_and_a_missing_one_named(bnh, page):
 
 
 @pytest.mark.parametrize("page", FIGURES)
-def test_something_else_than_a_comparison_is_refused(page):
-    with pytest.raises(PsiError, match="comparison must be a Comparison, got list; compare"):
-        page([])
-
-
-@pytest.mark.parametrize("page", FIGURES)
 def test_where_nothing_was_found_the_pages_say_so(barren, page):
     """The names of the algorithms are odd, and stand as they are."""
     figure = page(barren)

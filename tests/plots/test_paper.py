@@ -35,24 +35,6 @@ def test_a_page_is_whole_and_names_the_model(figures, number):
     assert_whole(figure, draw=number > 6)
 
 
-def test_each_surface_has_its_axes_named(figures):
-    axes = figures[2].axes[:4]
-    assert len({(ax.elev, ax.azim) for ax in axes}) == 1
-    titles = [ax.get_title().split(":") for ax in axes]
-    assert [title[0] for title in titles[::2]] == [r"(a) $\mu$ = 0.2", r"(b) $\mu$ = 0.6"]
-    bars = [bar.get_ylabel() for bar in figures[2].axes[4:]]
-    assert bars == [title[1].strip() for title in titles] == ["$f_1$, time", bars[1]] * 2
-
-
-@pytest.mark.parametrize("number", [3, 5, 6])
-def test_every_pair_of_three_coordinates_is_drawn_twice(figures, number):
-    axes = figures[number].axes
-    pairs = [(ax.get_xlabel(), ax.get_ylabel()) for ax in axes]
-    assert len(axes) == 6
-    assert pairs[:3] == pairs[3:]
-    assert len({frozenset(pair) for pair in pairs}) == 3
-
-
 def test_points_are_drawn_by_rank_the_optimum_on_top(case, figures):
     whole, detail = figures[4].axes
     drawn = np.concatenate([line.get_xydata() for line in whole.lines])
@@ -140,18 +122,6 @@ def test_the_plot_points_shows_what_is_missing_and_what_doubling_brought(case):
     assert_whole(figure)
     with pytest.raises(PsiError, match="of 8 tests or more, got 4 tests"):
         plot_points(Reproduction(4, (solve_case(0.4, "rolling", 4),)))
-
-
-def test_every_coefficient_has_a_curve_of_its_own_look_on_the_plot_points():
-    mu = [0.2, 0.3, 0.4, 0.5, 0.6]
-    figure = plot_points(reproduce(16, mu=mu, models=["rolling"]))
-    names = [rf"$\mu$ = {value:g}" for value in mu]
-    assert texts(figure) == names
-    for ax in figure.axes:
-        curves = ax.lines
-        looks = {(curve.get_color(), curve.get_marker(), curve.get_linestyle()) for curve in curves}
-        assert len(curves) == len(looks) == len(mu)
-    assert_whole(figure)
 
 
 def test_the_plot_points_is_drawn_where_there_is_nothing_to_compare_with():

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
 
-from pymoo_psi import PsiError, rank_of_efficiency
+from pymoo_psi import rank_of_efficiency
 from pymoo_psi.plots import plot_ranking
 from tests.plots.drawn import assert_whole, shown, texts
 
@@ -70,18 +70,8 @@ def test_any_number_of_criteria_has_a_whole_page(m):
     assert_whole(figure)
 
 
-@pytest.mark.parametrize("F", [[[1.0, 2.0]], [[1.0, 2.0], [1.0, 2.0]], [[1, 5, 3], [2, 4, 3]]])
-def test_one_design_equal_ones_and_a_criterion_that_all_agree_in(F):
-    assert_whole(plot_ranking(rank_of_efficiency(F)))
-
-
 def test_values_that_no_axis_holds_are_in_the_parallel_coordinates_only():
     figure = plot_ranking(rank_of_efficiency([[1, 8e307], [2, 4e307], [3, 1.0]]))
     assert shown(figure)[0].get_xlim() == pytest.approx((0.9, 3.1))
     assert shown(figure)[0].get_ylim() == pytest.approx((0.95, 1.05))
     assert_whole(figure, draw=True)
-
-
-def test_what_is_no_ranking_is_refused():
-    with pytest.raises(PsiError, match="ranking must be an EfficiencyRanking, got list"):
-        plot_ranking([[1, 2]])

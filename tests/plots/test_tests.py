@@ -60,14 +60,6 @@ def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
     assert "outside" not in plot_objectives(osy, margin=np.inf).get_suptitle()
 
 
-def test_failed_designs_are_counted_and_not_drawn():
-    X, F = [[0.1], [0.5], [0.9]], [[1, 2], [2, 1], [np.nan, np.inf]]
-    table = TestTable.of([1, 2, 3], X, F, reasons={3: "no mesh"})
-    figure = plot_objectives(table)
-    assert sum(map(len, points(shown(figure)[0]).values())) == 2
-    assert figure.get_suptitle() == "3 designs tested, 1 failed"
-
-
 def test_limits_are_shaded_and_those_far_away_named_in_the_legend(chute):
     figure = plot_objectives(chute, {"f1": 2.2, "f4": (None, 60)}, objectives=["f1", "f4"])
     (ax,) = shown(figure)
