@@ -102,7 +102,7 @@ def frame():
     columns = {"test_point": np.arange(21, 41), "round": np.repeat([1, 2], 10)}
     columns["surrogate"] = ["gaussian process"] * 10 + ["radial functions"] * 9 + [""]
     columns["status"] = ["ok"] * 19 + ["failed"]
-    for name in ("f1", "f$2", "g1", "a very long name of a criterion that goes on and on"):
+    for name in ("f1", "f$2", "g1", "a very long name of an objective that goes on and on"):
         columns[name] = random.normal(size=20)
         columns[f"{name}_predicted"] = columns[name] + 0.1
         columns[f"{name}_deviation"] = 0.1

@@ -1,4 +1,4 @@
-"""A ranked set in pairs of criteria and as parallel coordinates."""
+"""A ranked set in pairs of objectives and as parallel coordinates."""
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ from pymoo_psi.plots import plot_ranking
 from tests.plots.drawn import assert_whole, shown, texts
 
 
-def ranked(m, n=60, name="a criterion with a long name, the {}th", **options):
+def ranked(m, n=60, name="an objective with a long name, the {}th", **options):
     F = np.random.default_rng(5).random((n, m)) ** 2 * 10.0 ** np.arange(m)
     frame = pd.DataFrame(F, columns=[name.format(j) for j in range(m)])
     return rank_of_efficiency(frame, **options)
@@ -46,7 +46,7 @@ def test_each_pair_shows_the_front_rank_by_rank_in_the_users_sense(ranking, page
     assert page.get_suptitle().startswith(f"Cranes\n{len(front)} Pareto-optimal designs of 60")
 
 
-def test_a_line_goes_from_the_best_to_the_worst_value_of_each_criterion(ranking, page):
+def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking, page):
     ax = shown(page)[-1]
     lines = [c for c in ax.collections if isinstance(c, LineCollection)]
     drawn = np.array([line[:, 1] for group in lines for line in group.get_segments()])
@@ -64,7 +64,7 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_criterion(ranking,
 
 
 @pytest.mark.parametrize("m", [1, 2, 7, 8, 12])
-def test_any_number_of_criteria_has_a_whole_page(m):
+def test_any_number_of_objectives_has_a_whole_page(m):
     figure = plot_ranking(ranked(m))
     assert len(shown(figure)) == 1 + (m * (m - 1) // 2 if m <= 7 else 0)
     assert_whole(figure)

@@ -245,8 +245,8 @@ def assert_reported(X, F):
 @pytest.mark.parametrize(
     ("X", "F"),
     [
-        ([[0.1]], [[2.0]]),  # one design, one criterion
-        ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one criterion, a tie
+        ([[0.1]], [[2.0]]),  # one design, one objective
+        ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one objective, a tie
         ([[0.1], [0.2]], [[1.0, 2.0], [1.0, 2.0]]),  # equal
         ([[0.1], [0.2], [0.3]], [[1.0, 3.0, 0.0], [2.0, 2.0, 0.0], [3.0, 1.0, 0.0]]),  # constant
     ],
@@ -267,7 +267,7 @@ def test_odd_tables(X, F):
     assert_reported(X, F)
 
 
-def test_many_criteria_and_variables_are_all_told():
+def test_many_objectives_and_variables_are_all_told():
     X = lp_tau(64, 40)
     F = np.abs(X[:, :15] - X[:, 15:30])
     report = decision_report(TestTable.of(range(1, 65), X, F))
@@ -310,7 +310,7 @@ def test_mistakes(arguments, message):
         decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
 
 
-def test_only_a_table_with_tests_and_criteria():
+def test_only_a_table_with_tests_and_objectives():
     with pytest.raises(PsiError, match="table must be"):
         decision_report(np.zeros((3, 2)))
     with pytest.raises(PsiError, match="with tests and objectives"):

@@ -471,9 +471,9 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
         group = none if not p < SIGNIFICANCE else better if effect > 0.5 else worse
         group.append(f"{name} (effect {effect:.2f}, {sure})")
     found = f"{best} has {_NAMES[indicator]} (median {value:.4g})."
-    told = [f"{lead} {listed(names, 'and' if names is better else 'or')}."
+    claims = [f"{lead} {listed(names, 'and' if names is better else 'or')}."
             for lead, names in groups.items() if names]  # fmt: skip
-    return " ".join([found, *told])
+    return " ".join([found, *claims])
 
 
 def report(comparison: Comparison) -> str:

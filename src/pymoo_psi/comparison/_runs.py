@@ -95,7 +95,7 @@ class Run:
 
 
 def _run(problem: Any, task: Task, tests: TestTable, **more: Any) -> Run:
-    """Return a run from all designs that it tested, and what they do not tell."""
+    """Return a run from all designs that it tested, and what only the algorithm knows."""
     best = tests.pareto()
     free = [j for j, variable in enumerate(design_space(problem).variables) if not variable.fixed]
     returned = np.array(more.pop("returned"), dtype=np.float64).reshape(-1, problem.n_obj)

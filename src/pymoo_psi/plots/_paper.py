@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 
 _MU = 0.4  # the paper's for Figures 7 and 8; it names none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)
-_TITLE_PAD = 18.0  # points between axes and title, room for a legend of one row
+_TITLE_PAD = 18.0  # points between axes and title, space for a legend of one row
 _TRANSITION: dict[str, Any] = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
 
 # Of each quantity the symbol, as mathematical text, and what it means.
@@ -271,7 +271,7 @@ def _chute(parameters: ChuteParameters) -> str:
 
 
 def _legend_above(axes: Axes, ncols: int = 3) -> None:
-    """Put a legend between the axes and their title, which has room for a row of ``_TITLE_PAD``."""
+    """Put a legend between the axes and their title, ``_TITLE_PAD`` above them."""
     axes.legend(
         loc="lower left", bbox_to_anchor=(0, 1.0), ncols=ncols, borderpad=0, borderaxespad=0.3,
         columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.45,
@@ -329,7 +329,7 @@ def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> Any:
 def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Figure:
     """Return all points by pairs of coordinates, and the part of the space with the ranked.
 
-    A cloud in space would be seen from one side only; three pairs of coordinates tell it whole.
+    A cloud in space would be seen from one side only; three pairs of coordinates show it whole.
     """
     groups, values = rank_groups(case.ranking), coordinates(case, names)
     pairs = tuple(combinations(range(len(names)), 2))

@@ -455,7 +455,7 @@ def _drives(case: Case) -> Iterator[Part]:
         yield "Where designs are feasible:"
         yield Items(tuple(map(str, rules.rules)))
     else:
-        yield "No condition on few variables tells feasible designs from others."
+        yield "No condition on few variables separates feasible designs from others."
     if rules.importance and len(layout.variables) > 1:
         caption = "The two variables that decide most on feasibility."
         yield Picture(lambda: plot_feasibility(table, case.limits).figure, caption)
