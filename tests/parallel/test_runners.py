@@ -200,48 +200,34 @@ class Locked(Exception):  # noqa: N818 - short for the reasons
         self.lock = threading.Lock()
 
 
-class Particular(Exception):  # noqa: N818
-    def __init__(self, code, *, text):
-        super().__init__(f"{code}: {text}")
-
-
-@pytest.mark.parametrize("in_process", [True, False])
-def test_any_exception_is_recorded(in_process, workers):
-    class Raising(ElementwiseProblem):
-        def __init__(self, **kwargs):
-            super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            raise [Locked("no key"), Particular(7, text="x"), SystemExit("now")][int(x[0])]
-
-    runner = JoblibRunner(1) if in_process else workers
-    problem = FailureTolerant(Raising(elementwise_runner=runner))
-    problem.evaluate(np.arange(3.0)[:, None])
-    assert [failure.reason for failure in problem.failures] == [
-        "Locked: no key",
-        "Particular: 7: x",
-        "SystemExit: now",
-    ]
-
-
-def test_values_that_do_not_travel_are_a_failure(workers):
+def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
     class Hostile:
         def __reduce__(self):
             return int, ("no number",)
 
-    class Unsent(ElementwiseProblem):
+    class Odd(ElementwiseProblem):
         def __init__(self, **kwargs):
             super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
 
         def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] < 2:
+                raise [Locked("no key"), SystemExit("now")][int(x[0])]
             out["F"] = x
-            out["more"] = [1, threading.Lock(), Hostile()][int(x[0])]
+            out["more"] = [threading.Lock(), Hostile(), 1][int(x[0]) - 2]
 
-    problem = FailureTolerant(Unsent(elementwise_runner=workers))
-    problem.evaluate(np.arange(3.0)[:, None])
-    first, second = (failure.reason for failure in problem.failures)
-    assert first.startswith("its values cannot be sent between processes: TypeError: cannot pickle")
-    assert second.startswith("its values cannot be sent between processes: ValueError: invalid")
+    problem = FailureTolerant(Odd(elementwise_runner=workers))
+    problem.evaluate(np.arange(5.0)[:, None])
+    for failure, reason in zip(
+        problem.failures,
+        [
+            "Locked: no key",
+            "SystemExit: now",
+            "its values cannot be sent between processes: TypeError: cannot pickle",
+            "its values cannot be sent between processes: ValueError: invalid",
+        ],
+        strict=True,
+    ):
+        assert failure.reason.startswith(reason)
 
 
 @posix
