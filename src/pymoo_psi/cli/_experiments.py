@@ -190,25 +190,25 @@ def _by_tests(result: Reproduction) -> pd.DataFrame:
 
 def _enough(result: Reproduction) -> list[str]:
     """Say for each model whether more points would change the optimum by more than 1 %."""
-    told = []
+    lines = []
     for model in dict.fromkeys(case.model for case in result.cases):
         pairs = zip(result.cases, result.convergences, strict=True)
         found = [(case, rows) for case, rows in pairs if case.model == model]
         gains = np.array([rows.gains() for _, rows in found])
         if np.isnan(gains).any():
-            told.append(f"{model} model: {result.n_points} points are too few to tell.")
+            lines.append(f"{model} model: {result.n_points} points are too few to tell.")
             continue
         nearer, larger = 100 * gains.max(axis=0)
         left = max(100 * (1 - c.refined.distance / c.refined.start_distance) for c, _ in found)
         moved = max(100 * rows.moved[-1] for _, rows in found)
         answer = "not enough" if max(nearer, larger) > 1 else "enough, to 1 %"
-        told.append(
+        lines.append(
             f"{model} model: {result.n_points} points are {answer}. Twice as many would bring the "
             f"optimum about {nearer:.2g} % nearer to U at most, and {larger:.2g} % hypervolume; "
             f"the last doubling moved it by up to {moved:.2g} % of a criterion's range, and the "
             f"continuous optimum is up to {left:.2g} % nearer."
         )
-    return told
+    return lines
 
 
 def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.DataFrame:
@@ -241,29 +241,16 @@ def _compared(result: Reproduction) -> bool:
 
 
 def _verdict(result: Reproduction) -> str:
-    """Say what of the paper is matched, or why nothing is compared."""
-    if _compared(result):
-        agreement = result.agreement()
-        held = "; ".join(text for text, holds in agreement.items() if holds)
-        missed = "; ".join(text for text, holds in agreement.items() if not holds)
-        return f"Matched under rolling: {held or 'nothing'}." + (
-            f" NOT matched: {missed}." if missed else ""
-        )
-    if not any(case.printed for case in result.cases):
+    """Say what of the paper is matched, or that nothing is compared."""
+    if not _compared(result):
         known = ", ".join(map(str, PAPER_MU))
-        own = result.cases[0].parameters
-        mu = ", ".join(f"{value:g}" for value in dict.fromkeys(case.mu for case in result.cases))
         return (
-            f"Not compared: of such a chute nothing is published; the paper has mu = {known} with "
-            f"c = {_PAPER.c} and r = {_PAPER.r}, this run mu = {mu} with "
-            f"c = {own.c:g} and r = {own.r:g}."
+            f"Not compared: the paper has {PAPER_POINTS} points of the rolling model with "
+            f"mu = {known}, c = {_PAPER.c} and r = {_PAPER.r}."
         )
-    if not result.comparable():
-        return (
-            "Not compared: the paper's tables are of the rolling model and of all its mu; run "
-            "without --mu and --model to compare."
-        )
-    return (
-        f"Not compared: the paper tests {PAPER_POINTS} points, this run {result.n_points}; "
-        f"run with --points {PAPER_POINTS} to compare."
+    agreement = result.agreement()
+    held = "; ".join(text for text, holds in agreement.items() if holds)
+    missed = "; ".join(text for text, holds in agreement.items() if not holds)
+    return f"Matched under rolling: {held or 'nothing'}." + (
+        f" NOT matched: {missed}." if missed else ""
     )

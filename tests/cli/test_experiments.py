@@ -1,0 +1,74 @@
+"""``pymoo-psi reproduce`` and ``compare``: what they write is the library's."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, VectorizedSphereChute, compare, rank_of_efficiency
+from pymoo_psi.cli import _experiments
+
+
+@pytest.fixture(autouse=True)
+def drawn(monkeypatch, coarse):
+    """Which figures would be drawn: drawing is tested with the plots, and takes most of the time."""
+    drawn = []
+    for name in ("save_paper_figures", "save_figures", "save_comparison"):
+        monkeypatch.setattr(_experiments, name, lambda *args, name=name, **more: drawn.append(name))
+    return drawn
+
+
+def test_the_papers_tables_are_written_and_printed(run, drawn, tmp_path):
+    code, printed, err = run("reproduce", "--out", "new/folder", "--points", 64)
+    assert (code, err) == (0, "")
+    assert drawn == ["save_paper_figures"] * 2 + ["save_figures"]
+    assert printed.startswith("Not compared: the paper")
+    assert "rolling model: 64 points are not enough. Twice as many would bring" in printed
+    out = tmp_path / "new" / "folder"
+    names = ["continuous_optima.csv", "convergence.csv", "table_6_1.csv", "table_6_2.csv"]
+    assert sorted(path.name for path in out.glob("*.csv")) == names
+    table = pd.read_csv(out / "table_6_1.csv")
+    assert table.loc[table["model"] == "rolling", "paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
+    assert list(pd.read_csv(out / "table_6_2.csv").columns) == list(table.columns)
+    assert printed.count("  printed  ") >= table["paper_f1"].notna().sum()
+    rows = pd.read_csv(out / "convergence.csv")
+    assert len(rows) == 6 * 4  # three coefficients by two models; 8, 16, 32 and 64 points
+    last = rows[rows["tests"] == 64].merge(table, on=["model", "mu"])
+    assert (last["optimum"] == last["test_point"]).all()
+
+
+@pytest.mark.parametrize("words", [["--mu", "0.3"], ["--mu", "0.4", "--c", "0.5"]])
+def test_another_chute_is_compared_with_nothing(run, tmp_path, words):
+    words = [*words, "--model", "full", "--points", 32]
+    code, printed, _ = run("reproduce", "--out", ".", *words)
+    assert (code, printed.startswith("Not compared: ")) == (0, True)
+    # The columns say mu; the comment what else is not the paper's chute.
+    remark = (tmp_path / "table_6_1.csv").read_text().partition("model,mu")[0].rstrip()
+    assert remark == ("# chute with c = 0.5 and r = 0.1" if "--c" in words else "")
+    table = pd.read_csv(tmp_path / "table_6_1.csv", comment="#")
+    assert table["paper_f1"].notna().sum() == 0
+    c = 0.5 if "--c" in words else 0.3193
+    result = minimize(VectorizedSphereChute(float(words[1]), c=c), PSI(32))
+    best = rank_of_efficiency(result.F, normalize=False).salukvadze
+    np.testing.assert_allclose(table.loc[:0, "f1":"f4"], result.F[best], rtol=1e-12)
+
+
+def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
+    words = ["compare", "bnh", "--evaluations", "16,32", "--seeds", 2, "--out", "tables"]
+    code, printed, err = run(*words, "--algorithms", "psi,nsga3")
+    assert (code, err) == (0, "")
+    result = compare(
+        get_problem("bnh"), n_evaluations=[16, 32], seeds=2, algorithms=["psi", "nsga3"]
+    )
+    kept = ["algorithm", "evaluations", "hypervolume", "igd_plus", "epsilon"]
+    runs = pd.read_csv(tmp_path / "tables" / "runs.csv")
+    expected = result.to_frame()[kept]
+    pd.testing.assert_frame_equal(runs[kept], expected, check_dtype=False, rtol=1e-9)
+    assert "BNH: medians over the runs" in printed
+    for name in ("summary.csv", "tests.csv", "report.md", "reference.npz", "runs"):
+        assert (tmp_path / "tables" / name).exists()
+    assert run(*words, "--algorithms", "psi,nsga3,psi-scrambled")[0] == 0
+    assert len(pd.read_csv(tmp_path / "tables" / "runs.csv")) == len(runs) + 4
+    again = ["--reference", "tables/reference.npz", "--seeds", 1, "--evaluations", 16]
+    assert run("compare", "bnh", "--algorithms", "psi", *again)[0] == 0
