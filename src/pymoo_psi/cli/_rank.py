@@ -310,8 +310,6 @@ def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSel
     method, colon, text = entry.partition(":")
     method = known_name("--prefer", method.strip(), _METHODS)
     if method in ("knee", "tradeoff"):
-        if colon:
-            raise invalid("--prefer", f"just {method}", Received(entry))
         return Knee() if method == "knee" else HighTradeoff(normalize=normalize)
     if method == "order":
         *order, last = names_in([text])
