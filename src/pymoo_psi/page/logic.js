@@ -15,7 +15,7 @@ const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for th
 const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
-const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER] = [0.01, 0.1, 0.01, 10, 2]
+const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
 const PARTS = 64 // of the order of each objective, see `Dominators`
 const MOST_PINS = 5
 const RANKS = [0, 1, 2, 3, 4, 5, 6]
@@ -905,29 +905,37 @@ function cautions(data, ranking) {
   }))
   if (near.length >= 3 && 2 * near.length > n && spread > 0.5) {
     say("equidistant", {near: near.length, count: n})
-    return found
+  } else {
+    aboutOptimum()
   }
-  const steps = (k) => D.map((column) => Math.abs(column[k] - column[optimum]))
-  const apart = (k) => Math.max(...steps(k))
-  const ties = best.map((row) => front.indexOf(row)).filter((k) => apart(k) > EDGE)
-  if (ties.length) {
-    const others = [name(ties[0]), ...(ties.length > 1 ? [`${ties.length - 1} more`] : [])]
-    say("tie", {design: capital(name(optimum)), others: listed(others)})
-  }
-  const others = near.filter((k) => !isBest[front[k]] && apart(k) > ELSEWHERE)
-  if (others.length) {
-    const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
-    say("near tie", {design: capital(name(other)), farther: percent(mu[other] / mu[optimum] - 1),
-      share: percent(apart(other)), objective: names([steps(other).indexOf(apart(other))])})
-  }
-  const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
-  if (worst.length && n > 2) say("extreme", {objectives: names(worst)})
-  const ends = D.flatMap((column) => [0, 1].map((share) => upTo(n).filter((k) => column[k] === share)))
-  const alone = new Set(ends.filter((at) => at.length === 1 && !isBest[front[at[0]]]).map(([k]) => k))
-  const moves = [...alone].map((k) => without(data, ranking, front[k]))
-  const most = moves.reduce((a, b) => (b.moved > a.moved ? b : a), {moved: ELSEWHERE})
-  if (most.key) say(most.key, most.parts)
+  const ranked = front.filter((i) => ranking.rank[i] > 0).length
+  if (n >= FEW && 2 * ranked > n) say("unselective", {ranked, count: n})
   return found
+
+  function aboutOptimum() {
+    const steps = (k) => D.map((column) => Math.abs(column[k] - column[optimum]))
+    const apart = (k) => Math.max(...steps(k))
+    const ties = best.map((row) => front.indexOf(row)).filter((k) => apart(k) > EDGE)
+    if (ties.length) {
+      const others = [name(ties[0]), ...(ties.length > 1 ? [`${ties.length - 1} more`] : [])]
+      say("tie", {design: capital(name(optimum)), others: listed(others)})
+    }
+    const others = near.filter((k) => !isBest[front[k]] && apart(k) > ELSEWHERE)
+    if (others.length) {
+      const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
+      say("near tie", {design: capital(name(other)), farther: percent(mu[other] / mu[optimum] - 1),
+        share: percent(apart(other)), objective: names([steps(other).indexOf(apart(other))])})
+    }
+    const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
+    if (worst.length && n > 2) say("extreme", {objectives: names(worst)})
+    const first = varying.filter((j) => D[j][optimum] <= EDGE)
+    if (first.length && n > 2) say("edge", {objectives: names(first)})
+    const ends = D.flatMap((column) => [0, 1].map((share) => upTo(n).filter((k) => column[k] === share)))
+    const alone = new Set(ends.filter((at) => at.length === 1 && !isBest[front[at[0]]]).map(([k]) => k))
+    const moves = [...alone].map((k) => without(data, ranking, front[k]))
+    const most = moves.reduce((a, b) => (b.moved > a.moved ? b : a), {moved: ELSEWHERE})
+    if (most.key) say(most.key, most.parts)
+  }
 }
 
 // How far the optimum moves without a design of the front, and the template and parts that say so.

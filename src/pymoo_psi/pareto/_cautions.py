@@ -41,6 +41,7 @@ OUTWEIGHED = 10.0
 OUTLIER = 2.0
 """A design that doubles a range lies farther from all others than they from each other."""
 
+_FEW = 20  # of fewer designs many may have a rank, and all can be looked at
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 Found = tuple[str, dict[str, Any]]  # the kind of a caution, and the values of its template
@@ -51,8 +52,8 @@ class Caution(NamedTuple):
 
     Attributes:
         kind: ``"alone"``, ``"constant"``, ``"redundant"``, ``"scale"``, ``"equidistant"``,
-            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"`` or ``"unstable"``; see
-            :func:`cautions`.
+            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``, ``"outlier"``, ``"unstable"`` or
+            ``"unselective"``; see :func:`cautions`.
         sentence: What is the case, in one sentence.
 
     Example:
@@ -86,12 +87,15 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     ``near tie``    A design that differs by more than a tenth of a range is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
                     compromise. If normalised, the set bulges away from the ideal point.
+    ``edge``        The optimum is best in an objective, as for ``extreme``: the set may extend
+                    further.
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
     ``unstable``    The same, without such a range.
+    ``unselective`` More than half of the designs have a rank.
     =============== ============================================================================
 
-    What follows ``equidistant`` is left out for such sets, where all of it holds.
+    ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
     Leaving out a design means to rank the others anew, those that it dominated among them. Left out
     in turn are the designs that are alone the best or the worst in an objective, but for the
     optimum itself. In a Pareto set no other can move the optimum; beside dominated designs one
@@ -154,7 +158,19 @@ def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
     # More than half of the designs, and from all over the set; not two ends that tie.
     if len(near) >= 3 and 2 * len(near) > n and np.ptp(d[near], axis=0).max() > 0.5:
         yield "equidistant", {"near": len(near), "count": n}
-        return
+    else:
+        yield from _of_optimum(ranking, rows, values, d, near)
+    ranked = int((ranking.rank[rows] > 0).sum())
+    if n >= _FEW and 2 * ranked > n:
+        yield "unselective", {"ranked": ranked, "count": n}
+
+
+def _of_optimum(
+    ranking: EfficiencyRanking, rows: Rows, values: Array, d: Array, near: Rows
+) -> Iterator[Found]:
+    """What is the case of the optimum itself, among designs of which some are as near."""
+    names, n = np.array([str(name) for name in ranking.objectives.names], dtype=object), len(rows)
+    mu, best = ranking.criteria[rows, 0], np.searchsorted(rows, ranking.salukvadze)
     steps = np.abs(d - d[best[0]])
     apart = steps.max(axis=1)
     if len(different := best[apart[best] > EDGE]):
@@ -176,6 +192,8 @@ def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
         )
     if n > 2 and (worst := d[best[0]] >= 1 - EDGE).any():  # of two designs each is an extreme
         yield "extreme", {"objectives": listed(names[worst])}
+    if n > 2 and (first := d.any(axis=0) & (d[best[0]] <= EDGE)).any():
+        yield "edge", {"objectives": listed(names[first])}
     # Those alone at an end; of two the other one stays.
     ends = [np.flatnonzero(column == share) for column in d.T for share in (0.0, 1.0)]
     alone = dict.fromkeys(int(at[0]) for at in ends if len(at) == 1 and at[0] not in best)

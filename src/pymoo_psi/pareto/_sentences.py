@@ -48,10 +48,14 @@ SENTENCES = {
     "range in {objective}.",
     "extreme": "The optimum is the worst in {objectives}, to within 1 % of the range: it is no "
     "compromise.",
+    "edge": "The optimum is the best in {objectives}, to within 1 % of the range: it lies at an "
+    "edge of the set.",
     "outlier": "{design} alone stretches the range of {stretched} {times} times; without it the "
     "optimum would be {other}, which differs by {share} of the range in {objective}.",
     "unstable": "Without {design} the optimum would be {other}, which differs by {share} of the "
     "range in {objective}.",
+    "unselective": "{ranked} of {count} Pareto-optimal designs have a rank: ranks do not "
+    "discriminate.",
 }
 """Templates by name, filled by ``str.format`` with texts only."""
 
