@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from pymoo.problems import get_problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, rank_of_efficiency
-from pymoo_psi.problems import Restricted
 from pymoo_psi.table import Layout
 
 # Few values, so that designs tie, dominate each other and are equal across experiments.
@@ -113,19 +112,6 @@ def test_experiments_of_experiments_keep_their_names_and_numbers():
     assert table.column("experiment").tolist() == ["old/a"] * 2 + ["old/b"] * 2 + ["new"] * 2
     assert table.column("number").tolist() == [3, 7] * 3
     assert table.F[:, 0].tolist() == [1, 1, 1, 2, 1, 3]
-
-
-def test_a_sub_box_beside_the_whole_box():
-    osy = get_problem("osy")
-    tables = {
-        "coarse": investigate(osy, 64),
-        "refined": investigate(Restricted(osy, {"x1": (4.0, 6.0), "x3": 2.0}), 64),
-    }
-    table = TestTable.combined(tables)
-    assert table.layout.lower.tolist() == osy.xl.tolist()
-    assert table.layout.upper.tolist() == osy.xu.tolist()
-    assert table.problem["problem"] == "OSY"
-    assert (table.X[64:, 2] == 2.0).all()
 
 
 def test_what_is_not_one_problem_is_refused():

@@ -195,21 +195,6 @@ def test_every_column_stays_a_column():
     assert all("width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
 
 
-def test_a_computed_criterion_without_a_value_is_a_failure_with_its_reason():
-    table = beam_tests()
-    anew = table.under(
-        Formulation(
-            ["mass", "r"], maximize=["r"], relaxed=CONSTRAINTS,
-            computed={"r": "log(`wall kg` - 0.5)"},
-        )
-    )  # fmt: skip
-    lost = X[:, 1] <= 0.5
-    assert (anew.status == "failed").tolist() == lost.tolist()
-    assert {anew.reasons[n] for n in anew.numbers[X[:, 1] < 0.5]} == {"r is nan"}
-    assert {anew.reasons[n] for n in anew.numbers[X[:, 1] == 0.5]} == {"r is -inf"}
-    assert not anew.pareto()[lost].any()
-
-
 def test_the_prototype_is_judged_with_the_tests():
     table = beam_tests().with_prototype([0.5, 0.4], [3.0, 1.0], g=[-0.3, 0.2], h=[0.1])
     asked = Formulation(

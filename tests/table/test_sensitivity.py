@@ -1,12 +1,10 @@
 """Sensitivities against exact indices, and rules against what they say."""
 
-import builtins
-
 import numpy as np
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, Restricted, TestTable, investigate, lp_tau
+from pymoo_psi import Restricted, TestTable, investigate, lp_tau
 from pymoo_psi.table import Layout, Rule, feasibility_rules, sensitivities
 
 
@@ -78,21 +76,6 @@ def test_the_same_bands_each_time_and_no_other_generator_disturbed():
     assert drawn == np.random.random()  # noqa: NPY002
     assert sensitivities(table).equals(first)
     assert not sensitivities(table, seed=2).equals(first)
-
-
-@pytest.mark.parametrize("module", ["SALib", "sklearn"])
-def test_a_missing_extra_says_what_to_install(monkeypatch, module):
-    load = builtins.__import__
-
-    def refuse(name, *args, **kwargs):
-        if name.partition(".")[0] == module:
-            raise ImportError(name)
-        return load(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    ask = sensitivities if module == "SALib" else feasibility_rules
-    with pytest.raises(PsiError, match="pip install SALib scikit-learn"):
-        ask(ishigami(64))
 
 
 def inside(table, box):

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 
 import numpy as np
 import pandas as pd
@@ -160,21 +159,6 @@ def test_rows_and_columns_may_be_rearranged_by_hand(tmp_path):
         for k, row in enumerate([cells[0], cells[2], cells[1], cells[3]]):
             csv.writer(file).writerow([row[5], "my remark" if k else "remark", *row[:5], *row[6:]])
     assert TestTable.read_csv(path).equals(EXAMPLE.rows([1, 0, 2]))
-
-
-def test_an_interrupted_writing_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "t.csv"
-    EXAMPLE.to_csv(path)
-    before = path.read_bytes()
-
-    def full(*args):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(OSError, match="disk full"):
-        EXAMPLE.rows([0]).to_csv(path)
-    assert path.read_bytes() == before
-    assert os.listdir(tmp_path) == ["t.csv"]
 
 
 def head(**changes):

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pymoo.core.problem import Problem
-from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, PsiError, TestTable, VectorizedSphereChute, lp_tau
+from pymoo_psi import PsiError, TestTable, lp_tau
 from pymoo_psi.table import Layout
 from tests.table.asked import freed
 
@@ -32,30 +30,6 @@ def test_parts_in_any_order_with_any_overlap_give_the_whole(n, data):
     assert first.merge(second).equals(whole)
     assert second.merge(first).equals(whole)
     assert first.merge(first).equals(first.merge(TestTable.empty()))
-
-
-class Awkward(Problem):
-    def __init__(self):
-        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=-1.0, xu=2.0)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = np.where(x[:, :1] > 1.5, np.nan, x[:, :2] ** 2)
-        out["G"] = x[:, 2:] - 1.0
-        out["H"] = np.where(x[:, :1] < 0, 1e-5, np.where(x[:, :1] < 1, -1e-4, 1.0))
-
-
-@pytest.mark.parametrize("problem", [VectorizedSphereChute(0.4), Awkward()])
-def test_continued_runs_are_the_whole_run(problem):
-    whole, first, second = (
-        minimize(problem, algorithm).algorithm.table
-        for algorithm in (PSI(512), PSI(128), PSI(384, first=129))
-    )
-    joined = second.merge(first)
-    assert joined.equals(whole)
-    for name in ("numbers", "X", "F", "G", "H", "status"):
-        a, b = getattr(joined, name), getattr(whole, name)
-        assert (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
-    assert joined.reasons == whole.reasons
 
 
 def other_result(block):
