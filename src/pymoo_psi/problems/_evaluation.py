@@ -226,15 +226,14 @@ def _floats(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64
         if size:
             raise _BadValues(f"{name} is missing")
         return np.zeros(shape)
-    if type(value) is np.ndarray and value.dtype == np.float64:
-        array = value.copy()
-    else:
-        try:
-            if (kind := np.asarray(value).dtype).kind in "cmM":
-                raise TypeError(f"it holds {kind}")  # NumPy would drop a half
-            array = np.ma.array(value, dtype=np.float64).filled(np.nan)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise _BadValues(f"{name} is not an array of numbers: {error}") from error
+    try:
+        if (found := np.asarray(value)).dtype.kind in "cmM":
+            raise TypeError(f"it holds {found.dtype}")  # NumPy would drop a half
+        array = np.array(found, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _BadValues(f"{name} is not an array of numbers: {error}") from error
+    if isinstance(value, np.ma.MaskedArray):
+        array[value.mask] = np.nan
     # Of many designs (m, n) is not (n, m), but the values of one may be a row or a column.
     one = len(shape) == 1 and array.size == size
     if not one and array.shape != shape and (size, array.shape) != (1, shape[:1]):
