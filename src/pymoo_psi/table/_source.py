@@ -439,9 +439,9 @@ def _incomplete(
         what = "no number" if is_blank(cell) else str(cell).strip()
         where = f"{designs.where(i)} holds {what:.40} in the column {name!r}"
         raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
-    told = ", ".join(map(str, designs.rows[rows[:_NAMED_ROWS]]))
+    listed = ", ".join(map(str, designs.rows[rows[:_NAMED_ROWS]]))
     more = ", …" if len(rows) > _NAMED_ROWS else ""
-    lost = f"{counted(len(rows), 'incomplete design')} left out: row {told}{more}."
+    lost = f"{counted(len(rows), 'incomplete design')} left out: row {listed}{more}."
     return [lost] if len(rows) else []
 
 

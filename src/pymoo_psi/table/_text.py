@@ -46,7 +46,7 @@ def in_a_line(name: str) -> str:
 
 
 def decoded(content: bytes, encoding: str | None) -> str:
-    """Return the text in the bytes of a file, by its byte-order mark or UTF-8 unless told.
+    """Return the text in the bytes of a file, by its byte-order mark or UTF-8 unless given.
 
     Raises:
         ArgumentValueError: It is no such text, or there is no such encoding.
