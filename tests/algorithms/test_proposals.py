@@ -8,7 +8,7 @@ from scipy.optimize import approx_fprime
 
 from pymoo_psi.algorithms import _proposals
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, _risk, _survivors, encoded, propose
-from pymoo_psi.algorithms._surrogates import (
+from pymoo_psi.algorithms._surrogate_models import (
     Fit,
     GaussianProcess,
     Scale,

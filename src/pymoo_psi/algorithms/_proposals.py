@@ -21,7 +21,7 @@ from scipy.spatial.distance import cdist
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogates import KINDS, Fit, bounded
+from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded
 from pymoo_psi.pareto import front_numbers, nondominated
 from pymoo_psi.problems import DesignSpace
 

@@ -29,7 +29,6 @@ from pymoo_psi.pareto import (
     explain,
     measured_in,
     percent,
-    rank_of_efficiency,
     representatives,
     wrapped,
 )
@@ -47,23 +46,6 @@ from pymoo_psi.table import Formulation, TestTable
 _COLUMNS = "rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point."
 _LINES = 7  # of reasons: what a reader takes in at a glance
 _METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
-
-
-def ranked_designs(table: TestTable, *, normalize: bool) -> tuple[TestTable, EfficiencyRanking]:
-    """Return the feasible designs of a table, each once, and their ranking under their names.
-
-    Raises:
-        ArgumentValueError: None is feasible.
-    """
-    rows = np.flatnonzero(table.eligible())
-    rows = rows[table.rows(rows).repeats == 0]
-    if len(rows) == 0:
-        table.ranking()  # raises, and says why
-    names, designs, layout = table.names, table.rows(rows), table.layout
-    F = pd.DataFrame(designs.F * layout.sign, columns=list(layout.objectives))
-    more = [name for name in layout.objectives if name in layout.maximize]
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=more)
-    return designs, ranking.with_labels([names[row] for row in rows])
 
 
 def designs_frame(
@@ -176,7 +158,8 @@ def run_rank(
     require_output(figure, suffixes, *inputs, by="figure", force=force, option="--figure")
     formulation = asked.read()
     table = opening.table(path, formulation)
-    designs, ranking = ranked_designs(table, normalize=formulation.normalize)
+    rows, ranking = table.ranked(normalize=formulation.normalize)
+    designs = table.rows(rows)
     selectors = preferences_in(prefer, designs.layout.objectives, normalize=formulation.normalize)
     frame, units = designs_frame(designs, ranking, formulation), designs.layout.units
     if out is not None:  # before anything is printed, which may fail

@@ -27,7 +27,7 @@ from pymoo_psi.algorithms import (
 from pymoo_psi.cli._options import Asked
 from pymoo_psi.cli._output import print_frame, progress, require_output, say, write_csv
 from pymoo_psi.cli._problem import feasible_box
-from pymoo_psi.cli._rank import best_designs, designs_frame, ranked_designs, say_choice
+from pymoo_psi.cli._rank import best_designs, designs_frame, say_choice
 from pymoo_psi.cli._text import counts_in, share_in
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import FailureTolerant, design_space, problem_layout
@@ -132,7 +132,8 @@ def run_solve(
         if out is not None:
             say(f"{out} is not written.")
         return 1
-    designs, ranking = ranked_designs(table, normalize=formulation.normalize)
+    rows, ranking = table.ranked(normalize=formulation.normalize)
+    designs = table.rows(rows)
     frame = designs_frame(designs, ranking, formulation)
     constraints = [name for name in designs.layout.constraints if name in frame]
     frame = frame[frame["pareto"]].drop(columns=["pareto", *constraints])

@@ -55,7 +55,7 @@ from pymoo_psi.plots._comparison import (
 from pymoo_psi.plots._paper import paper_figures, plot_points, save_paper_figures, shown_case
 from pymoo_psi.plots._ranking import plot_ranking
 from pymoo_psi.plots._style import literal, save_figures
-from pymoo_psi.plots._tests import plot_objectives, plot_section, plot_table
+from pymoo_psi.plots._test_table import plot_objectives, plot_section, plot_table
 
 __all__ = [
     "literal",

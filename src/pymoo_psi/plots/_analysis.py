@@ -26,7 +26,7 @@ from pymoo_psi.plots._style import (
     new_figure,
     panels,
 )
-from pymoo_psi.plots._tests import Column, _checked, name_axes
+from pymoo_psi.plots._test_table import Column, _checked, name_axes
 from pymoo_psi.selection import Robustness
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 

@@ -16,7 +16,7 @@ from pymoo_psi._validation import counted, instance
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.plots._markers import MARKERS
 from pymoo_psi.plots._style import Group, draw_points, legend_of, literal, view
-from pymoo_psi.plots._tests import MATRIX, name_axes, triangle
+from pymoo_psi.plots._test_table import MATRIX, name_axes, triangle
 
 _LINES = 2000  # of a group; more would be one grey area, and take long to draw
 _BARE = 60  # lines beyond which those of a group are thin and have no marks

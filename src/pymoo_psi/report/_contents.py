@@ -22,7 +22,6 @@ from pymoo_psi.pareto import (
     measured_in,
     number,
     percent,
-    rank_of_efficiency,
     representatives,
 )
 from pymoo_psi.plots import (
@@ -106,21 +105,17 @@ class Case:
     ) -> Case:
         """Rank the feasible designs, ask the selectors, and find the chosen design."""
         names, normalize = table.names, boolean("normalize", normalize)
-        rows = np.flatnonzero(table.eligible(limits))
-        rows = rows[table.rows(rows).repeats == 0]
+        if not table.eligible(limits).any():
+            if design is not None:
+                raise invalid("design", "the number of a feasible test", design)
+            return cls(table, limits, names, np.zeros(0, dtype=np.intp), None, 0, {})
+        rows, ranking = table.ranked(limits, normalize=normalize)
+        chosen = int(ranking.salukvadze[0])
         if design is not None:
             at = np.flatnonzero(table.numbers[rows] == integer("design", design, minimum=1))
             if len(at) == 0:
                 raise invalid("design", "the number of a feasible test", design)
-        if len(rows) == 0:
-            return cls(table, limits, names, rows, None, 0, {})
-        layout = table.layout
-        # All feasible designs, as `rank` has them: without a design of the Pareto set those that
-        # it dominates may come into it, which cautions report.
-        own = pd.DataFrame(table.F[rows] * layout.sign, columns=list(layout.objectives))
-        more = [name for name in layout.objectives if name in layout.maximize]
-        ranking = rank_of_efficiency(own, normalize=normalize, maximize=more)
-        ranking = ranking.with_labels([names[row] for row in rows])
+            chosen = int(at[0])
         if selectors is None:
             other = "plain distances" if normalize else "distances in units of the ranges"
             selectors = {
@@ -129,7 +124,6 @@ class Case:
                 other: SalukvadzeOptimum(normalize=not normalize),
             }
         choices = compare_selectors(ranking, selectors).chosen if selectors else {}
-        chosen = int(ranking.salukvadze[0] if design is None else at[0])
         return cls(table, limits, names, rows, ranking, chosen, choices)
 
     @cached_property

@@ -450,6 +450,33 @@ class TestTable(Shown):
         labels = pd.Index(self.numbers[rows], name="test_point")
         return ranking_of(self._objectives(rows, labels), known, normalize=normalize)
 
+    def ranked(
+        self, limits: Limits | None = None, *, normalize: bool = True
+    ) -> tuple[NDArray[np.intp], EfficiencyRanking]:
+        """Rank all feasible designs, dominated ones among them, each design once.
+
+        What commands, page and report show: without a design of the Pareto set those that it
+        dominates may come into it, which :func:`~pymoo_psi.cautions` report.
+
+        Returns:
+            ``(k,)`` the rows of the table that are ranked, and their ranking in that order, its
+            labels the designs' :attr:`names`.
+
+        Raises:
+            ArgumentValueError: As :meth:`ranking`.
+
+        Example:
+            >>> table = TestTable.of([4, 5, 6], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [2, 2]])
+            >>> rows, ranking = table.ranked()
+            >>> rows, ranking.rank, ranking.name_of(1)
+            (array([0, 1, 2]), array([6, 6, 0]), 'test point 5')
+        """
+        rows = np.flatnonzero(self.eligible(limits))
+        rows = rows[self.rows(rows).repeats == 0]
+        names = self.names
+        objectives = self._objectives(rows, [names[row] for row in rows])
+        return rows, ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
+
     def _objectives(self, rows: NDArray[np.intp], labels: Any) -> Objectives:
         """Return the objectives of some rows, in the original direction; there must be one."""
         if len(rows) == 0:
@@ -500,10 +527,7 @@ class TestTable(Shown):
             Test point 5 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
             ideal point.
         """
-        rows = np.flatnonzero(self.eligible(limits))
-        names = self.names
-        objectives = self._objectives(rows, [names[row] for row in rows])
-        ranking = ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
+        rows, ranking = self.ranked(limits, normalize=normalize)
         numbers = self.numbers[rows].tolist()
         if test_point is not None and test_point not in numbers:
             raise invalid("test_point", "the number of a feasible design", test_point)
