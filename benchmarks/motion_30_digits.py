@@ -247,8 +247,8 @@ def main(path: str = "tests/chute/reference/motion_30_digits.json") -> int:
     Path(path).write_text(
         json.dumps(
             {
-                "about": "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are float.hex() of "
-                "u1, v_p, mu, c, r, wx0, wy0, wz0",
+                "about": "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are "
+                "float.hex() of u1, v_p, mu, c, r, wx0, wy0, wz0",
                 "cases": cases,
             },
             indent=1,

@@ -70,7 +70,9 @@ def test_every_link_leads_somewhere(site):
 def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, subpackage):
     folder, pages = site
     module = import_module(f"pymoo_psi.{subpackage}".rstrip("."))
-    page = pages[folder / "pymoo_psi" / f"{subpackage}.html" if subpackage else folder / "pymoo_psi.html"]
+    page = pages[
+        folder / "pymoo_psi" / f"{subpackage}.html" if subpackage else folder / "pymoo_psi.html"
+    ]
     names = [
         name
         for name, item in inspect.getmembers(module)

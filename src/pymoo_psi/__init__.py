@@ -34,7 +34,7 @@ A layer imports only those above it, and of another subpackage only the public n
 pandas; SQLite only in `study` |
 | pymoo | `problems`, `parallel`, `algorithms`, `selection` | pymoo |
 | experiments | `comparison`, `paper` | all above |
-| presentation | `plots`, `page`, `report`, `cli` | all above; matplotlib only in `plots` |
+| presentation | `plots`, `page`, `report`, `cli` | all above, matplotlib |
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the
 stub beside this file says where each comes from.

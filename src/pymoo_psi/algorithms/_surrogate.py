@@ -21,7 +21,13 @@ from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
-from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded, cross_validated, without_penalties
+from pymoo_psi.algorithms._surrogate_models import (
+    KINDS,
+    Fit,
+    bounded,
+    cross_validated,
+    without_penalties,
+)
 from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking

@@ -14,7 +14,7 @@ f_j^S(c) and v_Cf^S(c).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,8 @@ INITIAL_SPEEDS = tuple(np.linspace(0.05, 1.0, 39).tolist())  # around the paper'
 _FINE = 201  # lines on which is seen where the criteria of Figure 2 change fast
 
 
-class CriterionSurfaces(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class CriterionSurfaces:
     """f1 and f2 over the design box.
 
     Attributes:
@@ -90,7 +91,8 @@ def _on_grid(problem: VectorizedSphereChute, *sides: Array) -> tuple[Array, Arra
     return u1, u2, np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, *u1.shape)
 
 
-class SalukvadzeFunctions(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SalukvadzeFunctions:
     """The Salukvadze optimum for each of k initial speeds.
 
     Attributes:
