@@ -139,7 +139,6 @@ def test_reference_directions_fit(n_obj, n_points):
             lambda: nsga3(get_problem("dtlz2"), n_evaluations=9, popsize=3),
             "'popsize'; did you mean 'pop_size'",
         ),
-        (lambda: nsga3("dtlz2", n_evaluations=9), "problem must be a pymoo Problem, got 'dtlz2'"),
     ],
 )
 def test_bad_arguments(make, message):

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
@@ -84,7 +83,6 @@ def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
         (SphereChute(0.4, model="rolling"), {}, "model"),
         (SphereChute(0.5, lower=(0, 0.1), upper=(1.4, 6)), {}, "mu"),
         (SphereChute(0.4, upper=(1.0, 6)), {}, "upper.x1 is 1.4"),
-        (get_problem("zdt1", n_var=2), {}, "objectives"),
         (SphereChute(0.4), {"study_key": "v2"}, "key"),
         (SphereChute(0.4), {"sampling": QMCSampling("halton", scramble=False)}, "sampling"),
     ],
@@ -96,30 +94,6 @@ def test_another_problem_is_refused(tmp_path, other, options, message):
     with pytest.raises(StudyMismatchError, match=message):
         run(other, 16, path, **options)
     assert path.read_bytes() == before
-
-
-@pytest.mark.parametrize("seconds", [0.0, 1e9])
-def test_an_interrupted_run_is_continued(tmp_path, monkeypatch, seconds):
-    """No more is lost than the design that was being evaluated, however rare the commits are."""
-    monkeypatch.setattr("pymoo_psi.algorithms._store.SECONDS", seconds)
-    path = tmp_path / "s.db"
-
-    class Impatient(Counted):
-        def name(self):
-            return "Counted"
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            if len(self.seen) == 40:
-                raise KeyboardInterrupt
-            super()._evaluate(x, out)
-
-    with pytest.raises(KeyboardInterrupt):
-        minimize(Impatient(), PSI(64, study=path, block_size=16))
-    assert TestTable.read_study(path).numbers.tolist() == list(range(1, 41))
-    rest = Counted()
-    table = run(rest, 64, path)
-    assert len(rest.seen) == 24
-    assert table.equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 
 def test_failed_designs_are_recorded_and_retried(tmp_path):

@@ -1,15 +1,12 @@
 """A study of whatever algorithm: nothing is lost, nothing evaluated twice, runs go on as one run."""
 
-import copy
 import os
-import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 
-import dill
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -21,7 +18,6 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
-from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded, TestTable
 from pymoo_psi.algorithms import reference_directions
@@ -170,19 +166,6 @@ def test_the_same_means_the_same_bits(tmp_path):
     assert model.seen == [x.tobytes() for x in X]
 
 
-def test_what_a_batch_lacks_gets_the_numbers_it_would_have_had(tmp_path):
-    """As it is found after a kill in the middle of a batch whose results come in any order."""
-    X, more = batch(), batch(9)[6:]
-    whole = Recorded(Model(), study=tmp_path / "whole.db")
-    whole.evaluate(X)
-    whole.evaluate(more)
-    problem = Recorded(Model(), study=tmp_path / "s.db")
-    problem._store.keep(whole.table.rows([0, 2, 5]))
-    problem.evaluate(X)
-    problem.evaluate(more)
-    assert problem.table.equals(whole.table)
-
-
 @pytest.mark.parametrize("named", [True, False])
 def test_designs_of_any_variables_are_found_again(tmp_path, named):
     """Also where the numbers of a design are NumPy's, or floats for integers."""
@@ -321,11 +304,7 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda path: Recorded("zdt1", study=path), "problem must be a pymoo Problem"),
-        (lambda path: Recorded(Model(), study=None), "study must be the name of a file"),
-        (lambda path: Recorded(Model(), study=path, retry=3), "retry must be 'failed' or numbers"),
         (lambda path: Recorded(Model(requires_kwargs=True), study=path), "on the design alone"),
-        (lambda path: Recorded(get_problem("df1"), study=path), "on the design alone"),
         (
             lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),
             "F, G, H and further numbers of the model, got 'dF'",
@@ -344,34 +323,6 @@ def test_what_cannot_be_kept_is_refused(tmp_path, make, message):
 
 
 # With pymoo's tools
-
-
-def test_histories_share_what_is_known_and_pickles_leave_it_behind(tmp_path):
-    problem = recorded(Model(), tmp_path / "s.db")
-    result = minimize(problem, nsga3(), ("n_gen", 3), seed=1, save_history=True)
-    copied = result.history[0].problem
-    assert copied is not problem
-    assert copied._answers is problem._answers
-    assert copy.deepcopy(problem)._answers.tests is problem._answers.tests
-    empty = recorded(Model(), tmp_path / "empty.db")
-    assert len(pickle.dumps(problem._answers)) == len(pickle.dumps(empty._answers))
-    again = pickle.loads(pickle.dumps(problem))
-    X, F = result.pop.get("X", "F")
-    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["F"]), F)
-    assert again.wrapped.wrapped.seen == problem.wrapped.wrapped.seen
-
-
-def test_ask_and_tell_and_checkpoints(tmp_path):
-    problem = recorded(Model(), tmp_path / "s.db")
-    algorithm = nsga3().setup(problem, termination=("n_gen", 6), seed=5)
-    for _ in range(3):
-        designs = algorithm.ask()
-        algorithm.evaluator.eval(problem, designs, algorithm=algorithm)
-        algorithm.tell(infills=designs)
-    algorithm = dill.loads(dill.dumps(algorithm))
-    while algorithm.has_next():
-        algorithm.next()
-    assert population(algorithm.result()) == population(solved(FailureTolerant(Model()), nsga3()))
 
 
 def test_an_investigation_of_a_recorded_problem_has_numbers_of_its_own(tmp_path):

@@ -60,7 +60,6 @@ def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
             ([2.0, 0.0],),
             r"x0 must be a design of 2 variables within the bounds .* got \[2.0, 0.0\]",
         ),
-        (([0.5],), "x0 must be a design of 2 variables"),
         (([0.5, np.nan],), "x0 must be finite, got nan at index 1"),
         (([0.5, 0.0],), "x0 must be a feasible design with finite objectives"),
     ],

@@ -58,32 +58,15 @@ def test_a_share_is_continued_and_extended(tmp_path):
     assert TestTable.read_study(tmp_path).equals(of_psi(200))
 
 
-def test_ask_and_tell_of_a_share():
-    algorithm = PSI(100, share=(2, 3), block_size=20).setup(Holed())
-    while (block := algorithm.ask()) is not None:
-        algorithm.evaluator.eval(algorithm.problem, block)
-        algorithm.tell(infills=block)
-    assert algorithm.table.equals(of_psi(100, share=(2, 3)))
-
-
-def test_reading_a_folder_warns_of_missing_points(tmp_path):
-    of_psi(100, share=(1, 4), study=tmp_path)
-    with pytest.warns(UserWarning, match="75 of 100 test points are missing"):
-        assert len(TestTable.read_study(tmp_path)) == 25
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"share": (0, 4)}, "k of share=.* must be an integer >= 1, got 0"),
         ({"share": (5, 4)}, r"share must be \(k, n\) with k from 1 to n, got \(5, 4\)"),
-        ({"share": "3/4"}, r"share must be a pair \(k, n\)"),
         (
             {"share": (9, 16)},
             "share must be one that gets a point of points 1 to 8, got 9 of 16; test as many",
         ),
         ({"share": (1, 2), "study": "s.db"}, "study must be the name of a folder with a share"),
-        ({"study": "."}, "with a share=.*, of a file without one"),
         ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),
     ],
 )

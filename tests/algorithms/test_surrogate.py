@@ -12,7 +12,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, JoblibRunner, PsiError, SurrogatePSI, TestTable, investigate
+from pymoo_psi import PSI, PsiError, SurrogatePSI, TestTable, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.study import Study
 from tests.processes import posix
@@ -143,20 +143,6 @@ def test_a_run_is_the_beginning_of_a_longer_one(undisturbed, n, options):
     np.testing.assert_array_equal(other.X[:shared], undisturbed.table.X[:shared])
 
 
-def test_workers_and_asking_and_telling_make_no_difference(undisturbed):
-    parallel = run(Mixed(elementwise_runner=JoblibRunner(2)), 44)
-    assert parallel.table.equals(undisturbed.table)
-    problem, told = Mixed(), SurrogatePSI(44)
-    told.setup(problem, seed=1)
-    while told.has_next():
-        block = told.ask()
-        assert told.ask().get("test_point").tolist() == block.get("test_point").tolist()
-        told.evaluator.eval(problem, block)
-        told.tell(infills=block)
-    assert told.table.equals(undisturbed.table)
-    assert told.predictions().equals(undisturbed.predictions())
-
-
 def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
     path = tmp_path / "run.db"
 
@@ -228,17 +214,12 @@ def test_it_goes_on_from_the_tests_of_psi(tmp_path):
     ("options", "message"),
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
-        ({"batch": 0}, "batch must be an integer >= 1"),
-        ({"n_points": 0}, "n_points must be an integer >= 1"),
-        ({"start": [1]}, "start must be a TestTable"),
         ({"start": TestTable.empty()}, "start must be a table with tests, got none"),
         (
             {"start": TestTable.of([1], [[0.1]], [[1.0]]), "n_points": 4},
             "n_points must be left out where there is a start",
         ),
-        ({"bacth": 2}, "bacth"),
         ({"share": (1, 2)}, "share"),
-        ({"block_size": 4}, "block_size"),
     ],
 )
 def test_what_cannot_be_is_told(options, message):

@@ -10,8 +10,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from pymoo_psi import PsiError
-from pymoo_psi.chute import ChuteParameters, Motion, criteria, integrate, motion
+from pymoo_psi.chute import ChuteParameters, Motion, criteria, motion
 from tests.chute import designs
 from tests.chute.designs import design, solve, wide
 
@@ -215,20 +214,6 @@ def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
     np.testing.assert_allclose(m.exit_speed, np.sqrt(w), rtol=1e-9)
     np.testing.assert_allclose(m.exit_spin, [p.omega0[0], spin, p.omega0[2]], rtol=1e-8, atol=1e-8)
     assert (m.reached, m.slip_end) == (1, 0)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([-0.1], [1.0]), "u1 must be tan α >= 0, got -0.1"),
-        (([0.1, 0.2], [1.0, 2.0, 3.0]), "must be of shapes that broadcast together"),
-        ((0.1, 1.0, 0.4), "parameters must be a ChuteParameters, got float"),
-    ],
-)
-def test_bad_motion_arguments(arguments, message):
-    for function in (motion, integrate):
-        with pytest.raises(PsiError, match=message):
-            function(*arguments)
 
 
 @pytest.mark.parametrize(

@@ -138,29 +138,6 @@ def test_nsga3_continues_a_study(run):
     assert len(TestTable.read_study("osy.db")) == 200
 
 
-@pytest.mark.parametrize("algorithm", ["psi", "surrogate"])
-def test_a_study_is_continued(run, algorithm):
-    words = ["solve", "bnh", "--algorithm", algorithm, "--study", "s.db", "--points"]
-    assert run(*words, 20)[0] == 0
-    code, printed, _ = run(*words, 28)
-    assert code == 0
-    assert "28 tested, 20 of them from the study" in printed
-    code, _, err = run("solve", "zdt1", "--points", 28, "--study", "s.db")
-    assert (code, err.count("\n")) == (2, 1)
-
-
-def test_shares_in_a_folder_are_one_study(run):
-    words = ["solve", "chute", "--points", 64, "--study"]
-    for part in ("1/3", "3/3"):
-        assert run(*words, "runs", "--share", part)[::2] == (0, "")
-    printed = run("rank", "runs")[1]
-    assert "of 64 test points are missing" in printed
-    assert run(*words, "runs", "--share", "2/3")[0] == 0
-    assert "missing" not in run("rank", "runs")[1]
-    assert run(*words, "one.db")[0] == 0
-    assert TestTable.read_study("runs").equals(TestTable.read_study("one.db"))
-
-
 def test_processes_change_nothing(run):
     for words in (["chute"], ["models:Beam"]):
         solve = ["solve", *words, "--points", 64, "--out"]
@@ -191,17 +168,6 @@ def test_failures_are_counted_and_tried_again(run):
     for given, left in (([], 32), (["--retry", some], 30), (["--retry", "failed"], 0)):
         assert run("solve", "models:Mended", *words, *given)[0] == 0
         assert (TestTable.read_study("s.db").status == "failed").sum() == left
-
-
-@pytest.mark.parametrize("algorithm", ["psi", "nsga3"])
-def test_nothing_feasible_is_explained(run, algorithm):
-    words = ["--points", "64", "--algorithm", algorithm, "--out", "o.csv"]
-    code, printed, err = run("solve", "models:Never", *words)
-    assert (code, err) == (1, "")
-    assert "Never: no feasible design, 64 " in printed
-    assert "that were computed; g2 rejects most: " in printed
-    assert "o.csv is not written" in printed
-    assert not os.path.exists("o.csv")
 
 
 def test_a_problem_is_made_of_options(run):

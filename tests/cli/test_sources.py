@@ -234,25 +234,6 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
         assert message in err
 
 
-def test_designs_are_called_by_their_names(run, tmp_path):
-    for name, cells, called in (
-        ("id", [31, 3, 21], "id 3"),
-        ("test_point", [31, 3, 21], "test point 3"),
-        ("name", ["A", "B 7", "C"], "B 7"),
-        ("Versuch", ["A", "B 7", "C"], "B 7"),
-        (None, [], "row 2"),
-    ):
-        frame = pd.DataFrame({"f1": [1, 2, 4], "f2": [5, 2, 1]})
-        if name is not None:
-            frame.insert(0, name, cells)
-        frame.to_csv("set.csv", index=False)
-        assert f"Salukvadze optimum: {called}\n" in run("rank", "set.csv")[1]
-        number = 3 if name == "test_point" else 2
-        assert run("report", "set.csv", "--design", number, "--force")[0] == 0
-        report = (tmp_path / "report.html").read_text("utf-8")
-        assert f"Chosen is {called}" in report
-
-
 def test_existing_designs_on_the_page(sources, tmp_path):
     pd.DataFrame({"name": ["old"], "mass": [10.0], "deflection": [3.0]}).to_csv("old.csv")
     code, _, err = sources("page", "beam.db", "--prototype", "old.csv")
@@ -260,11 +241,6 @@ def test_existing_designs_on_the_page(sources, tmp_path):
     assert "old" in (tmp_path / "page.html").read_text("utf-8")
     code, _, err = sources("page", "beam.db", "--prototype", "none.csv", "--out", "q.html")
     assert (code, err) == (2, "pymoo-psi: error: none.csv: No such file or directory\n")
-
-
-def test_a_maximized_objective_that_is_negative_throughout_is_asked_about(run, tmp_path):
-    (tmp_path / "set.csv").write_text("f,g\n-1,5\n-2,3\n-4,1\n")
-    assert "negative throughout" in run("rank", "set.csv", "--maximize", "f")[1]
 
 
 def test_no_feasible_design_is_code_1_of_a_report(sources, tmp_path):

@@ -21,7 +21,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
-from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions, report
+from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
@@ -140,17 +140,6 @@ def test_an_algorithm_that_finds_nothing_has_hypervolume_0_and_the_rest_goes_on(
     assert np.isinf(frame.loc[16, ["igd_plus", "epsilon", "optimum_distance"]].astype(float)).all()
     assert frame.loc[2048, "hypervolume"] > 0
     assert np.isfinite(result.summary().query("evaluations == 2048")["hypervolume"]).all()
-
-
-def test_where_nothing_is_feasible_for_anyone_all_have_hypervolume_0():
-    never = FunctionalProblem(
-        2, [lambda x: x[0], lambda x: x[1]], constr_ieq=[lambda x: 1.0], xl=0, xu=1
-    )
-    result = compare(never, n_evaluations=[32], seeds=2, algorithms=["psi", "nsga3"])
-    assert (result.to_frame()["hypervolume"] == 0).all()
-    assert result.tests()["p"].tolist() == [1.0]
-    assert "every algorithm has the worst possible median, 0" in conclusions(result)[0]
-    assert report(result)
 
 
 def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
@@ -331,29 +320,15 @@ def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
     ("change", "message"),
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
-        ({"n_evaluations": []}, "n_evaluations must be one or more integers"),
-        ({"seeds": [1.5]}, "seeds must be an integer >= 0, got 1.5"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
-        ({"algorithms": [str.lower]}, "algorithms must be one of"),
         ({"algorithms": {"a": NSGA2}}, "a name, an algorithm or a function.*give lambda n: NSGA2"),
         ({"reference_front": [[1, 2, 3]]}, "reference_front must be of 2 objectives"),
-        ({"reference": "x.npz"}, "reference must be a Reference, got str; Reference.load"),
     ],
 )
 def test_wrong_arguments_are_named(change, message):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"]} | change
     with pytest.raises(PsiError, match=message):
         compare(get_problem("bnh"), **arguments)
-
-
-def test_problems_that_cannot_be_compared_are_refused():
-    with pytest.raises(PsiError, match="objectives of problem must be at least 2, got 1"):
-        compare(get_problem("ackley"), n_evaluations=16)
-    three = compare(
-        get_problem("dtlz2"), n_evaluations=8, seeds=1, algorithms=["psi"], polish=False
-    )
-    with pytest.raises(PsiError, match="reference must be one for VectorizedSphereChute.*DTLZ2"):
-        compare(VectorizedSphereChute(), n_evaluations=8, reference=three.reference)
 
 
 def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():

@@ -242,32 +242,6 @@ def test_it_opens_with_the_best_compromise_in_words(reader):
     assert not reader.page.is_visible("#meaning p")
 
 
-def test_the_verdict_follows_the_limits(reader):
-    frame = beams()
-    whole = rank_of_efficiency(minimised(frame))
-    first = str(frame["number"][whole.salukvadze[0]])
-    limit = float(np.quantile(frame["mass"][whole.pareto], 0.3))
-    reader.type_limit("mass [kg], at most", repr(limit))
-    rows = np.flatnonzero(frame["mass"] <= limit)
-    ranking = rank_of_efficiency(minimised(frame).iloc[rows])
-    best = str(frame["number"][rows[ranking.salukvadze[0]]])
-    assert best != first
-    assert reader.page.inner_text(".best strong") == f"{best}"
-    assert f"Without limits it would be {first}." in reader.text(".whole")
-    assert set(reader.shown) == labels(frame, rows[ranking.pareto]) | {"prototype"}
-    assert f"rejects {400 - len(rows)}" in reader.text("#limits")
-
-
-def test_nothing_left_is_said_with_the_remedy(reader):
-    reader.type_limit("mass [kg], at most", "-1")
-    assert reader.text("#count") == "No design is left"
-    assert "first of all that on mass, which alone rejects 400." in reader.text("#verdict-words")
-    assert reader.shown == ["prototype"]
-    reader.click("#undo")
-    reader.settle()
-    assert len(reader.shown) > 100
-
-
 # Limits
 
 

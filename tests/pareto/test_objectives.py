@@ -42,31 +42,6 @@ def test_ranks_agree_with_the_oracle_in_any_direction(data, F, normalize):
     np.testing.assert_array_equal(ranking.nadir, np.where(upwards, low, high))
 
 
-@given(data=st.data(), F=sets, normalize=st.booleans())
-def test_to_maximise_is_to_minimise_the_negative(data, F, normalize):
-    maximize = data.draw(directions(F.shape[1]))
-    turned = F.copy()
-    turned[:, maximize] *= -1
-    asked = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    plain = rank_of_efficiency(turned, normalize=normalize)
-    np.testing.assert_array_equal(asked.criteria, plain.criteria)
-    np.testing.assert_array_equal(asked.rank, plain.rank)
-    np.testing.assert_array_equal(asked.salukvadze, plain.salukvadze)
-    np.testing.assert_array_equal(asked.to_frame()[["f1", "f2"]].sort_index(), F[:, :2])
-
-
-@given(data=st.data(), F=sets, normalize=st.booleans())
-def test_the_order_of_objectives_does_not_matter(data, F, normalize):
-    m = F.shape[1]
-    order = data.draw(st.permutations(range(m)))
-    maximize = data.draw(directions(m))
-    permuted = [order.index(j) for j in maximize]
-    straight = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    other = rank_of_efficiency(F[:, order], normalize=normalize, maximize=permuted)
-    assert other.rank.tolist() == straight.rank.tolist()
-    np.testing.assert_array_equal(other.ideal, straight.ideal[order])
-
-
 @given(data=st.data(), F=sets)
 def test_units_rows_and_dominated_rows_do_not_matter(data, F):
     """Positive rescaling, another order and dominated rows at once, some objectives maximised."""

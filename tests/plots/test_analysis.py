@@ -1,7 +1,5 @@
 """Figures of sensitivities, feasibility, convergence, predictions and robustness."""
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -130,14 +128,6 @@ def test_values_that_no_axis_holds_are_left_out(frame):
     assert_whole(figure, draw=True)
 
 
-def test_without_predictions_there_is_nothing_to_draw(frame):
-    for wrong in (frame[:0], frame[["round"]], frame[19:]):
-        with pytest.raises(PsiError, match="predictions must be of at least one tested proposal"):
-            plot_predictions(wrong)
-    with pytest.raises(PsiError, match="predictions must be a DataFrame"):
-        plot_predictions(None)
-
-
 def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
     labels = [f"no. {i}" for i in range(40)]
     figure = plot_robustness(result, top=4, labels=labels, title="Forty chutes")
@@ -158,15 +148,6 @@ def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
     assert title.startswith("Forty chutes\nuncertain: mu from 0.3")
     assert ", c from 0.2" in title
     assert_whole(figure, draw=True)
-
-
-def test_designs_that_are_never_feasible_have_no_regret_to_draw(result):
-    nan, one = np.full(40, np.nan), np.ones(40)
-    none = dataclasses.replace(
-        result, optimum_share=0 * one, efficient_share=0 * one, infeasible_share=one,
-        mean_regret=nan, worst_regret=nan,
-    )  # fmt: skip
-    assert_whole(plot_robustness(none, top=3))
 
 
 @pytest.mark.parametrize(

@@ -60,15 +60,6 @@ def test_a_curve_of_the_motion_is_interrupted_at_the_transition(case, figures):
     np.testing.assert_array_equal(friction.get_ydata(), way.friction[way.slipping, 0])
 
 
-def test_the_page_of_the_motion_tells_the_design(case, figures):
-    best = case.ranking.salukvadze[0]
-    way = trajectory(*case.X[best], ChuteParameters(mu=0.4))
-    assert "motion under the full model" in figures[7].get_suptitle()
-    facts = figures[7].axes[-1].texts[0].get_text()
-    assert f"test point {case.test_point[best]}" in facts
-    assert rf"$\eta_1$ = {way.slip_end:.3f}, {way.slip_end:.1%} of the way" in facts
-
-
 def test_the_figures_of_another_chute_say_which_and_mark_its_speed():
     other = Reproduction(64, (solve_case(0.3, "rolling", 64, c=1.5, r=0.2),))
     pages = dict(paper_figures(other, model="rolling", numbers=[2, 4, 8]))
@@ -92,19 +83,6 @@ def test_figures_are_written_in_each_format(case, tmp_path, suffix, start):
     assert all(path.read_bytes().startswith(start) for path in paths)
     with pytest.raises(PsiError, match=r"suffix must be .*got '\.jpg'"):
         save_paper_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=".jpg")
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({}, "reproduction must be one with cases of the full model, got the cases rolling 0.4"),
-        ({"model": "rollin"}, "model must be .*did you mean 'rolling'"),
-        ({"model": "rolling", "numbers": [9]}, "numbers must be of figures, 2 to 8, got 9"),
-    ],
-)
-def test_what_is_not_there_is_named(case, options, message):
-    with pytest.raises(PsiError, match=message):
-        list(paper_figures(Reproduction(64, (case,)), **options))
 
 
 def test_the_plot_points_shows_what_is_missing_and_what_doubling_brought(case):

@@ -181,16 +181,12 @@ def test_a_study_of_another_part_is_refused(tmp_path, box):
     [
         ({"width": (0.05, 1)}, r"width of box must be a value, or .* from 0.1 to 2.0, got"),
         ({"width": (1, 0.5)}, r"in increasing order, .*, got \(1, 0.5\)"),
-        ({"width": float("nan")}, "a finite number, got nan"),
         ({"widht": 1}, "did you mean 'width'"),
         ({"ribs": (1.5, 3)}, "of whole numbers"),
-        ({"ribs": [2, 3]}, r"a finite number, got \[2, 3\]"),
         ({"metal": ["iron", "gold"]}, "one of 'iron', 'steel', 'wood', or a list of some, got"),
-        ({"metal": []}, "or a list of some"),
         ({"hollow": 2}, "True or False, got 2"),
         ({"width": 1, "ribs": 2, "metal": "iron", "hollow": True}, "leaves a variable free"),
         (([0.2], [0.4]), "the two arrays of refined_bounds"),
-        (0.5, "a mapping from variables to bounds or values"),
     ],
 )  # fmt: skip
 def test_what_is_no_part_is_refused(box, message):

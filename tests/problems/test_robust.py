@@ -109,14 +109,6 @@ def test_elementwise_and_vectorised_models_give_the_same_in_few_calls(load):
     assert sum(problem.calls for problem in made if not problem.elementwise) == (7 if load else 1)
 
 
-def test_parts_of_many_designs_make_no_difference(monkeypatch):
-    robust = Robust(Linear(), tolerances=NORMAL, n_scenarios=5)
-    whole = robust.evaluate(X)
-    monkeypatch.setattr("pymoo_psi.problems._robust._AT_A_TIME", 10)
-    for a, b in zip(whole, robust.evaluate(X), strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 class Brittle(ElementwiseProblem):
     """Fails beyond 1, and is infinite below 0."""
 
@@ -197,16 +189,10 @@ CHUTE = SphereChute()
     [
         (CHUTE, {}, ValueError, "tolerances must be given, or uncertainty, got neither"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
-        (CHUTE, {"tolerances": [0.1]}, TypeError, "tolerances must map names"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "relative": ["x2"]}, ValueError, "relative must be one of 'x1', got 'x2'"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "median"}, ValueError, "criteria must be 'mean', 'quantile:q'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
-        (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": ["mean"]}, ValueError, "for all or each of 4 objectives"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "failure_probability": 1}, ValueError, "failure_probability must be from 0 to below 1"),
-        (CHUTE, {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, TypeError, "problem must be a function of mu"),
-        (SphereChute, {"tolerances": {"x1": 0.1}}, TypeError, "problem must be a pymoo Problem"),
         (lambda nu: Problem(n_var=2, n_obj=2, nu=nu), {"uncertainty": {"nu": stats.uniform(0.1, 0.1)}}, ValueError, "of parameters that Problem takes, got 'nu'"),
-        (SphereChute, {"uncertainty": {"mu": 0.2}}, TypeError, r"uncertainty\['mu'\] must be a distribution"),
         (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "in every scenario, as in the first"),
         (Restricted(CHUTE, {"x1": 0.5}), {"tolerances": {"x1": 0.1}}, ValueError, "tolerances must be of real variables that are not fixed"),
     ],

@@ -31,7 +31,6 @@ def test_a_stall_violates_the_constraint(make):
     [
         ({"mu": 0}, ValueError, "mu must be a positive number, got 0.0"),
         ({"mu": "0.2"}, TypeError, "mu must be a finite number, got '0.2'"),
-        ({"mu": np.nan}, ValueError, "mu must be a finite number, got nan"),
         ({"omega0": (0, 0)}, ValueError, r"omega0 must be 3 numbers, got \(0, 0\)"),
         (
             {"model": "ful"},
@@ -43,9 +42,6 @@ def test_a_stall_violates_the_constraint(make):
             ValueError,
             r"lower must be >= 0 and at most upper .* lower=\[1.0, 0.1\], upper=",
         ),
-        ({"lower": (-0.1, 0.1)}, ValueError, "lower must be >= 0"),
-        ({"upper": (1, 2, 3)}, ValueError, "upper must be 2 numbers"),
-        ({"omega": (0, 0, 0)}, TypeError, "unknown keyword argument 'omega'"),
         ({"elementwise_runer": 1}, TypeError, "did you mean 'elementwise_runner'"),
     ],
 )

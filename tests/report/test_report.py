@@ -13,11 +13,9 @@ from pymoo_psi import (
     Formulation,
     PsiError,
     TestTable,
-    VectorizedSphereChute,
     cautions,
     compare_designs,
     explain,
-    investigate,
     lp_tau,
     representatives,
 )
@@ -267,31 +265,6 @@ def test_odd_tables(X, F):
     assert_reported(X, F)
 
 
-def test_many_objectives_and_variables_are_all_told():
-    X = lp_tau(64, 40)
-    F = np.abs(X[:, :15] - X[:, 15:30])
-    report = decision_report(TestTable.of(range(1, 65), X, F))
-    assert {f"f{j + 1}" for j in range(15)} | {f"x{j + 1}" for j in range(40)} <= {
-        line.partition(" | ")[0] for line in lines(report, "The choice")
-    }
-
-
-def test_what_tests_cannot_tell_is_said():
-    """Of designs from anywhere, or chosen by an algorithm, shares of variance would be wrong."""
-    title = "First-order sensitivities, and where designs are feasible"
-    assert lines(decision_report(beams()), title) == [
-        "Not available: it is unknown how these designs were sampled."
-    ]
-
-
-def test_sequences_tell_sensitivities_rules_and_convergence():
-    table = investigate(VectorizedSphereChute(0.4, model="rolling"), 128)
-    report = decision_report(table)
-    assert any(hasattr(p, "draw") for p in section(report, report.sections[-2].title).parts)
-    said = lines(report, "Whether more tests would change the choice")
-    assert said[0].startswith("More tests are")
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -299,19 +272,10 @@ def test_sequences_tell_sensitivities_rules_and_convergence():
             {"design": 999},
             "design must be the number of a feasible test, got 999",
         ),
-        ({"design": 0}, "design must be an integer >= 1"),
         ({"limits": {"mas": 3}}, "did you mean 'mass'"),
         ({"selectors": {"x": 3}}, r"selectors\['x'\] must be an object with .do"),
-        ({"normalize": "no"}, "normalize must be"),
     ],
 )
 def test_mistakes(arguments, message):
     with pytest.raises(PsiError, match=message):
         decision_report(beams(), **{"limits": {"mass": 20}, **arguments})
-
-
-def test_only_a_table_with_tests_and_objectives():
-    with pytest.raises(PsiError, match="table must be"):
-        decision_report(np.zeros((3, 2)))
-    with pytest.raises(PsiError, match="with tests and objectives"):
-        decision_report(TestTable.empty())

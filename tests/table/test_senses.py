@@ -130,9 +130,7 @@ def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
     ("layout", "error", "message"),
     [
         (lambda: Layout.of(1, ["mass"], maximize=["mas"]), ArgumentValueError, "maximize .* did you mean 'mass'"),
-        (lambda: Layout.of(1, ["mass"], maximize="mass"), ArgumentTypeError, "maximize must be a list of names, got 'mass'"),
         (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "units must be names to texts, got .'mass': 1"),
-        (lambda: Layout.of(1, ["mass"], outputs=["status"]), ArgumentValueError, "distinct, and none of test_point, status"),
     ],
 )  # fmt: skip
 def test_senses_units_and_outputs_of_no_column_are_refused(layout, error, message):

@@ -178,10 +178,7 @@ def slice_of(table):
     ("make", "kind", "message"),
     [
         (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
-        (lambda: RING.refined_bounds(margin=-0.1), ValueError, "margin must be 0 or more, got -0.1"),
-        (lambda: section_points(RING, 513, "x1", 3), ValueError, "design must be a tested point's number, or a design, got 513"),
         (lambda: section_points(MIXED, 1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is a choice"),
-        (lambda: RING.with_prototype([0.5, 0.5], [1, 1, np.inf]), ValueError, "f of the prototype must be finite, got inf at index 2"),
         (lambda: freed(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],
 )  # fmt: skip
