@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 from importlib import import_module
-from importlib.metadata import entry_points, metadata, requires
+from importlib.metadata import metadata, requires
 
 import pytest
 
@@ -81,14 +81,3 @@ def test_every_dependency_has_a_floor():
     own = metadata("pymoo-psi")["Name"]
     for requirement in requires("pymoo-psi"):
         assert requirement.startswith(own) or re.match(r"[\w-]+(\[\w+\])?>=\d", requirement)
-
-
-def test_metadata():
-    about = metadata("pymoo-psi")
-    assert about["License-Expression"] == "Apache-2.0"
-    assert about["Requires-Python"] == ">=3.10"
-    assert "Parameter Space Investigation" in about["Keywords"]
-    assert "Preference" not in about["Keywords"]
-    assert about["Description-Content-Type"] == "text/markdown"
-    (script,) = entry_points(group="console_scripts", name="pymoo-psi")
-    assert script.value == "pymoo_psi.cli:run"

@@ -7,12 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import pymoo_psi
 from pymoo_psi import VectorizedSphereChute, investigate, paper
 from pymoo_psi.chute import ChuteParameters, criteria, motion
-from pymoo_psi.cli._app import app
+from pymoo_psi.cli import main
 from pymoo_psi.paper import published_table
 
 README = Path(__file__).parents[1] / "README.md"
@@ -49,14 +48,20 @@ def test_every_python_block_is_one_that_runs():
     assert text.count("```python") == text.count("```python\n>>> ") + scripts
 
 
-def test_commands_and_options_are_real():
+def test_commands_and_options_are_real(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def shown(*words):
+        assert main([*words, "--help"]) == 0
+        return capsys.readouterr().out
+
     text = README.read_text("utf-8")
     section = re.search(r"## The command\n(.*?)\n## ", text, re.DOTALL)[1]
     listed = set(re.findall(r"[a-z]+", " ".join(re.findall(r"^\| (`.*?) \|", section, re.M))))
-    commands = {command.name or command.callback.__name__ for command in app.registered_commands}
+    commands = set(re.findall(r"^  ([a-z]+)  ", shown().partition("Commands:")[2], re.M))
     assert commands == listed - {"pymoo", "psi"}
     for line in re.findall(r"pymoo-psi [a-z]+ .*--.*", text.replace("\\\n", "")):
-        known = CliRunner().invoke(app, [line.split()[1], "--help"], terminal_width=200).output
+        known = shown(line.split()[1])
         assert set(re.findall(r"--[a-z-]+", line)) <= set(re.findall(r"--[a-z-]+", known)), line
 
 

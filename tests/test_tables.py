@@ -11,12 +11,7 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import (
-    TestTable,
-    compare,
-    rank_of_efficiency,
-    representatives,
-)
+from pymoo_psi import TestTable, compare, representatives
 from pymoo_psi._tables import ROWS, latex_table
 from pymoo_psi.page import decision_page
 from pymoo_psi.paper import Reproduction, solve_case
@@ -89,23 +84,6 @@ def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_
     assert f"The first {ROWS} of 40 rows" in text
     assert heading == ["", "width [mm<i>]", EVIL, "gain (max)", "status"]
     assert [row[0] for row in rows] == [str(n) for n in range(1, 1 + ROWS)]
-
-
-def test_a_ranking_shows_its_frames_first_rows(table):
-    ranking = table.ranking()
-    _, (heading, below, *rows) = shown(ranking)
-    frame = ranking.to_frame().head(ROWS)
-    assert below[0] == "test_point"
-    assert [row[0] for row in rows] == [str(label) for label in frame.index]
-    assert [float(row[-2]) for row in rows] == frame["rank"].tolist()
-    np.testing.assert_allclose([float(row[3]) for row in rows], frame["mu1"], rtol=1e-4)
-
-
-def test_names_that_no_frame_can_hold_are_shown_nevertheless():
-    ranking = rank_of_efficiency(pd.DataFrame([[1, 2], [2, 1]], columns=["rank", "mu1"]))
-    assert shown(ranking)[1] == []  # its frame refuses the name
-    few = representatives(pd.DataFrame([[1, 2], [2, 1]], columns=["share", "b"]), 1)
-    assert shown(few)[1] == []
 
 
 # LaTeX

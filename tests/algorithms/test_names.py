@@ -59,15 +59,6 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     assert np.array_equal(other.F, told.F)
 
 
-def test_limits_on_a_maximised_objective_are_the_least_value_allowed():
-    limited = minimize(Model(**TOLD), PSI(64, limits={"gain": (0.25, None)}))
-    mirrored = minimize(Model(), PSI(64, limits={"f2": -0.25}))
-    assert np.array_equal(limited.F, mirrored.F)
-    assert (-limited.F[:, 1] >= 0.25).all()
-    kept = investigate(Model(**TOLD), 64, limits={"gain": (0.25, None)}, keep="pareto")
-    assert np.array_equal(np.sort(kept.numbers), np.sort(limited.opt.get("test_point")))
-
-
 @pytest.mark.parametrize(
     ("told", "error", "message"),
     [

@@ -124,8 +124,7 @@ def test_telling_something_else_is_refused():
     algorithm.setup(CHUTE)
     first = algorithm.ask()
     with pytest.raises(
-        PsiError,
-        match="infills must be the test points asked for, .* and evaluated",
+        PsiError, match="infills must be the test points asked for, .* and evaluated"
     ):
         algorithm.tell(infills=first)
     CHUTE_F, CHUTE_G = CHUTE.evaluate(first.get("X"))
@@ -247,17 +246,6 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
         algorithm.setup(get_problem("bnh"))
     assert algorithm.result().X.shape[1] == 2
-
-
-@pytest.mark.parametrize("sampling", [None, QMCSampling("sobol")])
-def test_two_runs_continue_each_other(sampling):
-    whole, first, second = (
-        minimize(CHUTE, PSI(n, first=first, sampling=sampling), seed=4).algorithm.table
-        for n, first in ((100, 1), (40, 1), (60, 41))
-    )
-    assert first.merge(second).equals(whole)
-    assert second.merge(first).equals(whole)
-    assert not first.equals(whole)
 
 
 BAD_BOUNDS = "bounds of x1 of Unbounded must be finite and in .* order, got "

@@ -14,14 +14,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from pymoo_psi import (
-    PSI,
-    QMCSampling,
-    SphereChute,
-    TestTable,
-    VectorizedSphereChute,
-    investigate,
-)
+from pymoo_psi import PSI, QMCSampling, SphereChute, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 
 

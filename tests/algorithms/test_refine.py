@@ -5,14 +5,7 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import (
-    PSI,
-    PsiError,
-    VectorizedSphereChute,
-    investigate,
-    lp_tau,
-    rank_of_efficiency,
-)
+from pymoo_psi import PSI, PsiError, VectorizedSphereChute, investigate, lp_tau, rank_of_efficiency
 from pymoo_psi.algorithms import refine
 
 

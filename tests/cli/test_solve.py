@@ -102,12 +102,11 @@ def test_mixed_variables_are_restricted(run):
     assert {*written()["steel"]} == {"S355"}
     assert run(*words, "--box", "a=0.5")[0] == 0
     assert {*written()["a"]} == {0.5}
-    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "variable=lower:upper"),
-                         ("n=x", "numbers"), ("q=1", "did you mean"), ("n", "of the form")):  # fmt: skip
+    for box, message in (("steel=S9", "one of 'S235'"), ("n=1:2:3", "variable=lower:upper")):
         code, _, err = run(*words, "--box", box)
         assert (code, err.count("\n")) == (2, 1)
         assert "--box must be " in err
-        assert message in err or message == "did you mean"
+        assert message in err
 
 
 def test_nsga3_is_the_librarys_and_repeatable(run):
@@ -182,8 +181,6 @@ def test_a_problem_is_made_of_options(run):
     for words, message in [
         (["models:Sized"], "its arguments: --length, --n-ribs"),
         (["models:Long", "--lenth", 1], "did you mean --length?"),
-        (["bnh", "--n-obj", 3], "No such option: --n-obj; arguments of bnh: none"),
-        (["models:number"], "'int' object is not callable"),
         (["models:broken"], "no licence"),
         (["models:absent"], "no attribute"),
         (["models:Moves", "--points", 4], ""),

@@ -196,10 +196,6 @@ def test_preferences_are_the_selectors(sources):
         found.add(tuple(chosen))
     assert len(found) > 4
     assert "3 for 41 Pareto-optimal designs" in printed
-    code, _, err = sources("report", *words)
-    assert (code, err) == (0, "")
-    report = unescape(Path("report.html").read_text("utf-8"))
-    assert all(f"{entry}: " in report for entry in options)
 
 
 def decision(**more):
@@ -286,37 +282,6 @@ def test_export_changes_nothing(sources, suffix):
         assert (code, err) == (0, "")
         assert "64 tests (" in printed
         assert read_table(f"o-{source}.{suffix}").equals(table)
-
-
-def test_tests_of_one_problem_are_merged_and_go_on(sources):
-    words = ["solve", "models:Beam", "--study"]
-    assert sources(*words, "runs", "--points", 64, "--share", "1/2")[0] == 0
-    assert sources(*words, "half.db", "--points", 48)[0] == 0
-    code, printed, err = sources("export", "runs", "half.db", "--out", "all.db")
-    assert (code, err) == (0, "")
-    assert "runs: 32 of 64 test points are missing" in printed
-    printed = sources(*words, "all.db", "--points", 64)[1]
-    assert "64 tested, 56 of them from the study" in printed
-    code, _, err = sources("export", "beam.db", "--out", "all.db")
-    assert (code, err.count("\n")) == (2, 1)
-
-
-def test_experiments_of_other_bounds_are_joined_by_name(sources):
-    words = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
-    assert sources(*words)[0] == 0
-    code, _, err = sources("export", "beam.db", "part.db", "--out", "both.csv")
-    assert code == 2
-    assert "NAME=SOURCE joins tests of other bounds" in err
-    assert sources("export", "all=beam.db", "part.db", "--out", "both.csv")[0] == 0
-    tables = {"all": TestTable.read_study("beam.db"), "part": TestTable.read_study("part.db")}
-    assert TestTable.read_csv("both.csv").equals(TestTable.combined(tables))
-    assert sources("rank", "both.csv", "--out", "ranked.csv")[0] == 0
-    ranked = pd.read_csv("ranked.csv", comment="#")
-    assert {*ranked["experiment"]} == {"all", "part"}
-    # A design that two experiments have tested is ranked once.
-    assert sources("export", "a=beam.db", "b=all.csv", "--out", "twice.csv")[0] == 0
-    assert sources("rank", "twice.csv", "--out", "once.csv")[0] == 0
-    assert len(pd.read_csv("once.csv", comment="#")) == tables["all"].eligible().sum()
 
 
 def test_a_zero_whose_sign_was_turned_is_a_plain_zero(run, tmp_path):

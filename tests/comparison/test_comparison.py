@@ -13,14 +13,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo.termination import get_termination
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import (
-    PSI,
-    PsiError,
-    VectorizedSphereChute,
-    compare,
-    investigate,
-    nsga3,
-)
+from pymoo_psi import PSI, PsiError, VectorizedSphereChute, compare, investigate, nsga3
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
@@ -364,29 +357,3 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
             n_jobs=n_jobs,
         )  # fmt: skip
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
-
-
-class Careless(Problem):
-    """A model whose values pymoo would turn round or fill in."""
-
-    def __init__(self, flaw):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
-        self.flaw = flaw
-
-    def _evaluate(self, X, out, *args, **kwargs):
-        F = np.column_stack([X[:, 0], 1 - X[:, 0]])
-        out["F"] = {"transposed": F.T, "nan": np.where(X[:, [1]] > 0.9, np.nan, F)}.get(
-            self.flaw, F
-        )
-        if self.flaw != "forgotten":
-            out["G"] = X[:, [1]] - 0.5
-
-
-@pytest.mark.parametrize("algorithm", ["psi", "nsga3"])
-@pytest.mark.parametrize(
-    ("flaw", "reason"),
-    [("transposed", "F has shape"), ("forgotten", "G is missing"), ("nan", "F is .nan, nan")],
-)
-def test_values_that_cannot_be_used_end_every_run(algorithm, flaw, reason):
-    with pytest.raises(RunError, match=f"{reason}.*FailureTolerant"):
-        compare(Careless(flaw), n_evaluations=64, seeds=1, algorithms=[algorithm], polish=False)

@@ -69,16 +69,6 @@ def test_existing_designs_have_names_of_their_own():
     assert payload_of(page_of_beams(prototype=old))["names"][-1] == "B1004 (existing)"
 
 
-def test_sources_of_any_kind_make_the_same_page(tmp_path):
-    frame = beams()
-    frame.to_csv(tmp_path / "set.csv", index=False)
-    asked = Formulation(OBJECTIVES, maximize=["strength"])
-    pages = [payload_of(decision_page(source, asked)) for source in (frame, tmp_path / "set.csv")]
-    assert pages[0] == pages[1]
-    array = payload_of(decision_page(frame[OBJECTIVES].to_numpy()))
-    assert [c["name"] for c in array["columns"][:3]] == ["f1", "f2", "f3"]
-
-
 def test_it_opens_with_a_formulation_and_further_limits():
     asked = Formulation(
         ["mass", "ratio"], limits={"mass": 0.9}, computed={"ratio": "strength / mass"}

@@ -182,7 +182,7 @@ def model(x):
 def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
     (tmp_path / "hanging.py").write_text(HANGING)
     (tmp_path / "program.py").write_text(
-        "import hanging, pymoo_psi.parallel._pool as pool\n"
+        "import hanging\nfrom pymoo_psi.parallel import _pool as pool\n"
         "from pymoo_psi import JoblibRunner\n"
         "pool._START = 0.5  # a worker has at least this long\n"
         "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])"

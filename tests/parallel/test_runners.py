@@ -19,7 +19,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner, SphereChute
+from pymoo_psi import FailureTolerant, JoblibRunner
 from pymoo_psi.errors import ArgumentValueError, EvaluationError, WorkerError
 from tests.processes import LONG, gone, posix, until
 
@@ -69,11 +69,7 @@ def pids(problem, X):
 
 @pytest.fixture(
     scope="module",
-    params=[
-        {"n_jobs": 2},
-        {"n_jobs": 2, "in_process": False},
-        {"n_jobs": 1},
-    ],
+    params=[{"n_jobs": 2}, {"n_jobs": 2, "in_process": False}, {"n_jobs": 1}],
     ids=str,
 )
 def runner(request):
@@ -120,15 +116,6 @@ class TestContract:
         np.testing.assert_array_equal(caught.value.design, designs(3)[4])
         # where a worker raised it, its traceback comes as a text
         assert "_evaluate" in str(caught.value.__cause__.__cause__) or runner.in_process
-
-    @pytest.mark.parametrize("algorithm", [NSGA2(pop_size=20), PSI(50, block_size=20)])
-    def test_a_run_is_the_same_as_with_the_plain_loop(self, runner, algorithm):
-        results = [
-            minimize(SphereChute(0.4, model="rolling", **options), algorithm, ("n_gen", 3), seed=1)
-            for options in ({}, {"elementwise_runner": runner})
-        ]
-        for name in "XFG":
-            np.testing.assert_array_equal(*(res.pop.get(name) for res in results))
 
 
 @pytest.mark.parametrize(

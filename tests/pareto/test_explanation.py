@@ -132,16 +132,6 @@ def test_sentences_name_designs_objectives_and_units():
     assert why.behind.tolist() == [10, 100, 0]
 
 
-def test_a_design_alone_and_a_design_among_equals():
-    assert explain([[3.0, 4.0]], 0).sentences[1] == "It is the best in every objective."
-    twins = explain([[1.0, 3.0], [1.0, 3.0], [3.0, 1.0]], 1)
-    assert twins.sentences[0] == (
-        "Design 1 is a Salukvadze optimum: one of 3 of 3 Pareto-optimal designs that are equally "
-        "near to the ideal point."
-    )
-    assert twins.sentences[1] == "Behind the best in f2 by 2 (100 % of its range); the best in f1."
-
-
 def test_rounding_is_no_difference():
     F = np.array([[0.3, 1.0], [0.1 + 0.2, 1.0], [0.0, 2.0]])
     assert compare_designs(F, [0, 1]).gains.tolist() == [[0, 0], [0, 0]]

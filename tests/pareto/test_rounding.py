@@ -90,7 +90,6 @@ def test_ranks_agree_with_exact_arithmetic(kind, data, normalize):
 
 
 A, B = 0.1 + 0.2, 0.3  # 0.30000000000000004 and 0.3
-THIRD = 1.0 - 2.0 / 3.0  # an ulp and a half above 1 / 3
 
 HARD = {
     "one design": ([[3.0, -4.0]], [6]),

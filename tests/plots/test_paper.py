@@ -7,7 +7,7 @@ from matplotlib._pylab_helpers import Gcf
 
 from pymoo_psi import PsiError
 from pymoo_psi.chute import ChuteParameters, trajectory
-from pymoo_psi.paper import Reproduction, reproduce, solve_case
+from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.plots import paper_figures, plot_points, save_paper_figures
 from tests.plots.drawn import assert_whole, texts
 
@@ -100,12 +100,3 @@ def test_the_plot_points_shows_what_is_missing_and_what_doubling_brought(case):
     assert_whole(figure)
     with pytest.raises(PsiError, match="of 8 tests or more, got 4 tests"):
         plot_points(Reproduction(4, (solve_case(0.4, "rolling", 4),)))
-
-
-def test_the_plot_points_is_drawn_where_there_is_nothing_to_compare_with():
-    halves = reproduce(8, mu=[0.4], models=["rolling"])  # none
-    assert_whole(plot_points(halves), draw=True)
-    # So much friction that of the test points only the level chute is Pareto optimal: U itself.
-    nearest = reproduce(9, mu=[1e9], models=["full"])
-    assert nearest.cases[0].refined.distance == 0
-    assert_whole(plot_points(nearest), draw=True)

@@ -8,14 +8,12 @@ import os
 import re
 
 import numpy as np
-import pandas as pd
 import pytest
 from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Real
 from pymoo.optimize import minimize
-from scipy import sparse
 
 from pymoo_psi import PSI, FailureTolerant, lp_tau
 from pymoo_psi.problems import evaluate_designs
@@ -86,22 +84,15 @@ FOR_ONE = {
     "gives NaN": (giving("F", [np.nan, 1.0]), r"F is \[nan, 1.0\]"),
     "gives minus infinity": (giving("F", [1.0, -np.inf]), r"F is \[1.0, -inf\] though .*"),
     "forgets F": (giving("F", None), "F is missing"),
-    "gives nothing": (giving("F", []), r"F has shape \(0,\) instead of \(2,\)"),
-    "gives three objectives": (giving("F", [1, 2, 3]), r"F has shape \(3,\) instead of \(2,\)"),
     "gives text": (giving("F", ["low", "high"]), NO_NUMBERS),
-    "gives a sparse matrix": (giving("F", sparse.eye(2)), NO_NUMBERS),
-    "gives complex values": (giving("F", [1 + 2j, 1.0]), "F is not .* complex128"),
     "gives masked values": (giving("F", np.ma.array([1.0, 2], mask=[0, 1])), r"F is \[1.0, nan\]"),
-    "gives too large a number": (giving("F", [10**400, 1]), NO_NUMBERS),
     "gives NaN for a constraint": (giving("G", np.nan), r"G is \[nan\]"),
     "gives an equality too many": (giving("H", [0.0]), r"H has shape \(1,\) instead of \(0,\)"),
     "changes its design": (changes_its_design, None),
     "reuses an array": (reuses_an_array, None),
     "changes the process": (changes_the_process, None),
     "gives more, of many lengths": (gives_more, None),
-    "claims a failure": (giving("failure", "I think not"), None),
     "gives a column": (giving("F", np.array([[2.0], [8.0]])), None),
-    "gives a series": (giving("F", pd.Series([2.0, 8.0], index=["a", "b"])), None),
     "is infeasible and infinite": (
         at_culprit(lambda x, out: out.update(F=[np.inf, 1.0], G=1.0)),
         "infeasible",
@@ -135,9 +126,8 @@ def raises_for_all(error):
     return together(change)
 
 
-def cell(value, dtype=float):
+def cell(value):
     def make(F, culprit):
-        F = F.astype(dtype)
         F[culprit, -1] = value
         return F
 
@@ -162,13 +152,8 @@ def reuses_arrays(self, X, out, culprit):
 FOR_ALL = {
     "raises": (raises_for_all(FloatingPointError("underflow")), "FloatingPointError: underflow"),
     "gives NaN": (replacing("F", cell(np.nan)), r"F is \[2.0, nan\]"),
-    "gives objects": (replacing("F", cell("high", object)), "F is not an array .*'high'"),
     "gives masked values": (replacing("F", mask), r"F is \[nan, 8.0\]"),
     "gives NaN for a constraint": (replacing("G", cell(np.nan)), r"G is \[nan\]"),
-    "gives complex values": (
-        replacing("F", cell(1j, complex)),
-        ("F is not an array of numbers: it holds complex128",),
-    ),
     "gives rows for columns": (
         replacing("F", lambda F, culprit: F.T),
         (r"F has shape \(2, 1\) instead of \(1, 2\)",),

@@ -28,9 +28,7 @@ from pymoo.problems import get_problem
 from pymoo.problems.static import StaticProblem
 from pymoo.termination import get_termination
 from pymoo.termination.collection import TerminationCollection
-from pymoo.termination.default import (
-    DefaultMultiObjectiveTermination,
-)
+from pymoo.termination.default import DefaultMultiObjectiveTermination
 from pymoo.termination.ftol import MultiObjectiveSpaceTermination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.robust import RobustTermination

@@ -233,13 +233,6 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     assert "Feasible" in Reader(report.html()).text
 
 
-def assert_reported(X, F):
-    report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
-    text = Reader(report.html()).text
-    assert "Test point" in text
-    assert "nan" not in text.replace("dominan", "")
-
-
 @pytest.mark.parametrize(
     ("X", "F"),
     [
@@ -247,31 +240,22 @@ def assert_reported(X, F):
         ([[0.1], [0.2], [0.3]], [[2.0], [1.0], [1.0]]),  # one objective, a tie
         ([[0.1], [0.2]], [[1.0, 2.0], [1.0, 2.0]]),  # equal
         ([[0.1], [0.2], [0.3]], [[1.0, 3.0, 0.0], [2.0, 2.0, 0.0], [3.0, 1.0, 0.0]]),  # constant
-    ],
-)
-def test_small_tables(X, F):
-    assert_reported(X, F)
-
-
-@pytest.mark.parametrize(
-    ("X", "F"),
-    [
         (np.empty((3, 0)), [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]),  # no variables
         ([{"m": "iron", "n": 3, "on": True}, {"m": "wood", "n": 4, "on": False}], [[1, 2], [2, 1]]),
         ([[1e300], [-1e300]], [[1e300, 0.0], [-1e300, 1e-300]]),
     ],
 )
-def test_odd_tables(X, F):
-    assert_reported(X, F)
+def test_small_and_odd_tables(X, F):
+    report = decision_report(TestTable.of(range(1, len(F) + 1), X, F))
+    text = Reader(report.html()).text
+    assert "Test point" in text
+    assert "nan" not in text.replace("dominan", "")
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            {"design": 999},
-            "design must be the number of a feasible test, got 999",
-        ),
+        ({"design": 999}, "design must be the number of a feasible test, got 999"),
         ({"limits": {"mas": 3}}, "did you mean 'mass'"),
         ({"selectors": {"x": 3}}, r"selectors\['x'\] must be an object with .do"),
     ],

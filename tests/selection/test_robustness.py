@@ -9,14 +9,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Real
 from scipy import stats
 
-from pymoo_psi import (
-    FailureTolerant,
-    PsiError,
-    VectorizedSphereChute,
-    lp_tau,
-    rank_of_efficiency,
-    robustness,
-)
+from pymoo_psi import FailureTolerant, PsiError, lp_tau, rank_of_efficiency, robustness
 
 
 class Beam(Problem):
@@ -170,11 +163,6 @@ class Misfit(Problem):
         out["F"] = np.ones((len(x), self.n_obj))
 
 
-def limited(mu):
-    return VectorizedSphereChute(mu - 0.3, model="rolling")
-
-
-MU = {"mu": stats.uniform(0.2, 0.2)}
 SHIFT = {"load": stats.uniform(0.5, 1)}
 
 
@@ -184,7 +172,6 @@ SHIFT = {"load": stats.uniform(0.5, 1)}
         (Beam, X, {"uncertainty": {}}, ValueError, "uncertainty must be one parameter or more"),
         (Beam, X[:, :1], {"uncertainty": LOAD}, ValueError, "X must be of 2 variables"),
         (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
-        (limited, [[0.1, 0.1]], {"uncertainty": MU}, ValueError, "mu must be a positive"),
         (Misfit, X, {"uncertainty": SHIFT}, ValueError, r"in every scenario, as in the first, got \(2, 2\)"),
     ],
 )  # fmt: skip

@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import signal
 import socket
 import subprocess
@@ -22,8 +21,6 @@ from tests.study.studies import HEAD, begun, bits, block, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
-KILLS = 12
-
 # What the workers know: the modules are imported once, and every worker is a fork of the server.
 SERVER = """
 import json, os, signal, sys, time, traceback
@@ -31,30 +28,10 @@ from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.study import Study, read_study
 from tests.study.studies import HEAD, begun, block
 
-def doom(lines, seconds):
-    "End so many seconds after so many lines as by a kill: at once, and nothing of Python runs."
-    global doomed
-    doomed = lines, seconds
-    if not lines:
-        signal.setitimer(signal.ITIMER_REAL, seconds)
-
-doomed = -1, 0
-
 def say(path, *words):
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.write(file, (" ".join(map(str, words)) + "\\n").encode())
     os.close(file)
-    left, seconds = doomed
-    doom(left - 1, seconds)
-
-def run(path, log, last):
-    "Evaluate what is not stored, block after block."
-    study = begun(path)
-    with study.writing():
-        for first in range(1, last, 4):
-            if len(study.columns(first, 4)["x"]) == 0:
-                say(log, "evaluate", first)
-                say(log, "committed", first, study.append(block(first, 4, failed=[first])))
 
 for line in sys.stdin:
     command, what = json.loads(line)
@@ -109,40 +86,6 @@ def workers():
 
 def lines(path):
     return path.read_text().splitlines() if path.exists() else []
-
-
-def whole(last):
-    """What the uninterrupted run of a worker has stored."""
-    return block(1, last - 1, failed=range(1, last, 4))
-
-
-def test_a_study_killed_many_times_is_that_of_one_run(tmp_path, workers):
-    path, log = tmp_path / "s.db", tmp_path / "log"
-    job = f"run({str(path)!r}, {str(log)!r}, "
-    chance = random.Random(7)
-    for kill in range(KILLS):
-        # At first while it is created. A kill from here would come when this process has its turn.
-        wanted = chance.randrange(1, 9) if kill >= KILLS // 4 else 0
-        doomed = f"doom({wanted}, {chance.uniform(1e-4, 0.01)})\n{job} 10**6)"
-        assert workers.wait(workers.start(doomed)) == signal.SIGALRM
-        if path.exists():
-            said = {int(line.split()[1]) for line in lines(log) if line.startswith("committed")}
-            numbers = set(read_study(path)[1]["test_point"].tolist())
-            assert said <= numbers  # after every kill, all that was returned is there
-            assert all(set(range(n, n + 4)) <= numbers for n in numbers if n % 4 == 1)
-    last = len(numbers) + 9
-    assert workers.wait(workers.start(f"{job} {last})")) == 0
-    assert bits(read_study(path)[1]) == bits(whole(last))
-    committed = set()
-    for line in lines(log):
-        word, first, *written = line.split()
-        assert first not in committed, "a committed block was evaluated again"
-        if word == "committed":
-            committed.add(first)
-            assert written == ["4"]
-    # A kill in the middle of the file's creation leaves what was to become it.
-    left = [name for name in os.listdir(tmp_path) if not name.startswith(".")]
-    assert sorted(left) == ["log", "s.db"]
 
 
 def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers):

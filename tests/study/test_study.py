@@ -15,11 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi.errors import (
-    ArgumentTypeError,
-    ArgumentValueError,
-    StudyMismatchError,
-)
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study, read_study
 from tests.study.studies import HEAD, begun, bits, block, contents, rows
 

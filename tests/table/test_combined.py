@@ -122,15 +122,10 @@ def test_what_is_not_one_problem_is_refused():
     bnh = investigate(get_problem("bnh"), 4)
     another = replace(bnh, problem={**bnh.problem, "parameters": {"c": 1}})
     for tables, message in [
-        (
-            {"a": table, "b": other},
-            "the experiment 'b' must be tests of .*objectives .*f1.* against .*mass",
-        ),
+        ({"a": table, "b": other}, "experiment 'b' must be .*objectives .*f1.* against .*mass"),
         ({"a": table, "b": sub}, "objectives .*f1.* against .*r"),
         ({"a": table, "b": turned}, "direction of f1 min against max"),
         ({"a": bnh, "b": another}, "parameters"),
-        ({"a": 3}, "the experiment 'a' must be a TestTable, got int"),
-        ({}, "experiments must be tables by name"),
         ([table], "experiments must be tables by name"),
     ]:
         with pytest.raises(PsiError, match=message):

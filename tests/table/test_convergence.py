@@ -86,20 +86,6 @@ def test_what_is_expected_of_eight_times_the_tests_is_not_less_than_they_bring(m
     assert brought <= expected
 
 
-def test_verdicts():
-    sure = convergence(
-        investigate(VectorizedSphereChute(0.4, model="rolling"), 1024), normalize=False
-    )
-    assert sure.verdict(tolerance=0.05).startswith("More tests are unlikely")
-    assert "2048 instead of 1024" in sure.verdict()
-    assert sure.verdict(tolerance=1e-4).startswith("More tests are likely")
-    assert "radius 0.042" in sure.verdict()
-    steady = dataclasses.replace(sure, optimum=np.full(8, 5), mu1=np.full(8, 0.4))
-    assert "changed not at all. That it did not change may be luck" in steady.verdict()
-    with pytest.raises(PsiError, match="tolerance must be a positive number"):
-        sure.verdict(tolerance=0)
-
-
 def test_too_little_to_tell():
     X = lp_tau(64, 2)
     late = np.where(np.arange(64) < 40, 1.0, -1.0)[:, None]

@@ -82,21 +82,6 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(ranking.ideal, its.ideal * turned.layout.sign)
 
 
-@given(tables=mirrored())
-def test_senses_units_and_outputs_come_back_from_csv_and_study_columns(tables, tmp_path_factory):
-    table = tables[1]
-    table = replace(table, layout=replace(table.layout, units={"x1": "mm", "heat": "°C"}))
-    path = tmp_path_factory.mktemp("csv") / "table.csv"
-    table.to_csv(path)
-    back = TestTable.read_csv(path)
-    assert back.equals(table)
-    assert back.layout.units == table.layout.units
-    frame = table.to_frame()
-    for name in table.layout.columns:
-        assert np.array_equal(frame[name], table.column(name), equal_nan=True)
-    assert np.array_equal(frame[["f1", "f2"]] * table.layout.sign, table.F, equal_nan=True)
-
-
 def test_a_gain_on_the_prototype_is_above_0_where_more_of_a_maximised_criterion_is_had():
     layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
     table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -0.4], [2.0, -0.9]], layout=layout)

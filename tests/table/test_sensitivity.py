@@ -5,7 +5,7 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import Restricted, TestTable, investigate, lp_tau
-from pymoo_psi.table import Layout, Rule, feasibility_rules, sensitivities
+from pymoo_psi.table import Layout, feasibility_rules, sensitivities
 
 
 def table_of(X, F, G=None, **names):
@@ -141,9 +141,3 @@ def test_noise_has_no_rules(share):
     (rule,) = feasibility_rules(table_of(X, X[:, :1], G)).rules
     assert rule.text == "everywhere"
     assert (rule.n_tests, rule.n_feasible) == (512, (G < 0).sum())
-
-
-def test_a_rule_with_exceptions_does_not_say_all_or_none():
-    told = [str(Rule("x1 > 0", {}, 1000, k)) for k in (0, 4, 5, 994, 996, 1000)]
-    shares = ["0", "under 1", "under 1", "99", "over 99", "100"]
-    assert told == [f"x1 > 0: {share} % of 1000 tests feasible" for share in shares]

@@ -12,11 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable
-from pymoo_psi.table import (
-    Kind,
-    Layout,
-    constraint_costs,
-)
+from pymoo_psi.table import Kind, Layout, constraint_costs
 from tests.table.asked import freed, violations
 
 # A coarse grid makes ties, dominated designs and values on a limit common.

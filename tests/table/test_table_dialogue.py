@@ -6,13 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import PsiError, TestTable, explain, lp_tau, rank_of_efficiency
-from pymoo_psi.table import (
-    Layout,
-    compare_with_prototype,
-    histogram,
-    section_points,
-)
+from pymoo_psi import PsiError, TestTable, explain, lp_tau
+from pymoo_psi.table import Layout, compare_with_prototype, histogram, section_points
 from tests.table.asked import freed
 
 ring = lp_tau(512, 2)
@@ -186,20 +181,6 @@ def test_bad_arguments(make, kind, message):
     with pytest.raises(kind, match=message) as caught:
         make()
     assert isinstance(caught.value, PsiError)
-
-
-def test_the_ranking_of_a_table_is_that_of_its_pareto_set():
-    rng = np.random.default_rng(4)
-    table = TestTable.of(np.arange(1, 61), rng.random((60, 2)), rng.random((60, 3)))
-    limits = {"f1": 0.8}
-    for normalize in (True, False):
-        ours = table.ranking(limits, normalize=normalize)
-        direct = rank_of_efficiency(table.F[table.pareto(limits)], normalize=normalize)
-        assert ours.rank.tolist() == direct.rank.tolist()
-        np.testing.assert_array_equal(ours.criteria, direct.criteria)
-    message = "with a feasible design, got none of 60 tests, of which 0 failed; loosen the limits"
-    with pytest.raises(PsiError, match=message):
-        table.ranking({"f1": -1.0})
 
 
 def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():

@@ -1,0 +1,55 @@
+"""Proposals of the surrogates go where they are asked to go."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+
+from pymoo_psi import SurrogatePSI
+
+
+class Valley(ElementwiseProblem):
+    """The front is y = 0.3, and where that is forbidden the bound of the constraint."""
+
+    def __init__(self, fails_beyond=2.0):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+        self.fails_beyond = fails_beyond
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] > self.fails_beyond:
+            raise ArithmeticError("no convergence")
+        out["F"], out["G"] = [x[0], (x[1] - 0.3) ** 2 - x[0]], [0.5 - x.sum()]
+
+
+def proposals(problem=None, **options):
+    """All designs after 40 uniform ones and 4 rounds of 6, the proposals, and what was expected."""
+    psi = SurrogatePSI(64, n_points=40, batch=6, **options)
+    algorithm = minimize(problem or Valley(), psi, seed=1).algorithm
+    return algorithm.table.X, algorithm.table.X[40:], algorithm.predictions()
+
+
+def test_proposals_are_new_feasible_and_on_the_front():
+    every, made, predicted = proposals()
+    assert len(np.unique(every.round(6), axis=0)) == 64
+    x, y = made.T
+    assert (x + y > 0.45).all()
+    assert (np.abs(y - np.maximum(0.3, 0.5 - x)) < 0.05).mean() >= 0.5
+    np.testing.assert_allclose(predicted["f1_predicted"], x, atol=0.05)
+
+
+def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_all_alike():
+    _, made, _ = proposals(limits={"f1": -0.5})
+    x, y = made.T
+    assert x.min() < 0.01
+    assert y[x.argmin()] > 0.45
+    assert np.median(x) < 0.2
+    assert len(np.unique(made.round(2), axis=0)) > 12
+
+
+@pytest.mark.parametrize("edge", [0.5, 0.7])
+def test_designs_near_failures_are_avoided(edge):
+    """But not in every round, lest a model that fails there at random is never asked again."""
+    _, made, _ = proposals(Valley(fails_beyond=edge))
+    beyond = made[:, 0] > edge
+    assert beyond[:18].mean() < 0.2
+    assert beyond[18:].any()
