@@ -6,10 +6,6 @@ import sys
 from importlib import import_module
 from importlib.metadata import metadata, requires
 
-import pytest
-
-from pymoo_psi.cli import main
-
 HEAVY = ("typer", "matplotlib", "pymoo", "numpy", "pandas")
 
 
@@ -52,28 +48,6 @@ def test_type_checkers_find_every_public_name(tmp_path):
 def test_help_loads_nothing_heavy():
     code = "from pymoo_psi.cli import main\nassert main(['--help']) == 0"
     assert loaded(code, HEAVY) == "['typer']"
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion(shell, monkeypatch, capsys):
-    def command(**environment):
-        for name, value in environment.items():
-            monkeypatch.setenv(name, value)
-        with pytest.raises(SystemExit) as end:
-            main([])
-        assert end.value.code in (0, None)
-        return capsys.readouterr().out
-
-    assert "_PYMOO_PSI_COMPLETE" in command(_PYMOO_PSI_COMPLETE=f"source_{shell}")
-    completed = command(
-        _PYMOO_PSI_COMPLETE=f"complete_{shell}",
-        COMP_WORDS="pymoo-psi repr",
-        COMP_CWORD="1",
-        _TYPER_COMPLETE_ARGS="pymoo-psi repr",
-        _TYPER_COMPLETE_FISH_ACTION="get-args",
-    )
-    assert "reproduce" in completed
-    assert "solve" not in completed
 
 
 def test_every_dependency_has_a_floor():

@@ -125,31 +125,12 @@ def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
     assert run(rest, 64, path, retry="failed").equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 
-@pytest.mark.parametrize("first_by", ["psi", "investigate"])
-@pytest.mark.parametrize("then_by", ["psi", "investigate"])
-def test_a_finished_run_that_is_called_again_writes_nothing(tmp_path, first_by, then_by):
-    path = tmp_path / "s.db"
-    go = {
-        "psi": lambda problem: minimize(problem, PSI(100, study=path)),
-        "investigate": lambda problem: investigate(problem, 100, study=path),
-    }
-    go[first_by](Counted(broken={3}))
-    state = path.read_bytes(), path.stat().st_mtime_ns, tmp_path.stat().st_mtime_ns
-    again = Counted()
-    go[then_by](again)
-    assert again.seen == []
-    assert state == (path.read_bytes(), path.stat().st_mtime_ns, tmp_path.stat().st_mtime_ns)
-
-
-@pytest.mark.parametrize("by", ["psi", "investigate"])
-def test_threads_share_a_study(tmp_path, by):
+def test_threads_share_a_study(tmp_path):
     path, problem = tmp_path / "s.db", Counted()
     whole = minimize(Counted(), PSI(127)).algorithm.table
 
     def work(_):
-        if by == "psi":
-            return minimize(problem, PSI(127, study=path, block_size=16)).algorithm.table
-        return investigate(problem, 127, study=path, block_size=16)
+        return minimize(problem, PSI(127, study=path, block_size=16)).algorithm.table
 
     with ThreadPoolExecutor(4) as threads:
         tables = list(threads.map(work, range(4)))

@@ -166,30 +166,17 @@ def test_the_same_means_the_same_bits(tmp_path):
     assert model.seen == [x.tobytes() for x in X]
 
 
-@pytest.mark.parametrize("named", [True, False])
-def test_designs_of_any_variables_are_found_again(tmp_path, named):
-    """Also where the numbers of a design are NumPy's, or floats for integers."""
-    if named:
-        design = {"hollow": True, "metal": "steel", "n": 3, "width": 1.5}
-        other = {
-            "hollow": np.True_,
-            "metal": np.str_("steel"),
-            "n": np.int32(3),
-            "width": np.float64(1.5),
-        }
-        third = design | {"hollow": False}
-        model = Mixed()
-        batches = [np.array([x, third], dtype=object) for x in (design, other)]
-    else:
-
-        class Whole(Model):
-            def __init__(self):
-                super().__init__(vtype=int)
-
-        model = Whole()
-        batches = [np.array([[0, 1, 0], [1, 1, 0]]), np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])]
-    first = Recorded(model, study=tmp_path / "s.db").evaluate(batches[0], return_values_of=["F"])
-    again = Recorded(model, study=tmp_path / "s.db").evaluate(batches[1], return_values_of=["F"])
+def test_designs_by_name_are_found_again(tmp_path):
+    """Also where the values of a design are NumPy's."""
+    design = {"hollow": True, "metal": "steel", "n": 3, "width": 1.5}
+    other = {"hollow": np.True_, "metal": np.str_("steel"), "n": np.int32(3), "width": 1.5}
+    third, model = design | {"hollow": False}, Mixed()
+    first, again = (
+        Recorded(model, study=tmp_path / "s.db").evaluate(
+            np.array([x, third], dtype=object), return_values_of=["F"]
+        )
+        for x in (design, other)
+    )
     np.testing.assert_array_equal(first, again)
     assert len(model.seen) == 2
 

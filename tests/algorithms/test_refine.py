@@ -5,7 +5,7 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, PsiError, VectorizedSphereChute, investigate, lp_tau, rank_of_efficiency
+from pymoo_psi import PSI, VectorizedSphereChute, investigate, lp_tau, rank_of_efficiency
 from pymoo_psi.algorithms import refine
 
 
@@ -44,23 +44,6 @@ def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
     F = problem.evaluate(np.column_stack([u1.ravel(), v_p.ravel()]), return_values_of=["F"])
     assert refined.distance <= ranking.frame.distances(F)[:, 0].min()
     assert refined.distance < refined.start_distance == ranking.criteria[ranking.salukvadze[0], 0]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            ([2.0, 0.0],),
-            r"x0 must be a design of 2 variables within the bounds .* got \[2.0, 0.0\]",
-        ),
-        (([0.5, np.nan],), "x0 must be finite, got nan at index 1"),
-        (([0.5, 0.0],), "x0 must be a feasible design with finite objectives"),
-    ],
-)
-def test_bad_start(arguments, message):
-    ranking = rank_of_efficiency([[0.0, 1.0], [1.0, 0.0]])
-    with pytest.raises(PsiError, match=message):
-        refine(Parabolas(limit=0.4), *arguments, ranking)
 
 
 def test_a_ranking_with_a_maximised_objective():

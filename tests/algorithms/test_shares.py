@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.errors import EvaluationError, PsiError
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -125,10 +125,3 @@ def test_a_run_of_many_cores_that_is_to_stop_stores_the_failure(tmp_path):
     with parallel_config("threading"), pytest.raises(EvaluationError, match="cannot be evaluated"):
         of_investigate(200, n_jobs=2, on_failure="raise", study=tmp_path / "s.db")
     assert (TestTable.read_study(tmp_path / "s.db").status == "failed").any()
-
-
-def test_a_problem_that_cannot_be_sent_is_told():
-    problem = Holed()
-    problem.generator = (number for number in ())
-    with pytest.raises(WorkerError, match="pickle"):
-        investigate(problem, 1000, n_jobs=2)

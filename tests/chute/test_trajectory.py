@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pymoo_psi import PsiError, chute
+from pymoo_psi import chute
 from pymoo_psi.chute import ChuteParameters
 from tests.chute.designs import parameters, solve, trajectory, wide
 
@@ -77,17 +77,3 @@ def test_a_stall_ends_it():
     np.testing.assert_allclose(path.eta[-1], chute.motion(0.0, 0.1, p).reached)
     np.testing.assert_allclose(path.speed[-1], 0, atol=1e-6)
     assert np.isfinite(path.time).all()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"n": 1}, "n must be an integer >= 2, got 1"),
-        ({"eta": [0.5, 0.2]}, "eta must be one-dimensional, increasing and within"),
-        ({"eta": [0.0, 1.2]}, "eta must be one-dimensional, increasing and within"),
-        ({"eta": [0.0, np.nan]}, "eta must be finite, got nan at index 1"),
-    ],
-)
-def test_bad_points(options, message):
-    with pytest.raises(PsiError, match=message):
-        chute.trajectory(0.3, 1.0, ChuteParameters(0.4), **options)

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import PsiError
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.paper import PAPER_MU, Reproduction, published_table, reproduce, solve_case
 
@@ -46,15 +45,6 @@ def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small
         np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
 
 
-def test_columns_and_rows(small):
-    table = small.table_6_1()
-    columns = "model mu test_point f1 f2 f3 f4 paper_f1 paper_f2 paper_f3 paper_f4"
-    assert list(table.columns) == columns.split()
-    assert set(zip(table["model"], table["mu"], strict=True)) == {
-        (model, mu) for model in ("full", "rolling") for mu in PAPER_MU
-    }
-
-
 def test_a_deviation_is_found(rolling):
     """The comparison can fail: other designs, other values, a filled M5."""
     wrong = [dataclasses.replace(case, F=case.F + 1e-3) for case in rolling.cases]
@@ -70,19 +60,6 @@ def test_processes_change_nothing(small):
     shared = reproduce(128, models=["rolling"], n_jobs=2).table_6_1()
     alone = small.table_6_1().query("model == 'rolling'")
     pd.testing.assert_frame_equal(alone.reset_index(drop=True), shared)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"n_points": 0}, "n_points must be an integer >= 1, got 0"),
-        ({"n_points": 8, "models": []}, "models must be one or both of 'full' and 'rolling'"),
-        ({"n_points": 8, "n_jobs": 0}, "n_jobs must be 1 or more, or -1 for one per core, got 0"),
-    ],
-)
-def test_bad_arguments(options, message):
-    with pytest.raises(PsiError, match=message):
-        reproduce(**options)
 
 
 def test_continuous_optima_are_nearer_than_the_best_test_points(rolling):

@@ -21,18 +21,6 @@ def test_results_come_in_order_and_as_soon_as_they_can():
     assert list(in_order(enumerate("ab"))) == ["a", "b"]
 
 
-def test_designs_in_this_process_are_measured_every_moment():
-    asked = []
-    waiting = deque(enumerate(range(5000)))
-    results = list(evaluate_here(lambda x: {"F": x}, waiting, enough=asked.append))
-    assert [(index, values["F"]) for index, values, _ in results] == [(x, x) for x in range(5000)]
-    assert asked[0] == 5000
-    assert len(asked) < 1000, "not after each of them"
-    waiting = deque(enumerate([0.0, 0.0, 0.0]))
-    one_by_one = evaluate_here(lambda x: {"F": x}, waiting, moment=0.0)
-    assert [len(waiting) for _ in one_by_one] == [2, 1, 0]
-
-
 def test_what_was_evaluated_before_an_error_is_given_first():
     results = evaluate_here(lambda x: {"F": 1 / x}, deque(enumerate([2, 1, 0, 3])))
     assert [next(results)[0], next(results)[0]] == [0, 1]

@@ -93,12 +93,9 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
         ([["a", "b"]], {}, TypeError, "F must be an array of real numbers, got dtype"),
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "got None; where it is res.F of pymoo, the run found no feasible design"),
-        ([[-1e308, 1e308], [1e308, -1e308]], {}, ValueError, "F must be of finite range, got"),
-        (FRAME, {"ideal": [1.5, 0.0]}, ValueError, "ideal must be no worse than the best value"),
         (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "ideal must be no worse"),
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
-        (FRAME, {"maximize": "cost"}, TypeError, "maximize must be a list of objectives, got 'cost'"),
         (SAME, {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),
     ],
 )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import PsiError, TestTable
+from pymoo_psi import TestTable
 from pymoo_psi.plots import (
     plot_convergence,
     plot_feasibility,
@@ -148,17 +148,3 @@ def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
     assert title.startswith("Forty chutes\nuncertain: mu from 0.3")
     assert ", c from 0.2" in title
     assert_whole(figure, draw=True)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"labels": ["a"]}, "labels must be 40 names, got 1"),
-        ({"top": 0}, "top must be an integer >= 1"),
-    ],
-)
-def test_what_cannot_be_drawn_is_told(result, options, message):
-    with pytest.raises(PsiError, match=message):
-        plot_robustness(result, **options)
-    with pytest.raises(PsiError, match="robustness must be a Robustness, got DataFrame"):
-        plot_robustness(result.to_frame())

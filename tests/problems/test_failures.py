@@ -16,7 +16,7 @@ from pymoo.indicators.igd import IGD
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, FailureTolerant, JoblibRunner
+from pymoo_psi import PSI, FailureTolerant
 from pymoo_psi.errors import EvaluationError
 
 
@@ -148,22 +148,3 @@ def test_no_algorithm_warns_or_returns_a_failed_design(name, hole):
     elif result.F is not None:
         assert np.isfinite(result.F).all()
         assert (np.atleast_1d(result.opt.get("failure")) == "").all()
-
-
-@pytest.mark.parametrize("options", [{}, {"in_process": False}], ids=str)
-def test_reasons_come_back_from_the_workers(options):
-    class Local(ElementwiseProblem):  # travels by value
-        def __init__(self, **kwargs):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=20, **kwargs)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            if x[0] == 1:
-                raise ZeroDivisionError("float division by zero")
-            out["F"] = [np.nan, 1.0] if x[0] == 2 else x
-
-    problem = FailureTolerant(Local(elementwise_runner=JoblibRunner(2, **options)))
-    problem.evaluate(X)
-    assert [f.reason for f in problem.failures] == [REASONS[1], REASONS[2]]
-    stopping = FailureTolerant(problem.wrapped, on_failure="raise")
-    with pytest.raises(EvaluationError, match=r"design \[[12]\.0, [12]\.0\] cannot be evaluated"):
-        stopping.evaluate(X)

@@ -11,7 +11,6 @@ import pytest
 from pymoo_psi import (
     CompromiseProgramming,
     Formulation,
-    PsiError,
     TestTable,
     cautions,
     compare_designs,
@@ -250,16 +249,3 @@ def test_small_and_odd_tables(X, F):
     text = Reader(report.html()).text
     assert "Test point" in text
     assert "nan" not in text.replace("dominan", "")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"design": 999}, "design must be the number of a feasible test, got 999"),
-        ({"limits": {"mas": 3}}, "did you mean 'mass'"),
-        ({"selectors": {"x": 3}}, r"selectors\['x'\] must be an object with .do"),
-    ],
-)
-def test_mistakes(arguments, message):
-    with pytest.raises(PsiError, match=message):
-        decision_report(beams(), **{"limits": {"mass": 20}, **arguments})

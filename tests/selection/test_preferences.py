@@ -186,9 +186,7 @@ def test_directions_do_not_matter(F):
     [
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
         (lambda: CompromiseProgramming(weights=[1, -1]), ValueError, "weights must be a list of numbers >= 0"),
-        (lambda: ReferencePoint([1, np.nan]), ValueError, "point must be finite"),
         (lambda: ReferencePoint([1, 2, 3]).do(F3), ValueError, r"point must be of shape \(2,\)"),
-        (lambda: Lexicographic([]), ValueError, "order must be one or more objectives, each once"),
         (lambda: Lexicographic([0], tolerance=2), ValueError, "tolerance must be a share from 0 to 1"),
         (lambda: Lexicographic(["c"]).do(pd.DataFrame(F3, columns=["a", "b"])), ValueError, "order must be one of 'a', 'b'"),
     ],

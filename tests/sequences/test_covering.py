@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from pymoo_psi import PsiError, lp_tau
+from pymoo_psi import lp_tau
 from pymoo_psi.sequences import covering_radius
 
 
@@ -33,9 +33,3 @@ def test_in_many_dimensions_it_is_at_least_that_of_a_corner():
     radius = covering_radius(lp_tau(256, 8))
     assert corner <= radius <= np.sqrt(8)
     assert covering_radius(lp_tau(1024, 8)) < radius
-
-
-def test_what_are_no_points():
-    for points in ([], [[]], [0.5], [[1.5]], [[np.nan]]):
-        with pytest.raises(PsiError):
-            covering_radius(points)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import (
     Formulation,
     Layout,
@@ -109,18 +109,6 @@ def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
     other = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.5]})
     with pytest.raises(ArgumentValueError, match="others for test point 2"):
         newer.merge(other)
-
-
-@pytest.mark.parametrize(
-    ("layout", "error", "message"),
-    [
-        (lambda: Layout.of(1, ["mass"], maximize=["mas"]), ArgumentValueError, "maximize .* did you mean 'mass'"),
-        (lambda: Layout.of(1, ["mass"], units={"mass": 1}), ArgumentTypeError, "units must be names to texts, got .'mass': 1"),
-    ],
-)  # fmt: skip
-def test_senses_units_and_outputs_of_no_column_are_refused(layout, error, message):
-    with pytest.raises(error, match=message):
-        layout()
 
 
 def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
