@@ -268,6 +268,13 @@ def test_tests_are_analyzed_as_by_the_library(sources):
     assert sources(*solve)[0] == 0
     assert sources("export", "a=beam.db", "part.db", "--out", "both.csv")[0] == 0
     assert "Convergence not available: the tests are of 2 exp" in sources("analyze", "both.csv")[1]
+    # Proposals are where the best designs were expected.
+    sought = ["--algorithm", "surrogate", "--points", 48, "--study", "sought.db"]
+    assert sources("solve", "bnh", *sought)[0] == 0
+    for words in ([], ["--limits", "f1<=100"]):
+        printed = joined(sources("analyze", "sought.db", *words)[1])
+        assert "Caution: an algorithm has chosen the tests" in printed
+        assert "Convergence not available: an algorithm has chosen the tests" in printed
     code, _, err = sources("analyze", "cars.csv", *OBJECTIVES)
     assert (code, "--variables must be named" in err) == (2, True)
 

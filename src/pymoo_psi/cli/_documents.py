@@ -132,7 +132,14 @@ def run_analyze(
         plot_sensitivities,
         save_figures,
     )
-    from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+    from pymoo_psi.table import (
+        convergence,
+        failures_caution,
+        feasibility_rules,
+        read_table,
+        sensitivities,
+        uneven,
+    )
 
     formulation = asked.read()
     table = opening.table(path, formulation)
@@ -147,10 +154,13 @@ def run_analyze(
     columns = [name for name in layout.columns if name not in layout.variables]
     found = sensitivities(table, [name for name in columns if not name.startswith(limits)])
     rules = feasibility_rules(table)
-    # The first of combined tests are one experiment, the others have other bounds: no convergence.
-    experiments = [name for name, _ in layout.experiments]
+    why = uneven(table)
+    # A table under a formulation is of no known problem, but its tests are still of a sampling.
+    if path.is_file() or path.is_dir():  # what a pipe has given it does not give again
+        with suppress(PsiError):
+            why = uneven(read_table(path))
     few = len(layout.objectives) <= _VOLUME
-    steps = convergence(table) if few and len(experiments) < 2 else None
+    steps = convergence(table) if few and not why else None
     if out is not None:
         write_csv(found.reset_index(), out / "sensitivities.csv")
         title = literal(path.name, 60)
@@ -162,7 +172,7 @@ def run_analyze(
             figures["feasibility"] = plot_feasibility(table, title=title).figure
         save_figures(figures.items(), out, 200, ".png")
 
-    say_source(path, table, formulation)
+    say_source(path, table, formulation, ranked=False)
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]
     cells = [
@@ -174,6 +184,10 @@ def run_analyze(
     print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
     if left_out := len(largest) - len(shown):
         say(f"({left_out} variables with smaller ones not shown)")
+    if why:
+        say(f"Caution: {why}; sensitivities suppose an even sample, so that these are rough.")
+    if caution := failures_caution(table):
+        say(f"Caution: {caution}")
     say("Where designs are feasible:")
     for rule in rules.rules:
         say(f"  {rule}")
@@ -183,7 +197,7 @@ def run_analyze(
         )
         say_sentences([steps.verdict()])
     elif few:
-        say(f"Convergence not available: the tests are of {len(experiments)} experiments.")
+        say(f"Convergence not available: {why}.")
     else:
         say(f"Convergence not available: more than {_VOLUME} objectives; --objectives names fewer.")
     if out is not None:

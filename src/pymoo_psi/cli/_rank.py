@@ -82,7 +82,7 @@ def best_designs(frame: pd.DataFrame, n: int) -> pd.DataFrame:
     return frame[names].head(n).round({"mu1": 4})
 
 
-def say_source(path: Path, table: TestTable, asked: Formulation) -> None:
+def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool = True) -> None:
     """Print what is known of a source's rows, of its columns if none was named, of a decision."""
     layout = table.layout
     for remark in table.remarks:
@@ -95,7 +95,8 @@ def say_source(path: Path, table: TestTable, asked: Formulation) -> None:
             hint = "if its sign is turned, as in F of pymoo, leave --maximize out, or turn it back"
             say(f"{name} is maximized, and negative throughout: {hint}.")
     if (n := int((table.status == "ok").sum())) < len(table):
-        say(f"{n} of {counted(len(table), 'design')} are feasible; the others are left out.")
+        rest = "; the others are left out" if ranked else ""
+        say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
     for line in decision_remarks(path, table, asked):
         say(line)
 

@@ -18,7 +18,6 @@ from pymoo_psi.pareto import (
     alternative,
     cautions,
     explain,
-    listed,
     measured_in,
     number,
     percent,
@@ -40,8 +39,10 @@ from pymoo_psi.table import (
     bounds_of,
     constraint_costs,
     convergence,
+    failures_caution,
     feasibility_rules,
     sensitivities,
+    uneven,
     values_in_order,
 )
 
@@ -377,7 +378,7 @@ def _alternatives(case: Case) -> Iterator[Part]:
 
 
 def _enough(case: Case) -> Iterator[Part]:
-    if case.ranking is None or (why := _uneven(case)):
+    if case.ranking is None or (why := uneven(case.table)):
         if case.ranking is not None:
             yield f"Not available: {why}."
         return
@@ -404,26 +405,11 @@ def _enough(case: Case) -> Iterator[Part]:
     )  # fmt: skip
 
 
-def _uneven(case: Case) -> str:
-    """Return why tests are not an even sample of one set of bounds; empty if they are."""
-    experiments = [name for name, _ in case.table.layout.experiments]
-    sampling = str((case.table.problem or {}).get("sampling") or "")
-    if len(experiments) > 1:
-        return f"the tests are of {len(experiments)} experiments, {listed(experiments)}"
-    if not sampling:
-        return "it is unknown how these designs were sampled"
-    if "then proposals" in sampling or "an algorithm" in sampling:
-        return (
-            "an algorithm has chosen the tests, so that they are not spread evenly over the bounds"
-        )
-    return ""
-
-
 def _drives(case: Case) -> Iterator[Part]:
     table, layout = case.table, case.table.layout
     if not layout.variables:
         return
-    if why := _uneven(case):
+    if why := uneven(case.table):
         yield f"Not available: {why}."
         return
     if len(table) > _ENOUGH:
@@ -438,6 +424,8 @@ def _drives(case: Case) -> Iterator[Part]:
             "First-order sensitivities: what share of the variance of a column each variable "
             "explains alone, with 95 % bands; what they lack to 1 is interaction.",
         )
+        if caution := failures_caution(table):
+            yield caution
     except PsiError as error:
         yield f"No sensitivities: {error}."
     try:

@@ -53,7 +53,8 @@ Example:
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
 Analysis: histogram, section_points, constraint_costs, compare_with_prototype, convergence of the
 decision with the number of tests, first-order sensitivities and feasibility_rules (extra
-``sensitivity``); :mod:`pymoo_psi.plots` draws them.
+``sensitivity``); :mod:`pymoo_psi.plots` draws them. uneven and failures_caution say where the
+former two cannot be relied on.
 Files: ``to_csv`` and ``read_csv``, ``to_parquet`` and ``read_parquet``, ``to_study`` and
 ``read_study`` change nothing; ``pd.read_csv(path, comment="#")`` reads the CSV, too.
 For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
@@ -67,9 +68,11 @@ from pymoo_psi.table._analysis import (
     alike,
     compare_with_prototype,
     constraint_costs,
+    failures_caution,
     histogram,
     section_points,
     sensitivities,
+    uneven,
 )
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._designs import (
@@ -123,6 +126,7 @@ __all__ = [
     "difference",
     "ends",
     "excess",
+    "failures_caution",
     "feasibility_rules",
     "head_of",
     "histogram",
@@ -132,6 +136,7 @@ __all__ = [
     "section_points",
     "sensitivities",
     "table_of",
+    "uneven",
     "values_in_order",
     "within",
 ]

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, counted, finite_number, integer, invalid, known_name
 from pymoo_psi.errors import PsiError
+from pymoo_psi.pareto import listed, percent
 from pymoo_psi.table._designs import design_row, value_ranks
 from pymoo_psi.table._layout import Key, Limits, bounds_of
 from pymoo_psi.table._table import TestTable
@@ -32,6 +33,7 @@ _HARMONICS = 10  # SALib's own number, which Tarantola et al. recommend
 # The bands come from halves of the tests, and a half must hold more values than the harmonics take
 # (two each, a sine and a cosine).
 _LEAST = 4 * _HARMONICS + 4
+_LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
 
 
@@ -348,6 +350,44 @@ def sensitivities(
         ]
     frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
     return frame.set_index(["column", "variable"])
+
+
+def uneven(table: TestTable) -> str:
+    """Return why tests are not an even sample of one set of bounds; empty if they are.
+
+    Without one, sensitivities are rough, and the first tests do not tell what more would change.
+
+    Example:
+        >>> uneven(TestTable.of([1], [[0.5]], [[1.0]]))
+        'it is unknown how these designs were sampled'
+    """
+    experiments = [name for name, _ in table.layout.experiments]
+    sampling = str((table.problem or {}).get("sampling") or "")
+    if len(experiments) > 1:
+        return f"the tests are of {len(experiments)} experiments, {listed(experiments)}"
+    if not sampling:
+        return "it is unknown how these designs were sampled"
+    if "then proposals" in sampling or "an algorithm" in sampling:
+        return (
+            "an algorithm has chosen the tests, so that they are not spread evenly over the bounds"
+        )
+    return ""
+
+
+def failures_caution(table: TestTable) -> str:
+    """Return a caution on sensitivities where many tests failed; empty if few did.
+
+    Example:
+        >>> failures_caution(TestTable.of([1], [[0.5]], [[1.0]]))
+        ''
+    """
+    lost = float(np.mean(table.status == "failed")) if len(table) else 0.0
+    if lost <= _LOST:
+        return ""
+    return (
+        f"{percent(lost)} of the tests failed: the others are not spread evenly, which "
+        "sensitivities take for granted, so that these are rough."
+    )
 
 
 def _range(place: Array, lower: float, upper: float) -> tuple[float, float]:
