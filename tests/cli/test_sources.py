@@ -248,6 +248,15 @@ def test_no_feasible_design_is_code_1_of_a_report(sources, tmp_path):
     assert (code, "feasible design" in err) == (2, True)
 
 
+def test_a_design_is_chosen_by_the_column_that_numbers_designs(run, tmp_path):
+    (tmp_path / "set.csv").write_text("number,f,g\n3,1,2\n1,2,1\n2,1.5,1.5\n", "utf-8")
+    words = ["report", "set.csv", "--force", "--out", "r.html", "--design"]
+    for number in (1, 2, 3):
+        assert f"number {number} chosen" in run(*words, number)[1]
+    code, _, err = run(*words, 4)
+    assert (code, "column 'number' holds once" in err) == (2, True)
+
+
 def test_tests_are_analyzed_as_by_the_library(sources):
     from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 

@@ -98,7 +98,9 @@ def run_report(
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     limited = table.under(Formulation(limits=formulation.limits))
     decided = decision_remarks(path, limited, formulation)
-    if design is None and formulation.chosen in table.names:
+    if design is not None:
+        design = _numbered(table, design)
+    elif formulation.chosen in table.names:
         design = int(table.numbers[table.names.index(formulation.chosen)])
     about = [
         f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
@@ -119,6 +121,17 @@ def run_report(
     say_source(path, limited, formulation)
     say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
+
+
+def _numbered(table: TestTable, design: int) -> int:
+    """Return the number of the design that the column which names designs calls so."""
+    label = table.layout.label or ""
+    found = [*table.extra.get(label, ())]
+    if not found or not all(isinstance(cell, int) for cell in found):
+        return design
+    if found.count(design) != 1:
+        raise invalid("--design", f"a number that the column {label!r} holds once", design)
+    return int(table.numbers[found.index(design)])
 
 
 def run_analyze(
