@@ -42,8 +42,8 @@ class CriterionSurfaces:
         f: ``(2, n, n)`` the criteria, NaN where the sphere stalls before the exit.
 
     Example:
-        >>> criterion_surfaces(0.4, "rolling", n=5)._fields
-        ('mu', 'u1', 'u2', 'f')
+        >>> criterion_surfaces(0.4, "rolling", n=5).f.shape
+        (2, 5, 5)
     """
 
     mu: float
