@@ -22,7 +22,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.page import decision_page
 from pymoo_psi.selection import HighTradeoff
-from pymoo_psi.table import read_table
+from pymoo_psi.table import Layout, read_table
 from tests.table.exact_csv import EXACT
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -112,6 +112,19 @@ REFUSED = {
     "one objective": ("a,b\n1,x\n2,y\n", "only column that can be an objective"),
     "empty": ("", "empty"),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ["rank", "page", "report"])
+def test_no_column_is_named_as_one_of_a_ranking(run, command, tmp_path):
+    layout = Layout.of(["x1"], ["rank", "cost"])
+    TestTable.of([1, 2], [[0], [1]], [[1, 2], [2, 1]], layout=layout).to_study(tmp_path / "s.db")
+    code, printed, err = run(command, "s.db")
+    assert (code, printed) == (2, "")
+    assert "named unlike the columns of a ranking, got 'rank'" in err
+    (tmp_path / "set.csv").write_text("name,rank,cost\nA,1,2\nB,2,1\n")
+    code, printed, err = run(command, "set.csv", "--objectives", "rank,cost")
+    assert (code, printed) == (2, "")
+    assert "got 'rank'; such a column follows from others; rename it" in err
 
 
 @pytest.mark.parametrize("command", ["rank", "page", "report", "analyze", "export"])

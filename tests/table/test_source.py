@@ -86,6 +86,8 @@ FILES = {
     "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
     "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a design of a ranking called Best": ("m,a,b,mu1,mu2,mu3,rank,pareto\nBest,1,1,0,0,0,6,True\nA,1,2,1,1,1,0,False\nB,2,1,1,1,1,0,False\n", {}, {"a": [1, 1, 2], "b": [1, 2, 1]}),
+    "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total' and summarises"),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
     "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),

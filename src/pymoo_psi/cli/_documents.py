@@ -23,7 +23,7 @@ from pymoo_psi.cli._output import (
     say_sentences,
     write_csv,
 )
-from pymoo_psi.cli._rank import decision_remarks, preferences_in, say_source
+from pymoo_psi.cli._rank import decision_remarks, preferences_in, require_free_names, say_source
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
 from pymoo_psi.table import STATUSES, Formulation, TestTable
 
@@ -51,6 +51,7 @@ def run_page(
     formulation = asked.read()
     question = replace(formulation, limits={}, page={})
     table = opening.table(path, question)
+    require_free_names(table.layout.columns)
     former = None
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
@@ -58,7 +59,10 @@ def run_page(
         layout = table.layout
         more = [name for name in layout.objectives if name in layout.maximize]
         same = replace(question, objectives=layout.objectives, maximize=more, relaxed=())
-        former = written.table(prototype, same)
+        try:
+            former = written.table(prototype, same)
+        except PsiError as error:
+            raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
     opens = replace(formulation, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
     page = decision_page(table, opens, prototype=former, title=title or path.stem)
     # What the table was asked is repeated in the decisions that the page saves.
@@ -94,6 +98,7 @@ def run_report(
     formulation = asked.read()
     # What each limit costs is reported, so that they are not among the constraints.
     table = opening.table(path, replace(formulation, limits={}))
+    require_free_names(table.layout.columns)
     normalize = formulation.normalize
     selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
     limited = table.under(Formulation(limits=formulation.limits))
@@ -242,7 +247,7 @@ def run_export(
         else:
             named = True
         key = name if named or name not in files else source
-        if not name or key in files:
+        if not name or not file or key in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
         files[key] = Path(file).expanduser()
     suffixes = (".csv", ".parquet", ".db")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,13 @@ _LINES = 7  # of reasons: what a reader takes in at a glance
 _METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
 
 
+def require_free_names(names: Iterable[str]) -> None:
+    """Refuse columns that are named as those of a ranking, beside which they stand in results."""
+    if taken := [name for name in names if name in RANKING_COLUMNS]:
+        remedy = "give it another name, by problem.names of a problem"
+        raise invalid("the columns", "named unlike the columns of a ranking", taken[0], remedy)
+
+
 def designs_frame(
     designs: TestTable, ranking: EfficiencyRanking, asked: Formulation
 ) -> pd.DataFrame:
@@ -69,8 +76,7 @@ def designs_frame(
     if layout.experiments:
         columns |= {name: designs.column(name) for name in ("experiment", "number")}
     columns |= {name: designs.column(name) for name in names}
-    if taken := [name for name in columns if name in RANKING_COLUMNS]:
-        raise invalid("the columns", "named unlike those of a ranking", taken[0])
+    require_free_names(columns)
     columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
     columns |= {"rank": ranking.rank, "pareto": ranking.pareto}
     return pd.DataFrame(columns).iloc[ranking.order]

@@ -27,9 +27,8 @@ from pymoo_psi.algorithms import (
 from pymoo_psi.cli._options import Asked
 from pymoo_psi.cli._output import print_frame, progress, require_output, say, write_csv
 from pymoo_psi.cli._problem import feasible_box
-from pymoo_psi.cli._rank import best_designs, designs_frame, say_choice
+from pymoo_psi.cli._rank import best_designs, designs_frame, require_free_names, say_choice
 from pymoo_psi.cli._text import counts_in, share_in
-from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.problems import FailureTolerant, design_space, problem_layout
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, Layout, TestTable, alike
@@ -117,10 +116,7 @@ def run_solve(
     target = require_output(out, (".csv",), search.study, by="solve", force=force)
     formulation, run = asked.read(), search.run_options(asked)
     layout = problem_layout(problem, design_space(problem))
-    for name in (*layout.columns, *formulation.computed):
-        if name in RANKING_COLUMNS:
-            rule = "named unlike the columns of a ranking"
-            raise invalid("the columns", rule, name, "give it another name by problem.names")
+    require_free_names((*layout.columns, *formulation.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[search.algorithm]
     with _continued(search):
         found = find(problem, search, run, formulation)

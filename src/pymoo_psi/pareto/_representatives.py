@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi._validation import integer
+from pymoo_psi._validation import integer, invalid
 from pymoo_psi.pareto._indicators import farthest_first
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 
@@ -68,7 +68,7 @@ class Representatives(Shown):
             objectives, ``share``, ``farthest``.
 
         Raises:
-            ValueError: An objective is called ``share`` or ``farthest``.
+            ArgumentValueError: An objective is called ``share`` or ``farthest``.
 
         Example:
             >>> print(representatives([[0, 9], [1, 8], [4, 4], [9, 0]], 3).to_frame().round(2))
@@ -81,6 +81,9 @@ class Representatives(Shown):
 
         objectives = self.ranking.objectives.rows(self.rows)
         labels = pd.Index(objectives.labels)
+        if taken := [name for name in ("share", "farthest") if name in objectives.names]:
+            rule = "named other than share and farthest"
+            raise invalid("the objectives", rule, taken[0], "rename the columns of F")
         frame = pd.DataFrame(objectives.values, columns=list(objectives.names), index=labels)
         frame.insert(len(objectives.names), "share", self.shares)
         frame.insert(len(objectives.names) + 1, "farthest", self.farthest)

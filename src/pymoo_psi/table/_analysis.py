@@ -17,7 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, counted, finite_number, integer, invalid, known_name
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    finite_number,
+    instance,
+    integer,
+    invalid,
+    known_name,
+)
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import listed, percent
 from pymoo_psi.table._designs import design_row, value_ranks
@@ -210,7 +218,7 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     """
     import pandas as pd
 
-    mask, names = table.violations(limits)
+    mask, names = instance("table", table, TestTable).violations(limits)
     layout = table.layout
     bounds = [(-np.inf, 0.0)] * len(layout.inequalities)
     bounds += [(-layout.eq_tolerance, layout.eq_tolerance)] * len(layout.equalities)
@@ -319,7 +327,7 @@ def sensitivities(
         ) from error
     import pandas as pd
 
-    layout = table.layout
+    layout = instance("table", table, TestTable).layout
     n_resamples = integer("n_resamples", n_resamples, minimum=2)
     seed = integer("seed", seed, minimum=1)
     dependent = layout.columns[len(layout.variables) :]

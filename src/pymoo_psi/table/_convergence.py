@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._tables import Shown
-from pymoo_psi._validation import Received, counted, invalid, positive_number
+from pymoo_psi._validation import Received, counted, instance, invalid, positive_number
 from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.sequences import covering_radius
 from pymoo_psi.table._layout import Limits
@@ -192,7 +192,7 @@ def convergence(
         >>> convergence(table).pareto
         array([ 6, 12, 18, 36])
     """
-    if len(table) < _LEAST:
+    if len(instance("table", table, TestTable)) < _LEAST:
         raise invalid(
             "the table", f"of {_LEAST} tests or more", Received(counted(len(table), "test"))
         )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, counted, integer, invalid
+from pymoo_psi._validation import Received, counted, instance, integer, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Limits
@@ -129,7 +129,7 @@ def feasibility_rules(
         what = "feasibility rules need scikit-learn, which is not installed"
         raise PsiError(f"{what}; pip install SALib scikit-learn") from error
     depth = integer("depth", depth, minimum=1)
-    feasible = table.feasible(limits)
+    feasible = instance("table", table, TestTable).feasible(limits)
     if len(table) == 0:
         raise invalid("the table", "one with tests", Received(counted(0, "test")))
     splits = [split for j, name in enumerate(table.layout.variables) for split in _splits(table, j)]

@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, collection, counted, invalid, known_name, real_array
+from pymoo_psi._validation import (
+    Received,
+    collection,
+    counted,
+    instance,
+    invalid,
+    known_name,
+    real_array,
+)
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
@@ -113,7 +121,7 @@ def read_table(
             raise invalid("skip_rows", what, skip_rows)
         if isinstance(found, Cells):
             designs, remarks = _designs(found, decimal, thousands)
-            asked = formulation or Formulation()
+            asked = instance("formulation", formulation or Formulation(), Formulation)
             table = _table(designs, asked, variables, remarks, drop_incomplete=drop_incomplete)
         elif variables:
             raise invalid(
@@ -323,7 +331,10 @@ def _designs(
         for name, column in read.items()
         if column.numbers is not None and name not in designs.labels
     ]
-    if numbers:
+    # Every row of a ranking is a design, whatever it is called: a summary has no place in the set.
+    pareto = [str(cell).lower() for cell in cells.columns.get("pareto", ())]
+    ours = {*RANKING_COLUMNS} <= {*cells.columns} and {*pareto} <= {"true", "false"}
+    if numbers and not ours:
         words = {name: column.cells for name, column in read.items() if column.numbers is None}
         require_designs(words, np.column_stack(numbers), designs.where, designs.line)
     return designs, remarks
@@ -420,7 +431,8 @@ def _objectives_and_variables(
             remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            known_name(group, name, [*columns])
+            remedy = "such a column follows from others; rename it" if name in _DERIVED else ""
+            known_name(group, name, [*columns], remedy)
     variables = variables or tuple(name for name in guessed if name in columns)
     return objectives, tuple(name for name in variables if name not in objectives)
 

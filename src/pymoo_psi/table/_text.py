@@ -59,7 +59,7 @@ def decoded(content: bytes, encoding: str | None) -> str:
         # Any bytes are text in cp1252, right or wrong; so it is not guessed.
         remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
         raise UnfitError(f"it is no text: {error}; {remedy}") from None
-    except (LookupError, ValueError):
+    except (LookupError, ValueError, TypeError):
         raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
     # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
     if "\0" in text:
