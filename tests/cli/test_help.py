@@ -78,7 +78,10 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
         ("solve chute --share 3/2 --study r", "--share must be k/n"),
         ("rank set.csv --prefer weights:a=1,b=x", "numbers with a decimal point, got 'x'"),
         ("rank set.csv --units c=kg", "--units must be one of"),
-        ("report set.csv --design 9", "design must be the number of a feasible test, got"),
+        (
+            "report set.csv --design 9",
+            "--design must be a number that the column 'row' holds once, got 9",
+        ),
         ("export a=set.csv a=set.csv --out o.csv", "of different names, as in name=path"),
     ],
 )
