@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pymoo_psi import Formulation, PsiError, VectorizedSphereChute, investigate
+from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.table import Layout, designs_head, read_table
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
@@ -404,3 +404,14 @@ def test_a_number_that_programs_read_is_read_the_same(path, cells):
     rows = [row for row in cells if "".join(row).strip()]
     for cell, value in zip(np.ravel(rows), F.ravel(), strict=True):
         assert float(str(cell).strip().removesuffix("%").translate(gaps)) == value
+
+
+def test_the_frame_of_a_test_table_has_lost_its_directions():
+    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -2.0], [2.0, -3.0]],
+                         layout=Layout.of(1, 2, maximize=["f2"]))  # fmt: skip
+    with pytest.raises(PsiError, match="give the table itself"):
+        read_table(table.to_frame())
+    named = Formulation(objectives=["f1", "f2"], maximize=["f2"])
+    assert read_table(table.to_frame(), named).F.tolist() == table.F.tolist()
+    with pytest.raises(PsiError, match="objectives must be columns that are named once, got 'f1'"):
+        Formulation(objectives=["f1", "f1"])

@@ -11,7 +11,7 @@ from typing import Any
 
 from pymoo_psi._validation import invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import Engine, by_number, kept_tests
-from pymoo_psi.algorithms._run import run_options
+from pymoo_psi.algorithms._run import run_options, with_options
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import require_problem
@@ -22,6 +22,7 @@ from pymoo_psi.table import TestTable, bounds_of
 _WORTH_FILTERING = 2**17
 
 
+@with_options()
 def investigate(
     problem: Any,
     n_points: int,

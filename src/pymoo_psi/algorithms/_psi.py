@@ -22,7 +22,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid
 from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine
-from pymoo_psi.algorithms._run import run_options
+from pymoo_psi.algorithms._run import run_options, with_options
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     columns_of_values,
@@ -88,6 +88,7 @@ class PSI(Algorithm):
     seed: int | None
     _without: tuple[str, ...] = ("seed",)  # run options that are none here: pymoo's has a seed
 
+    @with_options(*_without)
     def __init__(self, n_points: int, **options: Any) -> None:
         name = type(self).__name__
         self.options, own = run_options(name, options, Algorithm, without=self._without)

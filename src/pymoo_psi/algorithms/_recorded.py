@@ -15,7 +15,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.algorithms._engine import table_of_values, values_of_table
-from pymoo_psi.algorithms._run import Points, run_options
+from pymoo_psi.algorithms._run import Points, run_options, with_options
 from pymoo_psi.algorithms._store import Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Result, Values
@@ -98,9 +98,11 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
+    _without = ("first", "sampling", "seed", "limits", "share", "on_failure", "block_size")
+
+    @with_options(*_without)
     def __init__(self, problem: Any, **options: Any) -> None:
-        without = {"first", "sampling", "seed", "limits", "share", "on_failure", "block_size"}
-        run, _ = run_options("Recorded", options, without=without)
+        run, _ = run_options("Recorded", options, without=self._without)
         if run.study is None:
             raise wrong_type("study", "the name of a file", None)
         require_problem(problem)

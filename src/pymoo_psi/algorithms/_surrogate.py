@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._run import Points
+from pymoo_psi.algorithms._run import Points, with_options
 from pymoo_psi.algorithms._surrogate_models import (
     KINDS,
     Fit,
@@ -101,6 +101,7 @@ class SurrogatePSI(PSI):
     # A share of the points or blocks of them have no meaning here.
     _without = ("share", "block_size", "seed")
 
+    @with_options(*_without)
     def __init__(
         self,
         n_evaluations: int,

@@ -91,7 +91,9 @@ class Formulation:
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
         for group in ("objectives", "maximize", "minimize", "relaxed"):
-            names = tuple(dict.fromkeys(column_names(group, getattr(self, group))))
+            names = column_names(group, getattr(self, group))
+            if twice := [name for name in names if names.count(name) > 1]:
+                raise invalid(group, "columns that are named once", twice[0])
             object.__setattr__(self, group, names)
         if both := [name for name in self.maximize if name in self.minimize]:
             raise invalid("maximize and minimize", "of different columns", both[0])

@@ -27,7 +27,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
 from pymoo_psi.table._formulation import Formulation, distinct
-from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._numbers import (
     Column,
     UnfitError,
@@ -120,8 +120,13 @@ def read_table(
             what = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", what, skip_rows)
         if isinstance(found, Cells):
-            designs, remarks = _designs(found, decimal, thousands)
             asked = instance("formulation", formulation or Formulation(), Formulation)
+            if path is None and {*RESERVED[1:]} <= {*found.columns} and not asked.objectives:
+                # Without their directions its objectives would all be minimized.
+                rule = "a test table, or its frame with the objectives named"
+                remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
+                raise invalid("source", rule, Received("the frame of a test table"), remedy)
+            designs, remarks = _designs(found, decimal, thousands)
             table = _table(designs, asked, variables, remarks, drop_incomplete=drop_incomplete)
         elif variables:
             raise invalid(
