@@ -132,7 +132,8 @@ def with_options(*without: str) -> Callable[[Function], Function]:
     def shown(function: Function) -> Function:
         *own, rest = inspect.signature(function).parameters.values()
         options = [
-            option.replace(kind=option.KEYWORD_ONLY)
+            # Their annotations are names of this module, not of the function's.
+            option.replace(kind=option.KEYWORD_ONLY, annotation=option.empty)
             for name, option in inspect.signature(RunOptions).parameters.items()
             if name not in without
         ]
