@@ -25,6 +25,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -145,8 +146,15 @@ def transcript(lines, folder):
     return normalized("".join(parts), folder)
 
 
+# Their numbers are of other libraries, too: resampling, polishing and random numbers of recent
+# releases of SALib, SciPy and pymoo.
+RECENT = {"analyze", "reproduce", "solve_nsga3"}
+
+
 @pytest.mark.parametrize("name", SESSIONS)
 def test_a_session_is_what_it_was(name, tmp_path):
+    if name in RECENT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
+        pytest.skip("recorded with recent releases of other libraries")
     recorded = (FOLDER / f"{name}.txt").read_text("utf-8")
     assert transcript(SESSIONS[name], tmp_path) == recorded
 

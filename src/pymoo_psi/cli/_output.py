@@ -10,7 +10,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 from time import monotonic
@@ -126,7 +126,7 @@ def progress(description: str, total: int | None) -> Iterator[Callable[..., None
         disable=not console.is_terminal or console.is_dumb_terminal,
         transient=True,
     )
-    with bar:
+    with nullcontext() if bar.disable else bar:
         task = bar.add_task(description, total=total, note="")
 
         def show(done: int, note: str = "", total: int | None = total) -> None:
