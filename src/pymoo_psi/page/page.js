@@ -954,7 +954,7 @@ const page = (() => {
     $("file").addEventListener("change", openDecision)
     $("preferences").addEventListener("toggle", soon)
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
-    $("reason").addEventListener("change", commit)
+    $("reason").addEventListener("change", () => { commit(); remember() }) // no key that is held
     addEventListener("beforeprint", dateRecord)
     addEventListener("hashchange", takeHash)
     addEventListener("pagehide", remember)
