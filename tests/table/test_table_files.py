@@ -178,7 +178,7 @@ def replaced(old, new):
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
-        (head(pymoo_psi_test_table=5), "its format is 5, this version reads 4"),
+        (head(pymoo_psi_test_table=5), "its format is 5, this version reads 2 to 4"),
         (replaced('\n"test_point","α"', '\n"test_point","a"'), "the columns 'α' are missing"),
         (replaced("\n1,0.2,7", "\n3,0.2,7"), "must be distinct, got test point 3 twice"),
         (replaced('"infeasible"', '"ok"'), "status must be ok where the constraints are met, .* got 'ok' for test point 1"),
@@ -216,3 +216,20 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
         else:
             message = "damaged.csv must be a table of tests, of to_csv or 'pymoo-psi export'"  # the damage was harmless
         assert "damaged.csv must be a table of tests, of to_csv or 'pymoo-psi export'" in message
+
+
+def test_a_table_of_an_earlier_version_keeps_its_directions(tmp_path):
+    """The head of 0.2.0 has "maximized", and one prototype; a study of it comes as such a file."""
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
+    table = table.with_prototype([0.3], [1.5, -2.0], name="now")
+    path = tmp_path / "table.csv"
+    table.to_csv(path)
+    first, _, rest = path.read_text("utf-8").partition("\n")
+    head = json.loads(first[2:])
+    head["pymoo_psi_test_table"] = 3
+    head["maximized"] = head.pop("maximize")
+    one = head["prototype"]
+    head["prototype"] = {"name": one["names"][0]} | {key: one[key][0] for key in "xfgh"}
+    path.write_text(f"# {json.dumps(head)}\n{rest}", "utf-8")
+    assert TestTable.read_csv(path).equals(table)

@@ -307,10 +307,15 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:
     try:
         head = json.loads(text)
         version, n = head.pop(MARK), int(head.pop("tests"))
+        if version in (2, 3):  # of 0.2.0, from which studies come as such tables
+            head["maximize"] = head.pop("maximized", [])
+            if one := head.get("prototype"):
+                head["prototype"] = {"names": [one["name"]]} | {k: [one[k]] for k in "xfgh"}
+            version = _FORMAT
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
     if version != _FORMAT:
-        raise damaged(path, f"its format is {version!r:.20}, this version reads {_FORMAT}")
+        raise damaged(path, f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
     return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ()))
 
 
