@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from pymoo.core.problem import Problem
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.chute import ChuteParameters
 from pymoo_psi.cli._output import (

@@ -28,7 +28,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
+from pymoo_psi._output import write_csv as write_columns
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import Layout, designs_head
@@ -243,40 +244,21 @@ def require_folder(folder: Path, shown: str) -> Path:
     return folder.absolute()
 
 
-# logic.js has this rule for what the page exports; the cells of tests/formulas.py try both. A sign
-# alone, which people write for "none", counts as a number.
-_FORMULA = re.compile(r"[=+\-@\t\r]")
-_NUMBER = re.compile(r"[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)", re.IGNORECASE)
-
-
 def write_csv(
     frame: pd.DataFrame, path: Path, layout: Layout | None = None, remark: str = ""
 ) -> None:
-    """Write a frame whole or not at all: an interrupted run leaves the old file as it was.
+    """Write a frame whole or not at all, missing cells blank and no text a formula.
 
-    A text that a spreadsheet would run as a formula is led by an apostrophe. With the layout of
-    designs, a comment above their columns says what these are, unless their names do; a remark is
-    a comment, too.
+    With the layout of designs, a comment above their columns says what these are, unless their
+    names do; a remark is a comment, too.
     """
-    frame = frame.rename(columns=_inert)  # heads are texts too
-    texts = frame.select_dtypes(exclude=["number", "bool"]).map(_inert)
-    frame[texts.columns] = texts
     head = f"# {remark}" if remark else ""
     if layout is not None:
-        names = [str(name) for name in frame]
-        head = designs_head(layout, names, [name for name in names if name not in texts])
-    # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
-    returns = any("\r" in str(cell) for cell in (*frame, *texts.to_numpy().ravel()))
-    quoting: Any = 2 if returns else 0  # csv.QUOTE_NONNUMERIC, csv.QUOTE_MINIMAL
-    with whole_file(path) as written, written.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"{head}\n" if head else "")
-        frame.to_csv(file, index=False, quoting=quoting, lineterminator=os.linesep)
-
-
-def _inert(cell: object) -> object:
-    if isinstance(cell, str) and _FORMULA.match(cell) and not _NUMBER.fullmatch(cell):
-        return f"'{cell}"
-    return cell
+        head = designs_head(layout, [*frame], [*frame.select_dtypes(["number", "bool"])])
+    columns = {
+        str(n): column.astype(object).where(column.notna(), None) for n, column in frame.items()
+    }
+    write_columns(path, columns, head)
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, integer, invalid, known_name
 from pymoo_psi.cli._options import Asked, Opening
 from pymoo_psi.cli._output import (

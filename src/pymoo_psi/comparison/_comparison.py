@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._tables import Shown, latex_table
+from pymoo_psi._output import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     boolean,

@@ -11,7 +11,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, invalid, objective_matrix
 from pymoo_psi.algorithms import refine
 from pymoo_psi.comparison._runs import Run, problem_text

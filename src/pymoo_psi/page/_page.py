@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import columns_of, payload

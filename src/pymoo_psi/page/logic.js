@@ -1081,10 +1081,10 @@ function fromHash(hash) {
 
 // A text that a spreadsheet would run as a formula is led by an apostrophe; numbers are left alone.
 const inert = (text) =>
-  /^[=+\-@\t\r]/.test(text) && !/^[+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)$/i.test(text)
+  /^'*(?![+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)$)[=+\-@＝＋－＠\t\r\n]/i.test(text)
     ? `'${text}` : text
 
-// The head of the CSV, its names written as in the header.
+// The head of the CSV, its names written as in the header; a comma in them would begin a cell.
 const named = (value) => Array.isArray(value) ? value.map(named)
   : typeof value === "string" ? inert(value)
   : !isObject(value) ? value
@@ -1108,7 +1108,9 @@ function csv(data, rows, ranking) {
     role === "geometric" ? field : name), "rank", "mark"]
   const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
     ranking.rank[i] < 0 ? "" : ranking.rank[i], markOf(data, ranking, i)].join(","))
-  return `# ${JSON.stringify(named(data.head))}\n${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
+  const head = JSON.stringify(named(data.head)).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
+    name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
+  return `# ${head}\n${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
 }
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);

@@ -23,7 +23,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
-from pymoo_psi._tables import Shown, latex_table
+from pymoo_psi._output import Shown, latex_table
 from pymoo_psi._validation import (
     Received,
     counted,

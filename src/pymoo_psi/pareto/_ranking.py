@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._tables import Shown
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Received,
     boolean,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._tables import Shown
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import integer, invalid
 from pymoo_psi.pareto._indicators import farthest_first
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from

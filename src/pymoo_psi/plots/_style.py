@@ -20,7 +20,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import integer, known_name
 from pymoo_psi.plots._markers import Marker
 

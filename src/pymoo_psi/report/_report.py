@@ -10,7 +10,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.report._contents import Case, sections_of

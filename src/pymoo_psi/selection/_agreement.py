@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._tables import Shown
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import Received, invalid, mapping, wrong_type
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, ranking_from
 from pymoo_psi.selection._selectors import RankingSelector

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._tables import Shown
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, mapping
 from pymoo_psi.parallel import in_order, in_parallel
 from pymoo_psi.pareto import rank_of_efficiency

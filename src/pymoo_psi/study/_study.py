@@ -36,8 +36,8 @@ from typing import IO, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._files import whole_file
 from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, identity_text, invalid, wrong_type
 from pymoo_psi.errors import (
     StudyAccessError,

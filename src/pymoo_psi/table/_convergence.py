@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._tables import Shown
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import Received, counted, instance, invalid, positive_number
 from pymoo_psi.pareto import UtopianFrame, hypervolume
 from pymoo_psi.sequences import covering_radius

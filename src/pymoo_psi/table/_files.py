@@ -22,8 +22,8 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._files import whole_file
 from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._output import comment, inert, whole_file, written_text
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._layout import Layout
@@ -37,7 +37,6 @@ MARK = "pymoo_psi_test_table"
 _FORMAT = 4  # of the head
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in a frame
-_ROWS = 8192  # written at a time, so that the memory for texts stays small
 # Entries of a head that are left out where they are as here; in the order of Layout's arguments.
 _OPTIONAL: dict[str, Any] = {
     "outputs": (), "maximize": (), "units": {}, "experiments": (), "label": None,
@@ -169,25 +168,6 @@ def table_of(
     return table  # type: ignore[no-any-return]
 
 
-def write_csv(path: Path, head: Head, columns: Columns) -> None:
-    """Write a table whole or not at all.
-
-    Raises:
-        OSError: It cannot be written.
-    """
-    with (
-        whole_file(path) as written,
-        written.open("w", encoding="utf-8", newline="") as file,
-    ):
-        file.write(f"# {_head_text(head, columns)}\n")
-        # csv writes floats by repr: the shortest digits that read back as the same number.
-        writer = csv.writer(file, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n")
-        writer.writerow(columns)
-        for start in range(0, len(columns["test_point"]), _ROWS):
-            cells = (column[start : start + _ROWS].tolist() for column in columns.values())
-            writer.writerows(zip(*cells, strict=True))
-
-
 def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
     """Return head and columns of a table, of its text if that has been read already.
 
@@ -207,21 +187,25 @@ def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
             np.errstate(invalid="ignore"),  # of what is no integer, which is refused
         ):
             head, n, kinds = _parsed_head(path, comment_text(file.readline()))
-            types = {name: DTYPES[kind] for name, kind in kinds.items()}
-            real = {name: ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
+            types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
+            real = {inert(name): ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
             # From 3.1 on pandas reads every digit by itself, and warns of being asked.
             old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
             exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
             # By name, not by place: people rearrange columns and add their own, which are not read.
             frame = pd.read_csv(
-                file, usecols=kinds.__contains__, dtype=types, keep_default_na=False,
+                file, usecols=types.__contains__, dtype=types, keep_default_na=False,
                 na_values=real, **exact,
             )  # fmt: skip
     except (OSError, PsiError):
         raise
     except (ValueError, OverflowError, TypeError) as error:  # those of pandas and of UTF-8
         raise damaged(path, str(error)) from None
-    return head, _complete(path, frame, n, kinds)
+    columns = _complete(path, frame.rename(columns=written_text), n, kinds)
+    for name, kind in kinds.items():
+        if kind is Kind.CHOICE and name in columns:
+            columns[name] = np.fromiter(map(written_text, columns[name]), object)
+    return head, columns
 
 
 def write_parquet(path: Path, head: Head, columns: Columns) -> None:
@@ -236,7 +220,7 @@ def write_parquet(path: Path, head: Head, columns: Columns) -> None:
 
     frame = pd.DataFrame(columns)
     # pandas keeps attrs in the metadata of the file, where other readers pass over them.
-    frame.attrs = {_ATTRIBUTE: _head_text(head, columns)}
+    frame.attrs = {_ATTRIBUTE: head_comment(head, columns)}
     with whole_file(path) as written:
         frame.to_parquet(written, engine="pyarrow", index=False)
 
@@ -259,7 +243,7 @@ def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Column
         frame = pd.read_parquet(BytesIO(content), engine="pyarrow")
     except Exception as error:  # pyarrow has errors of many kinds
         raise damaged(path, f"it cannot be read as Parquet: {error}") from None
-    head, n, kinds = _parsed_head(path, str(frame.attrs.get(_ATTRIBUTE, "")))
+    head, n, kinds = _parsed_head(path, comment_text(str(frame.attrs.get(_ATTRIBUTE, ""))))
     return head, _complete(path, frame, n, kinds)
 
 
@@ -296,10 +280,10 @@ def comment_text(line: str) -> str:
     return line.rstrip("\r\n").rstrip(",").removeprefix("#")
 
 
-def _head_text(head: Head, columns: Columns) -> str:
-    """Return the head of a file, JSON in one line."""
+def head_comment(head: Head, columns: Columns) -> str:
+    """Return the head of a file, a comment with JSON."""
     marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
-    return json.dumps(marks | head, ensure_ascii=False)
+    return comment(marks | head)
 
 
 def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._files import whole_file
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, boolean, instance, invalid, known_name, real_array
 from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError

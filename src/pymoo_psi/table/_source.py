@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._output import comment, inert
 from pymoo_psi._validation import (
     Received,
     collection,
@@ -154,15 +155,15 @@ def designs_head(layout: Layout, columns: Sequence[str], numbers: Collection[str
     units = {name: unit for name, unit in layout.units.items() if name in columns}
     if guessed == layout.objectives and not layout.maximize and not units:
         return ""
-    head = {
-        _HEAD: 1,
+    groups = {
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
         "outputs": layout.outputs,
-        "units": units,
     }
-    return f"# {json.dumps(head, ensure_ascii=False)}"
+    # The names as in the header.
+    head = {key: [*map(inert, names)] for key, names in groups.items()}
+    return comment({_HEAD: 1, **head, "units": {inert(n): unit for n, unit in units.items()}})
 
 
 # From sources to cells

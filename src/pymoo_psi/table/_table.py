@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._tables import Shown, latex_table
+from pymoo_psi._output import Shown, latex_table, write_csv
 from pymoo_psi._validation import (
     Received,
     counted,
@@ -58,11 +58,11 @@ from pymoo_psi.table._designs import (
 from pymoo_psi.table._files import (
     Columns,
     columns_of,
+    head_comment,
     head_of,
     read_csv,
     read_parquet,
     table_of,
-    write_csv,
     write_parquet,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
@@ -1020,7 +1020,8 @@ class TestTable(Shown):
             1           0.0  3.0
             2           0.5  4.0
         """
-        write_csv(path, head_of(self), self._shown_columns())
+        columns = self._shown_columns()
+        write_csv(path, columns, head_comment(head_of(self), columns), quoted=True)
 
     @classmethod
     def read_csv(cls, path: str | PathLike[str]) -> TestTable:

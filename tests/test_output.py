@@ -1,7 +1,10 @@
-"""Tables for readers: HTML whose names are data, LaTeX that prints just the names and numbers."""
+"""Files written whole and without formulas; HTML and LaTeX in which names are data."""
 
+import csv
+import os
 import re
 import shutil
+import stat
 import string
 import subprocess
 import xml.etree.ElementTree as ET
@@ -12,11 +15,14 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, compare, representatives
-from pymoo_psi._tables import ROWS, latex_table
+from pymoo_psi._output import ROWS, latex_table, whole_file
+from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.paper import Reproduction, solve_case
 from pymoo_psi.selection import SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import Layout, convergence
+from pymoo_psi.table import Layout, convergence, read_table
+from tests.formulas import CELLS
+from tests.processes import posix
 
 EVIL = "<b>cost</b> & \"co\" <script>alert('1')</script>"
 
@@ -136,3 +142,98 @@ def test_tables_compile(table, comparison, tmp_path):
     command = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "t.tex"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
     assert done.returncode == 0, done.stdout[-2000:]
+
+
+# Files
+
+
+def live(path):
+    """The cells that a spreadsheet would run, those of the comment too."""
+    with path.open(newline="", encoding="utf-8") as file:
+        cells = [cell for mark in ",;" for row in csv.reader(file, delimiter=mark) for cell in row]
+    number = re.compile(r"[+-]?([0-9.,]*(e[+-]?[0-9]+)?|inf|nan)", re.IGNORECASE)
+    return [
+        c for c in cells if c.startswith(tuple("=+-@＝＋－＠\t\r\n")) and not number.fullmatch(c)
+    ]
+
+
+def test_written_tables_hold_no_formulas_and_come_back(tmp_path, monkeypatch):
+    """Names and cells, in the head too, where a comma in a name would begin a cell."""
+    names = ["=1+1", "a,=cmd|' /C calc'!A0", "＝b", "@n;=2", "-x", "\t=t", "'=q", "''"]
+    layout = Layout.of(names[:2], names[2:4], names[4:5], outputs=names[5:], units={"＝b": "=u,+v"})
+    cells = [cell for cell in CELLS if not any(mark in cell for mark in ",;%")]
+    n = len(cells)
+    table = TestTable.of(
+        1 + np.arange(n), [[cell, 0.5] for cell in cells], np.random.default_rng(1).random((n, 2)),
+        np.full((n, 1), -1.0), outputs=dict.fromkeys(names[5:], np.arange(n)), layout=layout,
+    )  # fmt: skip
+    path = tmp_path / "tests.csv"
+    table.to_csv(path)
+    assert TestTable.read_csv(path).equals(table)
+    assert live(path) == []
+    monkeypatch.chdir(tmp_path)
+    assert main(["rank", "tests.csv", "--maximize", "＝b", "--out", "ranks.csv"]) == 0
+    assert live(tmp_path / "ranks.csv") == []
+    assert read_table("ranks.csv").layout.maximize == ("'＝b",)
+
+
+def write(path, text="new"):
+    with whole_file(path) as written:
+        written.write_text(text)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    file = tmp_path / "front.csv"
+    write(file, "old")
+
+    def fail():
+        with whole_file(file) as written:
+            written.write_text("half")
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        fail()
+    assert file.read_text() == "old"
+    assert os.listdir(tmp_path) == ["front.csv"]
+
+
+def test_an_error_is_about_the_file_that_was_asked_for(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"absent.front\.csv'$"):
+        write(tmp_path / "absent" / "front.csv")
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o600, 0o664, 0o755])
+def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, mode):
+    file = tmp_path / "front.csv"
+    file.write_text("old")
+    file.chmod(mode)
+    write(file)
+    assert (file.read_text(), stat.S_IMODE(file.stat().st_mode)) == ("new", mode)
+
+
+@posix
+def test_a_link_is_followed(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.csv").symlink_to(tmp_path / "there" / "front.csv")
+    write(tmp_path / "link.csv")
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "there" / "front.csv").read_text() == "new"
+
+
+@posix
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write(pipe)
+    assert os.read(reader, 10) == b"new"
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert os.listdir(tmp_path) == ["pipe"]
+
+
+@posix
+def test_the_longest_name_can_be_written(tmp_path):
+    write(tmp_path / ("n" * 255))
+    assert os.listdir(tmp_path) == ["n" * 255]
