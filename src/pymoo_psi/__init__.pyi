@@ -32,6 +32,8 @@ from .pareto import explain as explain
 from .pareto import rank_of_efficiency as rank_of_efficiency
 from .pareto import representatives as representatives
 from .problems import FailureTolerant as FailureTolerant
+from .problems import Identification as Identification
+from .problems import ProgramProblem as ProgramProblem
 from .problems import Restricted as Restricted
 from .problems import Robust as Robust
 from .problems import SphereChute as SphereChute

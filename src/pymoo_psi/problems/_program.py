@@ -1,0 +1,376 @@
+"""An external program as a pymoo problem: values into its files, numbers out of them."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pymoo.core.variable import Integer, Real
+
+from pymoo_psi._validation import (
+    Received,
+    invalid,
+    known_name,
+    mapping,
+    positive_number,
+)
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi.problems._named import NamedProblem, section, sections
+from pymoo_psi.problems._outputs import Output, RunError, text_of
+from pymoo_psi.table import Expression
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
+
+
+@dataclass(frozen=True)
+class Program:
+    """How a program is run: the section ``[program]``.
+
+    Attributes:
+        command: The program with its arguments, as in a shell but without one; ``{width}`` is
+            replaced in it, too.
+        template: Folder that is copied for each design; the command runs in the copy.
+        files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value.
+        timeout: Seconds that it may run; None is any number.
+        keep: Which folders are kept: of designs that ``"failed"``, ``"all"``, or ``"none"``.
+        folder: Where the folders of the designs are made.
+    """
+
+    command: str = ""
+    template: str = ""
+    files: Sequence[str] = ()
+    timeout: float | None = None
+    keep: str = "failed"
+    folder: str = "runs"
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        if not self.command:
+            raise invalid("command", "the program with its arguments", self.command)
+        known_name("keep", self.keep, ("failed", "all", "none"))
+        if self.timeout is not None:
+            positive_number("timeout", self.timeout)
+        if self.files and not self.template:
+            raise invalid("files", "given with template, the folder they are in", self.files)
+
+    def run(self, words: Sequence[str], folder: Path) -> None:
+        """Run the command in a folder to its end; end it with all that it has started.
+
+        Args:
+            words: The command with all values in it.
+            folder: Where it runs and what it prints is written.
+
+        Raises:
+            RunError: It takes too long, or ends with another exit code than 0.
+        """
+        out, err = folder / "stdout.txt", folder / "stderr.txt"
+        program = shutil.which(words[0]) or str(folder / words[0])
+        with out.open("wb") as stdout, err.open("wb") as stderr:
+            process = subprocess.Popen(
+                [program, *words[1:]],
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=True,
+            )
+        try:
+            code = process.wait(self.timeout)
+        except subprocess.TimeoutExpired:
+            raise RunError(f"timed out after {self.timeout:g} s") from None
+        finally:
+            with suppress(ProcessLookupError, PermissionError):
+                if hasattr(os, "killpg"):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.kill()
+            process.wait()
+        if code != 0:
+            lines = (text_of(err).strip() or text_of(out).strip() or "no message").splitlines()
+            raise RunError(f"exit code {code}: {lines[-1]:.120}")
+
+
+@dataclass
+class ProgramRun:
+    """One run of a program.
+
+    Attributes:
+        folder: Where it ran.
+        words: The command as it ran.
+        written: The values written, by file and placeholder.
+        outputs: The numbers that were read.
+        seconds: How long it took.
+        flaw: What is wrong; empty if nothing is.
+    """
+
+    folder: Path
+    words: list[str] = field(default_factory=list)
+    written: dict[str, dict[str, str]] = field(default_factory=dict)
+    outputs: dict[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+    flaw: str = ""
+
+
+class ProgramProblem(NamedProblem):
+    r"""An external program as a problem: a simulator with its input files.
+
+    For each design a template folder is copied, values are written into its files, the command
+    runs there, and numbers are read from the files that it leaves. Each design has a folder of its
+    own, so that workers can run at the same time. A design whose program fails, hangs or leaves no
+    number has failed, with the reason and the folder, which is kept.
+
+    The arguments are the sections of the TOML file that :meth:`from_toml` reads.
+
+    Args:
+        variables: By name: ``{"bounds": [20, 60]}`` with ``"unit"``, ``"scale": "log"`` or
+            ``"kind": "integer"``, or ``{"choices": ["S235", "S355"]}``; see :class:`Setting`.
+        program: See :class:`Program`.
+        outputs: By name; see :class:`Output`.
+        objectives: ``{"minimize": [...], "maximize": [...]}``, names of outputs.
+        limits: On outputs, such as ``{"stress": "<= 250", "f": ">= 1, <= 5"}``: constraints.
+        requirements: Rules on variables by name, such as ``"height <= 4*width"``. PSI,
+            ``SurrogatePSI`` and ``investigate`` never run a design that violates one; other
+            algorithms take a :class:`Required` problem.
+        name: Name of the problem.
+        key: Version of the model, part of the study's key.
+        base: Folder that relative paths start from.
+        **kwargs: pymoo's own, such as ``elementwise_runner``.
+
+    Attributes:
+        names: The names of all columns by pymoo's.
+        units: Units by name.
+        maximize: Objectives whose sign is turned in ``F``.
+        log: Variables of logarithmic scale.
+
+    Raises:
+        ArgumentValueError: A section does not fit, a file or the program is missing, or a variable
+            is used nowhere.
+        ArgumentTypeError: A value is of a type that it cannot have.
+
+    Example:
+        >>> problem = ProgramProblem(
+        ...     variables={"width": {"bounds": [20, 60], "unit": "mm"}},
+        ...     program={"command": "echo area = {width}", "keep": "none"},
+        ...     outputs={"area": {"file": "stdout.txt", "pattern": r"area = (\S+)"}},
+        ...     objectives={"minimize": ["area"]})
+        >>> problem.run({"width": 25}).outputs
+        {'area': 25.0}
+    """
+
+    def __init__(
+        self,
+        variables: Mapping[str, Any],
+        program: Mapping[str, Any],
+        outputs: Mapping[str, Any],
+        objectives: Mapping[str, Any],
+        limits: Mapping[str, str] | None = None,
+        requirements: Any = None,
+        *,
+        name: str = "program",
+        key: str = "",
+        base: str | PathLike[str] = ".",
+        **kwargs: Any,
+    ) -> None:
+        self.base, self.key = Path(base).absolute(), key
+        self.program: Program = section("program", Program, program)
+        self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
+        units = {n: output.unit for n, output in self.outputs.items() if output.unit}
+        goals = mapping("objectives", objectives, "minimize and maximize to outputs")
+        for word in goals:
+            known_name("an entry of objectives", word, ("minimize", "maximize"))
+        most = [*goals.get("maximize", ())]
+        every = [*goals.get("minimize", ()), *most]
+        if not every or len({*every}) < len(every):
+            raise invalid("objectives", "outputs named once, one or more", every)
+        for n in (*every, *(limits or ())):
+            known_name("an objective or limit", n, self.outputs)
+        super().__init__(
+            variables, every, most, limits, requirements, units=units, name=name, **kwargs
+        )
+        if both := self.variables.keys() & self.outputs.keys():
+            raise invalid("the name of an output", "unlike those of variables", min(both))
+        self._check_files()
+
+    @classmethod
+    def from_toml(cls, path: str | PathLike[str], **kwargs: Any) -> ProgramProblem:
+        """Return the problem that a TOML file describes; its paths start from the file's folder.
+
+        ``pymoo-psi solve --new bracket.toml`` writes a commented example.
+
+        Args:
+            path: The file.
+            **kwargs: pymoo's own, such as ``elementwise_runner``.
+
+        Raises:
+            ArgumentValueError: It is no TOML, or what it says does not fit; see the class.
+            OSError: The file cannot be opened.
+        """
+        path = Path(path)
+        required = ("variables", "program", "outputs", "objectives")
+        try:
+            sections = tomllib.loads(path.read_text(encoding="utf-8"))
+            for word in sections:
+                known_name("a section", word, (*required, "limits", "requirements", "name", "key"))
+            if lacking := [word for word in required if word not in sections]:
+                raise invalid("the file", f"one with [{lacking[0]}]", Received("none"))
+            return cls(**sections, base=path.parent, **kwargs)
+        except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
+            raise ArgumentValueError(f"{path}: {error}") from error
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Return what a study depends on: key, command, files with placeholders, outputs."""
+        files = {
+            file: hashlib.sha256((self._template / file).read_bytes()).hexdigest()
+            for file in self.program.files
+        }
+        outputs = {n: asdict(output) for n, output in self.outputs.items()}
+        return {"key": self.key, "command": self.program.command, "files": files, **outputs}
+
+    def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
+        """Run the program for one design.
+
+        Args:
+            values: The value of each variable by name.
+            keep: Keep the folder, whatever the program's ``keep`` says.
+
+        Raises:
+            OSError: The folder cannot be made.
+        """
+        folder = self.base / self.program.folder
+        folder.mkdir(parents=True, exist_ok=True)
+        run = ProgramRun(Path(tempfile.mkdtemp(prefix=f"{self._name}-", dir=folder)))
+        began = time.monotonic()
+        try:
+            self._prepare(run, values)
+            self.program.run(run.words, run.folder)
+            self._read(run, values)
+        except (RunError, OSError) as error:
+            run.flaw = str(error)
+        run.seconds = time.monotonic() - began
+        kept = ("failed", "all") if run.flaw else ("all",)
+        if keep or self.program.keep in kept:
+            text = json.dumps({**values, **run.outputs}, indent=1, default=str)
+            with suppress(OSError):  # of a full disk, which is the flaw already
+                (run.folder / "design.json").write_text(text, encoding="utf-8")
+        else:
+            shutil.rmtree(run.folder, ignore_errors=True)
+        return run
+
+    @property
+    def _template(self) -> Path:
+        return Path(self.base, self.program.template)
+
+    def _check_files(self) -> None:
+        """Refuse before the first run what would make each run fail or have no effect."""
+        program, texts = self.program, {"the command": self.program.command}
+        if program.template:
+            if not self._template.is_dir():
+                raise invalid("template", "a folder with what the program needs", program.template)
+            runs = (self.base / program.folder).resolve()
+            if runs.is_relative_to(self._template.resolve()):
+                raise invalid("folder", "outside of the template, which is copied", program.folder)
+        for file in program.files:
+            if not (self._template / file).is_file():
+                raise invalid("files", f"files in the folder {program.template}", file)
+            texts[f"the file {file}"] = text_of(self._template / file)
+        word = shlex.split(program.command)[0]
+        if not shutil.which(word) and not (program.template and (self._template / word).is_file()):
+            rule = "a program that is on PATH or in the template"
+            raise invalid("command", rule, word, "install it, or give its whole path")
+        used = {n for output in self.outputs.values() for n in output.names}
+        known = [*self.variables]
+        for n, output in self.outputs.items():
+            for name in output.names:
+                known_name(f"a name in the expression of {n}", name, known)
+            known.append(n)
+        for where, text in texts.items():
+            for name, form in _PLACEHOLDER.findall(text):
+                used.add(name)
+                near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
+                if name not in self.variables and near:  # other braces stay as they are
+                    rule = f"{{{near[0]}}}, or unlike a variable"
+                    raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
+                if isinstance(variable := self.variables.get(name), (Real, Integer)):
+                    _shown(variable.bounds[0], form)
+        for n in self.variables:
+            if n not in used:
+                rule = "in the command, in one of files or in an expression"
+                remedy = f"write {{{n}}} where its value belongs"
+                raise invalid(f"the variable {n}", rule, Received("in none"), remedy)
+
+    def _prepare(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
+        """Copy the template and write the values into it."""
+        if self.program.template:
+            shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
+        for file in self.program.files:
+            text = self._filled(
+                text_of(run.folder / file), values, run.written.setdefault(file, {})
+            )
+            (run.folder / file).write_bytes(text.encode(errors="surrogateescape"))
+        run.words = [self._filled(w, values, {}) for w in shlex.split(self.program.command)]
+
+    def _filled(self, text: str, values: Mapping[str, Any], written: dict[str, str]) -> str:
+        """Return a text with values for placeholders, and note them in ``written``."""
+
+        def value(found: re.Match[str]) -> str:
+            if found[1] not in values:
+                return found[0]
+            return written.setdefault(found[0], _shown(values[found[1]], found[2] or ""))
+
+        return _PLACEHOLDER.sub(value, text)
+
+    def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
+        """Read the outputs, or compute them, in their order."""
+        columns = {n: np.array([value]) for n, value in values.items()}
+        for n, output in self.outputs.items():
+            try:
+                if output.expression:
+                    value = float(Expression.of(output.expression).values(columns)[0])
+                else:
+                    value = output.read(run.folder)
+            except RunError as error:
+                raise RunError(f"output {n}: {error}") from None
+            if not math.isfinite(value):
+                raise RunError(f"output {n} is {value}")
+            run.outputs[n], columns[n] = value, np.array([value])
+
+    def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
+        """Return the outputs of a design; see :class:`NamedProblem`."""
+        run = self.run(design)
+        if run.flaw:
+            where = f"; see {run.folder}" if run.folder.exists() else ""
+            raise EvaluationError(dict(design), run.flaw + where)
+        return run.outputs
+
+
+def _shown(value: Any, form: str) -> str:
+    """Return a value as it is written into a file."""
+    value = value.item() if isinstance(value, np.generic) else value
+    try:
+        return format(value, form)
+    except ValueError as error:
+        raise invalid(
+            "a placeholder", "with a format such as {width:.6g}", form, str(error)
+        ) from None

@@ -1,0 +1,242 @@
+"""External programs: what is written, run, read and refused."""
+
+import json
+import re
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate, nsga3
+
+# A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
+SOLVER = """
+import json, sys, time
+deck = dict(line.split("=") for line in open("beam.inp").read().split())
+width, height, mode = float(deck["width"]), float(deck["height"]), deck["mode"]
+print("step 1 stress = 9.0\\nstep 2 stress = %.17g" % (600 / width / height))
+json.dump({"tip": {"u": [1 / (width * height**3), 0]}}, open("out.json", "w"))
+open("table.csv", "w").write("t;F\\n0;1\\n1;%.17g\\n" % (width + height))
+if mode == "hang":
+    time.sleep(60)
+if mode == "crash":
+    sys.exit("no convergence in step 2")
+if mode == "junk":
+    open("out.json", "w").write("{")
+"""
+FILE = """
+name = "beam"
+key = "mesh 3"
+[variables]
+width = {bounds = [2, 4], unit = "mm"}
+height = {bounds = [1, 9]}
+mode = {choices = ["good"]}
+[program]
+command = "PYTHON solver.py"
+template = "model"
+files = ["beam.inp"]
+[outputs]
+stress = {file = "stdout.txt", pattern = "stress = (\\\\S+)", row = -1, unit = "MPa"}
+tip = {file = "out.json", key = "tip.u.0"}
+load = {file = "table.csv", column = "F", row = -1}
+mass = {expression = "2*width*height", unit = "kg"}
+[objectives]
+minimize = ["mass", "tip"]
+maximize = ["load"]
+[limits]
+stress = "<= 60"
+"""
+
+
+@pytest.fixture
+def beam(tmp_path):
+    """Return a function that writes the example, some texts of it replaced, and loads it."""
+    (tmp_path / "model").mkdir()
+    (tmp_path / "model" / "solver.py").write_text(SOLVER)
+
+    def load(*replaced, deck="width={width:.17g}\nheight={height}\nmode={mode}\n", **kwargs):
+        (tmp_path / "model" / "beam.inp").write_text(deck)
+        text = FILE.replace("PYTHON", sys.executable)
+        for old, new in replaced:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "beam.toml").write_text(text)
+        return ProgramProblem.from_toml(tmp_path / "beam.toml", **kwargs)
+
+    return load
+
+
+def runs(tmp_path):
+    return sorted((tmp_path / "runs").glob("*"))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_program_gives_the_numbers_of_its_formulas(beam, tmp_path, jobs):
+    table = investigate(beam(elementwise_runner=JoblibRunner(jobs)), 5)
+    width, height = table.X[:, :2].astype(float).T
+    for name, expected in {
+        "mass": 2 * width * height,
+        "tip": 1 / (width * height**3),
+        "load": width + height,
+        "stress": 600 / width / height,
+    }.items():
+        np.testing.assert_allclose(table.column(name), expected, rtol=1e-15)
+    np.testing.assert_array_equal(table.F[:, 2], -table.column("load"))
+    np.testing.assert_array_equal(table.status == "ok", 600 / width / height <= 60)
+    assert table.layout.units == {"width": "mm", "mass": "kg", "stress": "MPa"}
+    assert table.layout.maximize == ("load",)
+    assert runs(tmp_path) == []
+
+
+def test_other_algorithms_run_programs(beam):
+    problem = beam(
+        ('mode = {choices = ["good"]}\n', ""), deck="width={width} height={height} mode=good"
+    )
+    result = nsga3(problem, n_evaluations=20, seed=1)
+    np.testing.assert_allclose(result.F[:, 0], 2 * result.X[:, 0] * result.X[:, 1])
+    assert (600 / result.X.prod(axis=1) <= 60).all()
+
+
+def test_integers_and_choices_are_written_as_such(beam, tmp_path):
+    changed = [
+        ("bounds = [1, 9]", 'bounds = [1, 9], kind = "integer"'),
+        ('"good"', '"good", "fine"'),
+    ]
+    problem = beam(*changed, ('files = ["beam.inp"]', 'files = ["beam.inp"]\nkeep = "all"'))
+    table = minimize(problem, PSI(6)).algorithm.table
+    assert {*table.X[:, 2]} == {"good", "fine"}
+    for folder in runs(tmp_path):
+        design = json.loads((folder / "design.json").read_text())
+        height, mode = design["height"], design["mode"]
+        assert (folder / "beam.inp").read_text().split()[1:] == [f"height={height}", f"mode={mode}"]
+        assert isinstance(height, int)
+    assert len(runs(tmp_path)) == 6
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [
+        ("crash", "exit code 1: no convergence in step 2"),
+        ("junk", "output tip: no tip.u.0 in out.json"),
+    ],
+)
+def test_a_failed_program_keeps_its_folder(beam, tmp_path, mode, reason):
+    table = investigate(beam(('"good"', f'"{mode}"')), 2)
+    assert table.status.tolist() == ["failed", "failed"]
+    folders = [Path(text.split("see ")[1]) for text in table.reasons.values()]
+    assert sorted(folders) == runs(tmp_path)
+    assert all(text.startswith(reason) for text in table.reasons.values())
+    gone = investigate(
+        beam(('"good"', f'"{mode}"'), ("files =", 'keep = "none"\nfolder = "r"\nfiles =')), 1
+    )
+    assert "see" not in gone.reasons[1]
+    assert not [*(tmp_path / "r").glob("*")]
+
+
+def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
+    script = "sleep 71 & echo $! > pid; sleep 72"
+    (tmp_path / "model" / "hang.sh").write_text(script)
+    changed = [(f"{sys.executable} solver.py", "sh hang.sh"), ("files =", "timeout = 0.5\nfiles =")]
+    table = investigate(beam(*changed), 1)
+    assert table.reasons[1].startswith("timed out after 0.5 s")
+    pid = int((runs(tmp_path)[0] / "pid").read_text())
+    for _ in range(100):  # until the system has reaped it
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text().split()[2]
+        except (FileNotFoundError, ProcessLookupError):
+            break
+        if state == "Z":
+            break
+        time.sleep(0.05)
+    else:
+        pytest.fail("the program's child is still running")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ("row = -1, unit", "unit", "has 2 times a match of .*say which one by row"),
+        ("(\\\\S+)", "(stress)", "has no match"),
+        ('key = "tip.u.0"', 'key = "tip.v"', "no tip.v in out.json"),
+        ('column = "F"', 'column = "G"', "has t, F, not one column 'G'"),
+        ('"stdout.txt"', '"log.txt"', "left no file log.txt"),
+        ("2*width*height", "2/(width-width)", "output mass is inf"),
+    ],
+)
+def test_what_cannot_be_read_fails_the_design(beam, old, new, match):
+    table = investigate(beam((old, new)), 1)
+    assert re.search(match, table.reasons[1])
+
+
+@pytest.mark.parametrize("text", ["1,5", "1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000"])
+def test_only_plain_numbers_are_numbers(tmp_path, text):
+    problem = ProgramProblem(
+        {"x": {"bounds": [0, 1]}},
+        {"command": f"{sys.executable} -c 'print(\"{text}\", {{x}})'", "folder": str(tmp_path)},
+        {"f": {"file": "stdout.txt", "pattern": "(.*) "}},
+        {"minimize": ["f"]},
+    )
+    assert "is no plain number" in investigate(problem, 1).reasons[1]
+
+
+def test_numbers_of_fortran_are_numbers(tmp_path):
+    problem = ProgramProblem(
+        {"x": {"bounds": [0, 1]}},
+        {"command": "echo f = -1.5D+03 {x}", "folder": str(tmp_path)},
+        {"f": {"file": "stdout.txt", "pattern": r"f = (\S+)"}},
+        {"minimize": ["f"]},
+    )
+    assert investigate(problem, 1).F.tolist() == [[-1500.0]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "deck", "match"),
+    [
+        ([("[variables]", "[variable]")], None, "did you mean 'variables'"),
+        ([("bounds = [2, 4]", "bound = [2, 4]")], None, "did you mean 'bounds'"),
+        ([('minimize = ["mass"', 'minimize = ["mas"')], None, "did you mean 'mass'"),
+        ([("solver.py", "{widht} solver.py")], None, "placeholder in the command must be {width}"),
+        ([], "width={width} height={heigth} mode={mode}", "the file beam.inp must be {height}"),
+        ([], "width={width} height={height}", "the variable mode must be in"),
+        ([], "width={width:.3q} height={height} mode={mode}", "a format such as"),
+        ([('template = "model"', 'template = "models"')], None, "template must be a folder"),
+        ([("beam.inp", "beam.dat")], None, "files must be files in the folder model"),
+        (
+            [('files = ["beam.inp"]', 'files = ["beam.inp"]\nfolder = "model/r"')],
+            None,
+            "outside of",
+        ),
+        ([(sys.executable, "no-such-program")], None, "on PATH or in the template"),
+        ([('stress = "<= 60"', 'stress = "60"')], None, "the limit on stress must be such as"),
+        ([("2*width*height", "2*wide*height")], None, "did you mean"),
+        ([("pattern =", 'key = "a", pattern =')], None, "one of pattern, key and column"),
+        ([("stress = (", "stress = ((")], None, "regular expression"),
+        ([("[limits]", "[limits")], None, "beam.toml"),
+    ],
+)
+def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, match):
+    with pytest.raises(PsiError, match=match):
+        beam(*changes, **({} if deck is None else {"deck": deck}))
+    assert runs(tmp_path) == []
+
+
+def test_the_study_knows_the_deck_and_the_key(beam, tmp_path):
+    study = tmp_path / "beam.db"
+    first = investigate(beam(), 2, study=study)
+    assert investigate(beam(), 2, study=study).equals(first)
+    with pytest.raises(PsiError, match="key"):
+        investigate(beam(("mesh 3", "mesh 4")), 2, study=study)
+    with pytest.raises(PsiError):
+        investigate(
+            beam(deck="width={width}\nheight={height}\nmode={mode}\nother=1\n"), 2, study=study
+        )
+
+
+def test_a_template_is_not_changed_by_runs(beam, tmp_path):
+    problem = beam()
+    before = {path.name: path.read_bytes() for path in (tmp_path / "model").iterdir()}
+    investigate(problem, 3)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "model").iterdir()} == before
