@@ -54,6 +54,7 @@ _PIECES = 8
 # termination may end the run. At 8 a worker, the slowest of a block takes as long as 8 others.
 _FAR = 4096
 _NEAR = 8
+_ENDED = object()
 
 
 def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
@@ -116,13 +117,14 @@ class Engine:
         self.problem, self._stop = untolerant(problem, options.on_failure == "raise")
         self.space = design_space(self.problem)
         columns = options.names, options.maximize, options.units
-        self.table = TestTable.empty(problem_layout(self.problem, self.space, *columns))
+        layout = problem_layout(self.problem, self.space, *columns)
         self._keep, self._limits = keep, options.limits
-        if not lacking(options.limits, self.table.layout):  # else one may be on an output
-            bounds_of(options.limits, self.table.layout)
+        if not lacking(options.limits, layout):  # else one may be on an output
+            bounds_of(options.limits, layout)
         n_dim = len(self.space.free.variables)
         sampling = options.sampling or default_sampling(n_dim)
         self.points = points_of_run(options, n_points, sampling, n_dim)
+        self.table = TestTable.empty(layout)
         # Shares must be of the same points, whether they are stored or not; a run without a study
         # needs no identity that a file can hold.
         strict = options.study is not None or options.part.of > 1
@@ -142,28 +144,27 @@ class Engine:
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
             self._ahead = _FAR if whole else _NEAR * workers
-        self._repeats = _Repeats() if self.space.finite and (elementwise or n_jobs == 1) else None
-        if self._repeats is not None:
-            self._repeats.learn(self.store.known_designs())
-        count = 1 if n_jobs == 1 else active_workers(n_jobs).count
-        self._n_jobs = n_jobs if count > 1 else 1
+        self._repeats = None
+        if self.space.finite and (elementwise or n_jobs == 1):
+            self._repeats = _Repeats(self.store.known_designs())
+        self._n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs).count
         # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
-        self._largest = self._size = options.block_size or (64 if elementwise else 65_536)
+        # With a study there are few at first, and then as many as take a second.
+        self._largest = options.block_size or (64 if elementwise else 65_536)
         self._least = min(workers if elementwise else _LEAST, self._largest)
-        if self.store.study is not None:  # few at first, and then as many as take a second
-            self._size = self._least
-        if count > 1:
-            self._size = min(self._size, max(_LEAST, -(-len(self.points) // (_PIECES * count))))
-        self._opened = self._end = 0  # rows of points below were looked at; are asked for
-        self._under_way: dict[int, None] = {}  # rows that wait or are being evaluated one by one
-        self._ready: list[Block] = []  # what has arrived and is not given by the steps
-        self._hand: list[Block] = []  # what the steps have given beyond the last block
-        self._steps: Generator[Block] | None = None
+        self._size = self._largest if self.store.study is None else self._least
+        if self._n_jobs > 1:
+            many = -(-len(self.points) // (_PIECES * self._n_jobs))
+            self._size = min(self._size, max(_LEAST, many))
+        # Rows of points below the first were looked at, below the second they are asked for.
+        self._opened = self._wanted = 0
+        self._under_way: dict[int, None] = {}  # rows without a test among those looked at, in order
+        self._arrived: list[Block] = []  # tests of the others that are not given yet
+        self._steps: Generator[None] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies begin at the next block; what is being evaluated stays here."""
-        gone: dict[str, Any] = {"_under_way": {}, "_ready": [], "_hand": [], "_lock": None}
-        return {**self.__dict__, **gone, "_steps": None}
+        return {**self.__dict__, "_under_way": {}, "_arrived": [], "_lock": None, "_steps": None}
 
     def tests(self) -> Generator[Block]:
         """Test all points; blocks come in any order, those of the study too.
@@ -174,10 +175,14 @@ class Engine:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._end = len(self.points)
+        self._wanted = len(self.points)
         if self._keep == "all":  # too large a table is refused now, not after hours
-            np.empty((self._end, 1 + len(self.table.layout.columns)))
-        return self._run(0)
+            np.empty((self._wanted, 1 + len(self.table.layout.columns)))
+        with closing(self._run(0)) as steps:
+            for _ in steps:
+                while self._arrived:
+                    yield self._arrived.pop(0)
+        yield from self._arrived
 
     def block(self, start: int, count: int) -> tuple[TestTable, int]:
         """Test consecutive points; what arrives is stored within a second or two.
@@ -192,52 +197,48 @@ class Engine:
         Raises:
             EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
-        self._end = end = min(start + count, len(self.points))
-        last = int(self.points.at(np.array([end - 1])).numbers[0])
-        with stored_at_termination():
+        self._wanted = end = min(start + count, len(self.points))
+        last = self.points.numbers[end - 1]
+        with stored_at_termination(self.store):
             try:
-                while sum(int((b.tests.numbers <= last).sum()) for b in self._hand) < end - start:
+                while sum((b.tests.numbers <= last).sum() for b in self._arrived) < end - start:
                     if self._steps is None:
-                        self._steps = self._run(start + sum(len(b.called) for b in self._hand))
-                    if (block := next(self._steps, None)) is None:
+                        self._steps = self._run(start + sum(len(b.called) for b in self._arrived))
+                    if next(self._steps, _ENDED) is _ENDED:
                         self._steps = None
-                    else:
-                        self._hand.append(block)
                 if self._steps is not None and not self._under_way:
-                    self._hand += self._steps  # which gives the lock back; workers are kept
+                    deque(self._steps, maxlen=0)  # which gives the lock back; workers are kept
                     self._steps = None
             except BaseException:
                 self.close()
                 raise
-        tests = self.table.extended(*(block.tests for block in self._hand))
-        called = np.concatenate([block.called for block in self._hand])
+        tests = self.table.extended(*(block.tests for block in self._arrived))
+        called = np.concatenate([block.called for block in self._arrived])
         mine = tests.numbers <= last
-        self._hand = [] if mine.all() else [Block(tests.rows(~mine), called[~mine])]
+        self._arrived = [] if mine.all() else [Block(tests.rows(~mine), called[~mine])]
         return by_number([tests.rows(mine)]), int(called[mine].sum())
 
     def close(self) -> None:
         """Give up what is being evaluated; what has arrived is in the study, if there is one."""
         if self._steps is not None:
             self._steps.close()
-        self._steps, self._hand, self._under_way = None, [], {}
+        self._steps, self._arrived, self._under_way = None, [], {}
 
-    def tests_of(self, rows: Rows, X: Any, out: Mapping[str, Any]) -> TestTable:
-        """Return the tests of evaluated designs, given by the rows of their points."""
-        return table_of_values(self.table.layout, self.points.at(rows), X, out)
+    def tests_of(self, rows: Rows, values: Sequence[Values], X: Any = None) -> TestTable:
+        """Return the tests of points, given by their rows and values, of designs X if others."""
+        points = self.points.at(rows)
+        X = self.space.matrix(points.units) if X is None else X
+        out = columns_of_values(self.problem, values)
+        return table_of_values(self.table.layout, points, X, out)
 
-    def _run(self, start: int) -> Generator[Block]:
-        """Evaluate the points from a row on; nothing is being evaluated yet."""
-        self._opened, self._under_way, self._ready = start, {}, []
+    def _run(self, start: int) -> Generator[None]:
+        """Test the points from a row on, step by step; nothing is being evaluated yet."""
+        self._opened, self._under_way = start, {}
         if self._repeats is not None:
             self._repeats.waiting.clear()
-        steps = self._one_by_one() if self._streams else self._in_pieces()
-        with ExitStack() as self._lock, closing(steps):
+        with ExitStack() as self._lock:
             self._locked = self.store.study is None
-            for _ in steps:
-                while self._ready:
-                    yield self._ready.pop(0)
-        while self._ready:
-            yield self._ready.pop(0)
+            yield from self._one_by_one() if self._streams else self._in_pieces()
 
     def _open(self, until: int) -> Rows:
         """Return the rows of points below one that are to be evaluated; give the stored ones."""
@@ -253,48 +254,39 @@ class Engine:
             self._give(stored, called=False)
             rows = rows[~np.isin(numbers, stored.numbers)]
             if self._repeats is not None:
-                self._repeats.learn(stored)
+                self._put_again(self._repeats.learn(stored))
         if self._repeats is not None:
-            rows, again = self._repeats.new(rows, self._matrix(rows))
+            rows, again = self._repeats.new(rows, self.space.matrix(self.points.at(rows).units))
             self._put_again(again)
         return rows
-
-    def _matrix(self, rows: Rows) -> NDArray[Any]:
-        return self.space.matrix(self.points.at(rows).units)
 
     def _one_by_one(self) -> Generator[None]:
         """Evaluate designs by workers that do not wait for each other."""
         waiting: Waiting = deque()
 
         def top_up(ahead: int) -> None:
-            until = min(self._end + ahead, len(self.points))
+            until = min(self._wanted + ahead, len(self.points))
             while self._opened < until and len(waiting) < _FAR:
                 rows = self._open(min(until, self._opened + _FAR))
-                designs = self.space.designs(self._matrix(rows))
-                waiting.extend(zip(rows.tolist(), designs, strict=True))
+                matrix = self.space.matrix(self.points.at(rows).units)
+                waiting.extend(zip(rows.tolist(), self.space.designs(matrix), strict=True))
                 self._under_way |= dict.fromkeys(rows.tolist())
 
         def at_once(result: Result) -> bool:
             del self._under_way[result[0]]
-            complete = next(iter(self._under_way), self._end) >= self._end
+            complete = next(iter(self._under_way), self._wanted) >= self._wanted
             return complete or bool(self._stop and result[1]["failure"])
+
+        def keep(rows: Rows, values: Sequence[Values], seconds: ArrayLike) -> None:
+            self._put(self.tests_of(rows, values), seconds)
 
         top_up(0)
         if waiting:
             top_up(self._ahead)
             results = stream_designs(self.problem, waiting, one_by_one=self._stop)
-            with closing(in_groups(results, self._put_results, at_once)) as steps:
-                for step in steps:
-                    yield step
-                    top_up(self._ahead)
-
-    def _put_results(self, results: list[Result]) -> None:
-        rows, values, seconds = zip(*results, strict=True)
-        self._put(self._valued(np.array(rows), values), np.array(seconds))
-
-    def _valued(self, rows: Rows, values: Sequence[Values]) -> TestTable:
-        out = columns_of_values(self.problem, values)
-        return self.tests_of(rows, self._matrix(rows), out)
+            for _ in in_groups(results, keep, at_once):
+                yield
+                top_up(self._ahead)
 
     def _in_pieces(self) -> Generator[None]:
         """Evaluate points by calls for many, here or in processes."""
@@ -310,7 +302,7 @@ class Engine:
                 if every:
                     self._put(tests, seconds)
                 else:
-                    self._ready.append(Block(tests, np.ones(n, dtype=bool)))
+                    self._arrived.append(Block(tests, np.ones(n, dtype=bool)))
                 if self.store.study is not None:
                     # The first designs load libraries and say little: at most 100 times as many.
                     fitting = min(SECONDS / max(seconds, 1e-9), 100 * n)
@@ -320,8 +312,8 @@ class Engine:
     def _pieces(self) -> Iterator[Points]:
         rows = np.zeros(0, dtype=np.intp)
         while True:
-            while len(rows) < self._size and self._opened < self._end:
-                new = self._open(min(self._end, self._opened + self._largest))
+            while len(rows) < self._size and self._opened < self._wanted:
+                new = self._open(min(self._wanted, self._opened + self._largest))
                 rows = np.append(rows, new)
             if len(rows) == 0:
                 return
@@ -329,7 +321,7 @@ class Engine:
             yield self.points.at(piece)
 
     def _put(self, tests: TestTable, seconds: ArrayLike) -> None:
-        """Store tests, and those of the same designs."""
+        """Store and give tests that were evaluated, and those of the same designs."""
         self.store.keep(tests, seconds)
         self._give(tests, called=True)
         if self._stop and tests.reasons:
@@ -339,17 +331,17 @@ class Engine:
             self._put_again(self._repeats.learn(tests))
 
     def _put_again(self, again: list[tuple[int, Values]]) -> None:
-        """Store tests of designs whose values are known, given by the rows of their points."""
+        """Store and give tests of designs whose values are known, by the rows of their points."""
         if again:
             rows, values = zip(*again, strict=True)
-            tests = self._valued(np.array(rows), values)
+            tests = self.tests_of(np.array(rows), values)
             self.store.keep(tests, 0.0)
             self._give(tests, called=False)
 
     def _give(self, tests: TestTable, *, called: bool) -> None:
         if len(tests):
             kept = kept_tests(self._keep, self._limits, tests)
-            self._ready.append(Block(kept, np.full(len(tests), called)))
+            self._arrived.append(Block(kept, np.full(len(tests), called)))
 
 
 def _tested(
@@ -371,9 +363,10 @@ class _Repeats:
         waiting: For each design being evaluated, the other rows with it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, tests: TestTable) -> None:
         self.known: dict[tuple[str, ...], Values] = {}
         self.waiting: dict[tuple[str, ...], list[int]] = {}
+        self.learn(tests)
 
     def learn(self, tests: TestTable) -> list[tuple[int, Values]]:
         """Learn the results of tests; return the rows that waited for them, with their values."""
@@ -448,14 +441,11 @@ def _numbers(values: Any, n: int) -> tuple[NDArray[Any], list[Any]]:
     column = np.asarray(values)
     if column.dtype.kind in "fiub" and column.size == n:
         return column.reshape(n), []
-    numbers, odd = np.full(n, np.nan), []
-    for i, value in enumerate(column):
-        cell = np.asarray(value)
-        if cell.size == 1 and cell.dtype.kind in "fiub":
-            numbers[i] = cell.item()
-        elif value is not None:
-            odd.append(value)
-    return numbers, odd
+    cells = [np.asarray(value) for value in column]
+    known = [cell.size == 1 and cell.dtype.kind in "fiub" for cell in cells]
+    numbers = [cell.item() if ok else np.nan for cell, ok in zip(cells, known, strict=True)]
+    odd = [v for v, ok in zip(column, known, strict=True) if not ok and v is not None]
+    return np.array(numbers, dtype=np.float64), odd
 
 
 def values_of_table(tests: TestTable) -> list[Values]:

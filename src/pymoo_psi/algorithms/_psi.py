@@ -1,12 +1,14 @@
-"""Parameter Space Investigation as a pymoo algorithm.
+"""Parameter Space Investigation, as a pymoo algorithm and on arrays.
 
 PSI tests the points of a uniformly distributed sequence and keeps every one of them with its
 number. It learns nothing on the way, so a run is the same however it is cut into blocks, and the
-test table is all its state: pymoo's individuals are made from it when they are asked for.
+test table is all its state: pymoo's individuals are made from it when they are asked for. Where
+none are wanted, :func:`investigate` makes none.
 """
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -20,18 +22,23 @@ from pymoo.util.display.column import Column
 from pymoo.util.display.output import Output
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._validation import Received, integer, invalid
-from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine
-from pymoo_psi.algorithms._run import run_options, with_options
+from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
+from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number, kept_tests
+from pymoo_psi.algorithms._run import run_options
+from pymoo_psi.algorithms._store import stored_at_termination
+from pymoo_psi.parallel import progress_bar
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
-    columns_of_values,
     evaluate_designs,
     require_known_keywords,
     require_problem,
     untolerant,
 )
 from pymoo_psi.table import TestTable, bounds_of, excess, lacking
+
+# Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
+# were left, so that all filtering together takes as long as the last one, or twice that.
+_WORTH_FILTERING = 2**17
 
 
 class PSI(Algorithm):
@@ -88,7 +95,6 @@ class PSI(Algorithm):
     seed: int | None
     _without: tuple[str, ...] = ("seed",)  # run options that are none here: pymoo's has a seed
 
-    @with_options(*_without)
     def __init__(self, n_points: int, **options: Any) -> None:
         name = type(self).__name__
         self.options, own = run_options(name, options, Algorithm, without=self._without)
@@ -96,8 +102,8 @@ class PSI(Algorithm):
         # by default 32 lines of a display; blocks of less than 64 designs would take their time
         lines = max(64, -(-self.n_points // (32 * self.options.part.of)))
         self.block_size = self.options.block_size or lines
-        self.limits, self._stop = self.options.limits, self.options.on_failure == "raise"
-        own.setdefault("evaluator", _Evaluator(self._stop))
+        self.limits = self.options.limits
+        own.setdefault("evaluator", _Evaluator(self.options.on_failure == "raise"))
         own.setdefault("output", _Output())
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
@@ -124,7 +130,9 @@ class PSI(Algorithm):
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             shown = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", shown, "make another")
-        problem, self._stop = untolerant(problem, self._stop)
+        problem, stop = untolerant(problem)
+        if stop:
+            self.options = replace(self.options, on_failure="raise")
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -142,8 +150,7 @@ class PSI(Algorithm):
 
     def _engine_of(self, n_points: int, **more: Any) -> Engine:
         """Return the engine of so many points; blocks are cut here."""
-        action = "raise" if self._stop else "record"
-        run = replace(self.options, seed=self.seed, on_failure=action, block_size=None)
+        run = replace(self.options, seed=self.seed, block_size=None)
         return Engine(self.problem, n_points, run, whole=self._whole, **more)
 
     def has_next(self) -> bool:
@@ -236,7 +243,7 @@ class PSI(Algorithm):
         names = (("F", "G", "H", "failure", *i.data.get("outputs", ())) for i in infills)
         values = [{n: i.get(n) for n in each} for i, each in zip(infills, names, strict=True)]
         X = self._engine.space.to_matrix(infills.get("X"))
-        return self._engine.tests_of(rows, X, columns_of_values(self.problem, values))
+        return self._engine.tests_of(rows, values, X)
 
     def _violation(self, tests: TestTable) -> NDArray[np.float64]:
         """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
@@ -364,3 +371,81 @@ class _Output(Output):
         feasible = int(table.feasible(algorithm.limits).sum()) if optimal else 0
         for column, value in zip(self.counts, (len(table), failed, feasible, optimal), strict=True):
             column.set(value)
+
+
+def investigate(
+    problem: Any,
+    n_points: int,
+    *,
+    keep: str = "all",
+    n_jobs: int = 1,
+    progress: bool = False,
+    **options: Any,
+) -> TestTable:
+    """Test the points of a uniform sequence and return the table of tests.
+
+    The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
+    problem is evaluated at millions of points in seconds, on as many cores as are asked for.
+    Memory grows with what is kept, and with the size of a block and the number of cores. A design
+    that occurs again is not evaluated again, as in :class:`PSI`, except where ``n_jobs`` is not 1.
+
+    Args:
+        problem: A pymoo problem with finite bounds.
+        n_points: How many points to test.
+        keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
+        n_jobs: Processes for a vectorised problem, or workers of the cluster that
+            ``joblib.parallel_config`` names; -1 for as many as there are. The table does not
+            depend on it. A problem that is evaluated one design at a time has a runner of its own,
+            :class:`~pymoo_psi.JoblibRunner`.
+        progress: Show a progress bar, in a terminal or a notebook.
+        **options: ``first``, ``sampling``, ``seed``, ``limits``, ``share``, ``study``,
+            ``study_key``, ``retry``, ``on_failure``, ``names``, ``maximize``, ``units``,
+            ``block_size``: see :class:`RunOptions`.
+
+    Returns:
+        The table of the tests kept, by number.
+
+    Raises:
+        ArgumentValueError: A count is out of range, ``keep`` or a limit is unknown, or the
+            problem does not fit, as for :class:`PSI`.
+        ArgumentTypeError: An argument has the wrong type.
+        StudyError: As for :class:`PSI`.
+        EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
+        WorkerError: The problem cannot be sent to processes, or one of them was lost.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 10_000, keep="pareto")
+        >>> bool(table.pareto().all())
+        True
+    """
+    run, _ = run_options("investigate", options)
+    require_problem(problem)
+    if job_count("n_jobs", n_jobs) != 1 and problem.elementwise:
+        rule = "1 for a problem that is evaluated one design at a time"
+        remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
+        raise invalid("n_jobs", rule, n_jobs, remedy)
+    known_name("keep", keep, ("all", "feasible", "pareto"))
+    engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
+    n = len(engine.points)
+    tables, done = [engine.table], 0
+    size = least = 0  # how many rows there are, and had been left when they were filtered last
+    with (
+        progress_bar(progress) as bar,
+        stored_at_termination(engine.store),
+        closing(engine.tests()) as blocks,
+    ):
+        for tests, called in blocks:
+            tables.append(tests)
+            size, done = size + len(tests), done + len(called)
+            bar(done / n)
+            if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
+                tables = [kept_tests(keep, run.limits, by_number(tables))]
+                size = least = len(tables[0])
+    found = by_number(tables)
+    if keep == "pareto":
+        found = kept_tests(keep, run.limits, found)
+    # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
+    if keep != "all" or (found.status != "failed").any():
+        bounds_of(run.limits, found.layout)
+    return found

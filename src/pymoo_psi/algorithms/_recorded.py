@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from typing import Any
 
@@ -15,10 +16,10 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.algorithms._engine import table_of_values, values_of_table
-from pymoo_psi.algorithms._run import Points, run_options, with_options
+from pymoo_psi.algorithms._run import Points, run_options
 from pymoo_psi.algorithms._store import Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import Result, Values
+from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
     FailureTolerant,
     WrappedProblem,
@@ -100,7 +101,6 @@ class Recorded(WrappedProblem):
 
     _without = ("first", "sampling", "seed", "limits", "share", "on_failure", "block_size")
 
-    @with_options(*_without)
     def __init__(self, problem: Any, **options: Any) -> None:
         run, _ = run_options("Recorded", options, without=self._without)
         if run.study is None:
@@ -163,7 +163,7 @@ class Recorded(WrappedProblem):
             self._read()
         if not known.keys() >= set(keys):
             # The lock is within, so that it is given back.
-            with stored_at_termination(), self._store.writing():
+            with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before we got the lock
                 # the same design twice is evaluated once
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
@@ -209,13 +209,11 @@ class Recorded(WrappedProblem):
             self._answers.add(tests)
             self.n_evaluated += len(tests)
 
-        def keep_results(group: list[Result]) -> None:
-            rows, values, seconds = zip(*group, strict=True)
-            keep(list(rows), columns_of_values(self._model, values), np.array(seconds))
-
+        columns = partial(columns_of_values, self._model)
         if streams(self._model):
             results = stream_designs(self._model, deque(enumerate(X)), one_by_one=False)
-            deque(in_groups(results, keep_results), maxlen=0)
+            steps = in_groups(results, lambda rows, values, s: keep(rows, columns(values), s))
+            deque(steps, maxlen=0)
         else:
             began = time.monotonic()
             out = evaluate_designs(self._model, X)

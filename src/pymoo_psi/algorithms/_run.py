@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,27 +120,6 @@ def run_options(
     require_known_keywords(owner, base or object, given, more=known)
     options = {name: value for name, value in given.items() if name in known}
     return RunOptions(**options), {n: v for n, v in given.items() if n not in known}
-
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def with_options(*without: str) -> Callable[[Function], Function]:
-    """Show the names of run options in the signature of what takes them as ``**options``."""
-
-    def shown(function: Function) -> Function:
-        *own, rest = inspect.signature(function).parameters.values()
-        options = [
-            # Their annotations are names of this module, not of the function's.
-            option.replace(kind=option.KEYWORD_ONLY, annotation=option.empty)
-            for name, option in inspect.signature(RunOptions).parameters.items()
-            if name not in without
-        ]
-        signature = inspect.Signature([*own, *options, rest])
-        function.__signature__ = signature  # type: ignore[attr-defined]
-        return function
-
-    return shown
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,16 +7,17 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import counted, invalid
 from pymoo_psi.algorithms._run import RunOptions
-from pymoo_psi.parallel import Result
+from pymoo_psi.errors import StudyError, StudyMismatchError
+from pymoo_psi.parallel import Result, Values
 from pymoo_psi.study import LAST, Study
 from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of
 
@@ -57,6 +58,12 @@ class Store:
         self.study = Study(f"{path}/{share.file}" if share else path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
+        begun = self.study.facts()["head"]["problem"] if os.path.exists(self.study.path) else None
+        if options.study_key is None and begun and (key := begun.get("key")) is not None:
+            raise StudyMismatchError(
+                f"study {self.study.path} was begun with study_key={key!r}, and none is given; "
+                "give the same one, or the name of another file"
+            )
         self.study.begin(head_of(table), share if share and share.of > 1 else None, points)
 
     def writing(self) -> AbstractContextManager[None]:
@@ -96,6 +103,15 @@ class Store:
         stored = self.stored()
         return stored.rows(stored.status != "failed") if len(self._retry) else stored
 
+    def kept(self) -> str:
+        """Say what is kept of an interrupted run, and how it goes on."""
+        if self.study is None:
+            return "no test is kept; with study='FILE.db' the same call would go on from the last"
+        with suppress(StudyError):
+            n = counted(len(self.study.columns(1, LAST)["test_point"]), "test")
+            return f"{n} kept in study {self.study.path}; the same call goes on from there"
+        return f"see study {self.study.path} for what is kept"
+
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
         if self.study is not None and len(tests):
@@ -104,18 +120,26 @@ class Store:
 
 def in_groups(
     results: Generator[Result],
-    store: Callable[[list[Result]], None],
+    keep: Callable[[NDArray[np.intp], tuple[Values, ...], NDArray[np.float64]], None],
     at_once: Callable[[Result], bool] = lambda result: False,
 ) -> Generator[None]:
-    """Take results, a step for each, and store them in groups, all of them whatever ends it.
+    """Take results, a step for each, and keep them in groups, all of them whatever ends it.
 
     Args:
         results: The results; they are closed at the end.
-        store: Stores a group; about every second, and at the end.
-        at_once: Whether a result and those before it are to be stored without delay.
+        keep: Keeps a group, its indices, values and seconds; about every second, and at the end.
+        at_once: Whether a result and those before it are to be kept without delay.
     """
     group: list[Result] = []
     began, computed = time.monotonic(), 0.0
+
+    def flush() -> None:
+        nonlocal began, computed
+        indices, values, seconds = zip(*group, strict=True)
+        group.clear()
+        keep(np.array(indices), values, np.array(seconds))
+        began, computed = time.monotonic(), 0.0
+
     try:
         with closing(results):
             for result in results:
@@ -123,13 +147,11 @@ def in_groups(
                 computed += result[2]
                 late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
                 if at_once(result) or late:
-                    due, group = group, []
-                    store(due)
-                    began, computed = time.monotonic(), 0.0
+                    flush()
                 yield
     finally:
         if group:
-            store(group)
+            flush()
 
 
 class _Terminated(KeyboardInterrupt):
@@ -137,25 +159,29 @@ class _Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def stored_at_termination() -> Iterator[None]:
+def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """Let SIGTERM end the process after the body has stored what has arrived.
 
-    Clusters send it before they kill. A handler of the user's is left alone.
+    Clusters send it before they kill. A handler of the user's is left alone. Where there is a
+    store, an interrupt that leaves the body says what is kept.
     """
     main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
+    ours = main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
     def interrupt(*_: Any) -> None:
         raise _Terminated
 
-    signal.signal(signal.SIGTERM, interrupt)
+    if ours:
+        signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
-    except _Terminated:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.kill(os.getpid(), signal.SIGTERM)
+    except KeyboardInterrupt as error:
+        if ours and isinstance(error, _Terminated):
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            os.kill(os.getpid(), signal.SIGTERM)
+        elif store is not None:
+            error.args = error.args or (store.kept(),)  # the last line of what Python prints
         raise
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        if ours:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)

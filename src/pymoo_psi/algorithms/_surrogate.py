@@ -20,14 +20,8 @@ from threadpoolctl import threadpool_limits
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._run import Points, with_options
-from pymoo_psi.algorithms._surrogate_models import (
-    KINDS,
-    Fit,
-    bounded,
-    cross_validated,
-    without_penalties,
-)
+from pymoo_psi.algorithms._run import Points
+from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded, without_penalties
 from pymoo_psi.problems import design_space
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
@@ -56,7 +50,7 @@ class SurrogatePSI(PSI):
     in turn. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
     can be set afterwards. The tests of the sequence come first; the output ``proposal_round`` of
     the table is 0 for them and the number of the round for proposals. :meth:`predictions` has what
-    was expected of each proposal, and :meth:`errors` how far the surrogates can be trusted.
+    was expected of each proposal and what was found: how far surrogates can be trusted.
 
     The run is determined by its arguments and the seed, which is 0 unless given: with a study, one
     that was interrupted or killed makes the same tests when it is called again, and a larger
@@ -101,7 +95,6 @@ class SurrogatePSI(PSI):
     # A share of the points or blocks of them have no meaning here.
     _without = ("share", "block_size", "seed")
 
-    @with_options(*_without)
     def __init__(
         self,
         n_evaluations: int,
@@ -187,17 +180,22 @@ class SurrogatePSI(PSI):
     @_one_thread
     def _proposed(self, ready: int) -> Proposals:
         goal, further = self._goal()
-        tests = self._tests(further)
+        tests, encode = self._tests(further), partial(encoded, self._engine.space)
         # up to how many tests lengths are fitted: of rising numbers the last one that is reached
         fitted = self._n_uniform
         while (later := self._round_end(math.ceil(fitted * _GROWTH))) <= self.n_tested:
             fitted = later
-        if (~tests.failed[:fitted]).sum() < _LEAST:
+        known = ~tests.failed
+        if known[:fitted].sum() < _LEAST:
             fitted = self.n_tested
         if self._fitted[0] != fitted:
-            self._fitted = fitted, self._fit(tests, fitted)
+            rows, fit = np.flatnonzero(known[:fitted]), None
+            if len(rows) >= _LEAST:
+                uniform = max(int(known[: self._n_uniform].sum()), _LEAST)
+                Z = encode(tests.points[rows])
+                fit = Fit.of(Z, bounded(tests.Y[rows]), uniform, goal.n_obj)
+            self._fitted = fitted, fit
         random = np.random.default_rng([self.seed or 0, ready])
-        encode = partial(encoded, self._engine.space)
         made = propose(tests, self._fitted[1], goal, encode, self.block_size, ready, random)
         # of outputs with limits, which may be others tomorrow, no predictions are kept
         kept = slice(len(_outputs(self.table)))
@@ -228,7 +226,7 @@ class SurrogatePSI(PSI):
         rounds = math.ceil((n_tests - self._n_uniform) / self.block_size)
         return self._n_uniform + rounds * self.block_size
 
-    def _tests(self, further: Sequence[str] = ()) -> KnownTests:
+    def _tests(self, further: Sequence[str]) -> KnownTests:
         table, space = self.table, self._engine.space
         failed = table.status == "failed"
         uniform = table.F[: self._n_uniform][~failed[: self._n_uniform]]
@@ -247,16 +245,6 @@ class SurrogatePSI(PSI):
         """
         unknown = (self.table.status == "failed").all() and lacking(self.limits, self.table.layout)
         return None if unknown else self.limits
-
-    def _fit(self, tests: KnownTests, count: int) -> Fit | None:
-        """Fit to the first tests, if enough of them are known."""
-        known = ~tests.failed
-        if known[:count].sum() < _LEAST:
-            return None
-        rows = np.flatnonzero(known[:count])
-        uniform = max(int(known[: self._n_uniform].sum()), _LEAST)
-        Z = encoded(self._engine.space, tests.points[rows])
-        return Fit.of(Z, bounded(tests.Y[rows]), uniform, len(self.table.layout.objectives))
 
     def predictions(self) -> pd.DataFrame:
         """Return what was expected of each proposal that is tested, and what was found.
@@ -293,51 +281,6 @@ class SurrogatePSI(PSI):
             columns[f"{name}_deviation"] = deviation[:, j]
         return pd.DataFrame(columns)
 
-    @_one_thread
-    def errors(self) -> pd.DataFrame:
-        """Return how far surrogates of the present tests can be trusted.
-
-        One row for each objective and constraint and kind of surrogate. Errors are root mean
-        squares, in units of the standard deviation of the tests' values, on the scale on which the
-        surrogate works: 1 is as bad as always expecting the mean, 0.1 is good.
-
-        Columns: ``output``, ``surrogate``, ``scale`` (``"linear"``, or ``"logarithmic"`` where a
-        tail is heavy), ``cross_validated``, of tests each left out with a tenth of all, and
-        ``proposals``, of the proposals of this kind when they were tested; NaN if there are none.
-
-        Raises:
-            ArgumentValueError: Too few tests have values to make surrogates.
-
-        Example:
-            >>> from pymoo.optimize import minimize
-            >>> from pymoo_psi import SphereChute
-            >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
-            >>> bool((algorithm.errors()["cross_validated"] < 1).any())
-            True
-        """
-        tests = self._tests()
-        fit = self._fit(tests, self.n_tested)
-        if fit is None:
-            known = Received(int((~tests.failed).sum()))
-            raise invalid("tests with values", f"{_LEAST} or more", known, "test more designs")
-        rows = np.flatnonzero(~tests.failed)
-        Z = encoded(self._engine.space, tests.points[rows])
-        T = fit.to(bounded(tests.Y[rows]))
-        found, made = T[rows >= self._n_uniform], self.predictions()
-        made = made[made["status"] != "failed"]
-        result = []
-        for kind in KINDS:
-            error = np.sqrt(((cross_validated(kind, Z, T, fit) - T) ** 2).mean(axis=0))
-            of_kind = (made["surrogate"] == kind).to_numpy()
-            for j, (name, scale) in enumerate(zip(_outputs(self.table), fit.scales, strict=True)):
-                predicted = made[f"{name}_predicted"].to_numpy() * _signs(self.table)[j]
-                off = found[of_kind, j] - scale.to(predicted[of_kind])
-                missed = np.sqrt((off**2).mean()) if of_kind.any() else np.nan
-                how = "linear" if np.isinf(scale.unit) else "logarithmic"
-                result.append((name, kind, how, error[j], missed))
-        columns = ["output", "surrogate", "scale", "cross_validated", "proposals"]
-        return pd.DataFrame(result, columns=columns).sort_values("output", kind="stable")
-
 
 def _outputs(table: TestTable) -> tuple[str, ...]:
     return table.layout.objectives + table.layout.constraints
@@ -351,11 +294,9 @@ def _signs(table: TestTable) -> Array:
 def _rows(made: Proposals, number: int, first: int) -> list[Proposal]:
     """Return the proposals of a round as a study has them: NaN, which JSON lacks, as None."""
     named = {"point": made.points, "predicted": made.predicted, "deviation": made.deviation}
-    rows = []
-    for i in range(len(made.points)):
-        content = {
-            name: [None if math.isnan(x) else x for x in values[i].tolist()]
-            for name, values in named.items()
-        }
-        rows.append((first + i, number, made.kind or "far from all tests", content))
-    return rows
+    nothing, kind = np.array(None), made.kind or "far from all tests"
+    lists = {n: np.where(np.isnan(v), nothing, v).tolist() for n, v in named.items()}
+    return [
+        (first + i, number, kind, {name: rows[i] for name, rows in lists.items()})
+        for i in range(len(made.points))
+    ]

@@ -34,7 +34,6 @@ _BEYOND = 1e6
 # a tail, as of a pole, has values on the way.
 _PENALTY = 1e4
 _HUGE = 1e100  # the squares of larger values overflow
-_FOLDS = 10  # of a cross-validation
 # Tests to which lengths are fitted: more take the third power of their number in time, a second
 # for an output with 512, and change lengths little.
 _MOST = 256
@@ -253,16 +252,6 @@ KINDS: dict[str, Any] = {
     "gaussian process": GaussianProcesses,
     "radial functions": RadialFunctions,
 }
-
-
-def cross_validated(kind: str, Z: Array, T: Array, fit: Fit) -> Array:
-    """Return ``(n, q)`` predictions of tests, each by a surrogate that does not know the test."""
-    folds = np.arange(len(Z)) % min(_FOLDS, len(Z))  # tests one after the other are not alike
-    predicted = np.empty_like(T)
-    for fold in np.unique(folds):
-        left = folds == fold
-        predicted[left] = KINDS[kind](Z[~left], T[~left], fit)(Z[left])
-    return predicted
 
 
 class GaussianProcess:
