@@ -146,7 +146,7 @@ class PSI(Algorithm):
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         self._engine = self._engine_of(self.n_points)
-        self.table = self._engine.table
+        self.table, self._n_tests = self._engine.table, len(self._engine.points)
 
     def _engine_of(self, n_points: int, **more: Any) -> Engine:
         """Return the engine of so many points; blocks are cut here."""
@@ -155,7 +155,7 @@ class PSI(Algorithm):
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
-        return self.n_tested < self._n_tests() and bool(super().has_next())
+        return self.n_tested < self._n_tests and bool(super().has_next())
 
     def next(self) -> None:
         """Test the next block; another process cannot test it meanwhile for the same study."""
@@ -187,16 +187,8 @@ class PSI(Algorithm):
 
     def _rows(self) -> NDArray[np.intp]:
         """Return the rows of the points that are tested next."""
-        end = self.n_tested + self._block()  # which may make points
+        end = self.n_tested + self.block_size
         return np.arange(self.n_tested, min(end, len(self._engine.points)))
-
-    def _n_tests(self) -> int:
-        """Return how many tests the table has in the end."""
-        return len(self._engine.points)
-
-    def _block(self) -> int:
-        """Return how many points are tested next, at most."""
-        return self.block_size
 
     def _infill(self) -> Population | None:
         """Return the next designs, those of a study evaluated; ``None`` when none is left."""
@@ -229,7 +221,7 @@ class PSI(Algorithm):
     def _add(self, tests: TestTable) -> None:
         self.table = self.table.extended(tests)
         self._blocks.append(len(tests))
-        if self.n_tested == self._n_tests():
+        if self.n_tested == self._n_tests:
             self.termination.terminate()
 
     def _tests_of(self, infills: Population) -> TestTable:
@@ -348,7 +340,7 @@ class _PointsTested(Termination):
     """Terminate when every test point is tested; the progress is the share of them."""
 
     def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / algorithm._n_tests()
+        progress: float = algorithm.n_tested / algorithm._n_tests
         return progress
 
 

@@ -17,6 +17,8 @@ from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.study import ALL, Share, Study
 from pymoo_psi.table import Limits
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class RunOptions:
@@ -136,7 +138,7 @@ class Points:
 
     numbers: NDArray[np.int64]
     n_dim: int
-    given: NDArray[np.float64] | None = None
+    given: Array | None = None
     rounds: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
@@ -144,7 +146,7 @@ class Points:
         return len(self.numbers)
 
     @property
-    def units(self) -> NDArray[np.float64]:
+    def units(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
             return self.given
@@ -156,6 +158,13 @@ class Points:
         """Return the points in some rows, from 0."""
         given, rounds = (None if a is None else a[rows] for a in (self.given, self.rounds))
         return Points(self.numbers[rows], self.n_dim, given, rounds)
+
+    def followed(self, numbers: NDArray[np.int64], units: Array, number_of_round: int) -> Points:
+        """Return these points, followed by those that a round has proposed."""
+        rounds = np.zeros(len(self)) if self.rounds is None else self.rounds
+        rounds = np.append(rounds, np.full(len(numbers), float(number_of_round)))
+        numbers, units = np.append(self.numbers, numbers), np.vstack([self.units, units])
+        return Points(numbers, self.n_dim, units, rounds)
 
 
 def points_of_run(

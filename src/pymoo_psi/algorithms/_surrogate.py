@@ -144,25 +144,19 @@ class SurrogatePSI(PSI):
             self._blocks = [len(given)]
             numbers, units = given.numbers, self._engine.space.points(given.X)
         self._n_uniform = len(numbers)  # tests before the first round
+        self._n_tests = self.n_points + (0 if given is None else len(given))
         self._engine.points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
 
-    def _n_tests(self) -> int:
-        """Return how many tests the table has in the end."""
-        return self.n_points + (0 if self._given is None else len(self._given))
-
-    def _block(self) -> int:
-        """Return how many points are tested next; those of a round are proposed before."""
+    def _rows(self) -> NDArray[np.intp]:
+        """Return the rows of the points that are tested next; those of a round are proposed."""
         points, done = self._engine.points, self.n_tested
-        if done == len(points) and (left := self._n_tests() - done):
+        if done == len(points) and (left := self._n_tests - done):
             ready = (done - self._n_uniform) // self.block_size
             numbers = points.numbers[-1] + np.arange(1, 1 + min(self.block_size, left))
             self._rounds.append(self._round(ready, int(numbers[0])))
-            units = np.vstack([points.units, self._rounds[-1].points[: len(numbers)]])
-            rounds = (np.arange(len(units)) - self._n_uniform) // self.block_size + 1.0
-            numbers = np.append(points.numbers, numbers)
-            rounds = np.maximum(rounds, 0)
-            self._engine.points = Points(numbers, points.n_dim, units, rounds)
-        return len(self._engine.points) - done
+            units = self._rounds[-1].points[: len(numbers)]
+            self._engine.points = points.followed(numbers, units, ready + 1)
+        return np.arange(done, len(self._engine.points))
 
     def _round(self, ready: int, first: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""
