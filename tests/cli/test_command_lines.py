@@ -102,7 +102,7 @@ COMMANDS = {
     "analyze": (PATHS, TABLE | {"formulation": PATHS}),
     "compare": (PROBLEMS, {
         "evaluations": ["2", "1,4", "0", "x", ""], "algorithms": ["psi", "psi,psi", "x", "", "moead"],
-        "assess": ["returned", "x"], "reference": PATHS, "out": PATHS, "jobs": WHOLE,
+        "reference": PATHS, "out": PATHS, "jobs": WHOLE,
     }),
     "reproduce": (["--points=0"], {"jobs": WHOLE, "out": PATHS}),
 }  # fmt: skip
@@ -145,6 +145,7 @@ def test_every_command_line_ends_well(words, encoding):
     printed.flush()
     told.flush()
     lines = told.buffer.getvalue().decode(encoding).splitlines()
+    lines = [line for line in lines if " in all, " not in line]  # what a comparison will cost
     assert code in (0, 1, 2, 130)
     if code == 2:
         assert len(lines) == 1

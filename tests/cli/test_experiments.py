@@ -57,7 +57,9 @@ def test_another_chute_is_compared_with_nothing(run, tmp_path, words):
 def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
     words = ["compare", "bnh", "--evaluations", "16,32", "--seeds", 2, "--out", "tables"]
     code, printed, err = run(*words, "--algorithms", "psi,nsga3")
-    assert (code, err) == (0, "")
+    assert (code, err.splitlines()[0]) == (
+        0, "BNH: 6 runs of 144 evaluations in all, less than a minute"
+    )  # fmt: skip
     result = compare(
         get_problem("bnh"), n_evaluations=[16, 32], seeds=2, algorithms=["psi", "nsga3"]
     )
@@ -72,3 +74,17 @@ def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
     assert len(pd.read_csv(tmp_path / "tables" / "runs.csv")) == len(runs) + 4
     again = ["--reference", "tables/reference.npz", "--seeds", 1, "--evaluations", 16]
     assert run("compare", "bnh", "--algorithms", "psi", *again)[0] == 0
+
+
+@pytest.mark.parametrize("out", [[], ["--out", "tables"]])
+def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, out):
+    def interrupted(problem, *, folder, **options):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "psi_16.db").touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_experiments, "compare", interrupted)
+    code, printed, err = run("compare", "bnh", *out)
+    assert (code, err) == (130, "pymoo-psi: interrupted\n")
+    assert printed.startswith("1 run kept; the same command")
+    assert ("with --out" in printed) == (not out)

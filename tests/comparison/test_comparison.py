@@ -1,23 +1,28 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
 import dataclasses
+import re
+import shutil
+from functools import partial
 
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 from pymoo.termination import get_termination
-from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import PSI, PsiError, VectorizedSphereChute, compare, investigate, nsga3
+import pymoo_psi
+from pymoo_psi import PSI, PsiError, SurrogatePSI, VectorizedSphereChute, investigate, nsga3
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
+
+compare = partial(pymoo_psi.compare, progress=False)  # which would evaluate designs to time them
 
 
 class Counted(Problem):
@@ -55,8 +60,9 @@ def test_psi_is_what_investigate_finds_and_nsga3_what_nsga3_finds():
     result = compare(problem, n_evaluations=200, seeds=[5], algorithms=["psi", "nsga3"])
     psi, evolved = result.runs
     table = investigate(problem, 200)
-    assert np.array_equal(psi.returned, table.F[table.pareto()])
-    assert np.array_equal(evolved.returned, nsga3(problem, n_evaluations=200, seed=5).F)
+    assert np.array_equal(psi.F, table.F[table.pareto()])
+    found = {tuple(f) for f in nsga3(problem, n_evaluations=200, seed=5).F}
+    assert found & {tuple(f) for f in evolved.F}
 
 
 def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
@@ -160,20 +166,6 @@ def test_a_known_front_joins_the_reference_and_no_optimum_is_nearer_than_the_con
     # min |(f1, 1 - sqrt f1)|: the derivative 2 f1 - (1 - sqrt f1) / sqrt f1 vanishes.
     f1 = next(r.real**2 for r in np.roots([2, 0, 1, -1]) if abs(r.imag) < 1e-12)
     np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-5)
-
-
-def test_of_what_is_returned_only_the_feasible_counts():
-    """RVEA keeps a design for each direction, feasible or not."""
-    directions = get_reference_directions("das-dennis", 2, n_partitions=19)
-    osy = get_problem("osy")
-    result = compare(
-        osy, n_evaluations=100, seeds=[1], assess="returned", polish=False,
-        algorithms={"rvea": lambda n: RVEA(directions, termination=get_termination("n_eval", n))},
-    )  # fmt: skip
-    (run,) = result.runs
-    seen = {tuple(f) for f in run.F.tolist()}
-    assert {tuple(f) for f in run.returned.tolist()} <= seen
-    assert result.to_frame()["n_nondominated"].item() == len(run.returned)
 
 
 def test_designs_that_a_model_changes_are_kept_as_they_were():
@@ -346,14 +338,79 @@ def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
 def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
     finished = tmp_path / "psi_32.db"
 
-    def fails_after_the_other(n_evaluations):
-        until(finished.exists)
-        raise AssertionError("only without constraints")
+    tries = []
 
+    def fails_after_the_other(n_evaluations):
+        tries.append(n_evaluations)
+        if len(tries) > 2:  # not where it is tried before the first run
+            until(finished.exists)
+            raise AssertionError("only without constraints")
+        return NSGA2(pop_size=5)
+
+    algorithms = {"psi": "psi", "late": fails_after_the_other}
     with pytest.raises(RunError, match="run of late, 32 evaluations, seed 1 ended in Assertion"):
         compare(
-            get_problem("bnh"), n_evaluations=32, seeds=1,
-            algorithms={"psi": "psi", "late": fails_after_the_other}, folder=tmp_path,
-            n_jobs=n_jobs,
+            get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=algorithms,
+            folder=tmp_path, n_jobs=n_jobs,
         )  # fmt: skip
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
+
+
+# Before the first run, and after an interruption
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithms"),
+    [
+        (get_problem("bnh"), ["psi", "moead"]),  # MOEA/D takes no constraints
+        (get_problem("dtlz2"), {"psi": "psi", "moead": NSGA3(np.eye(2))}),  # of two objectives
+    ],
+)
+def test_algorithms_that_cannot_run_are_refused_before_the_first_run(problem, algorithms, tmp_path):
+    with pytest.raises(PsiError, match=f"able to run on {problem.name()}.*leave out moead"):
+        compare(problem, algorithms=algorithms, folder=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_needs_its_whole_budget_is_not_refused():
+    def large(n):
+        return SurrogatePSI(n, n_points=300)
+
+    result = compare(Counted(), n_evaluations=301, algorithms={"large": large}, seeds=1)
+    assert result.to_frame()["evaluated"].item() == 301
+
+
+def test_the_costs_are_said_before_the_first_run_and_no_run_pays_for_that(capsys):
+    problem, said = Counted(), []
+    result = pymoo_psi.compare(
+        problem, n_evaluations=[8, 16], seeds=2, algorithms=["psi", "nsga2"], polish=False,
+        on_run=lambda *_: said.append(capsys.readouterr().err),
+    )  # fmt: skip
+    assert said[0].startswith("Counted: 6 runs of 72 evaluations in all, less than a minute")
+    assert (result.to_frame()["evaluated"] == result.to_frame()["evaluations"]).all()
+
+
+def test_surrogates_take_fewer_evaluations_by_default():
+    class EnoughError(Exception):
+        pass
+
+    def stop(run, ready, total):
+        raise EnoughError(run.task.n_evaluations)
+
+    for algorithms, largest in ((["psi", "surrogate"], 256), (["psi"], 4096)):
+        with pytest.raises(EnoughError, match=f"^{largest}$"):
+            compare(Counted(), algorithms=algorithms, on_run=stop)
+
+
+def test_an_interruption_says_where_the_runs_are_and_the_same_call_goes_on():
+    def interrupt(run, ready, total):
+        raise KeyboardInterrupt
+
+    arguments = {"n_evaluations": 16, "seeds": 2, "algorithms": ["psi", "nsga2"]}
+    with pytest.raises(KeyboardInterrupt, match="1 run kept; the same call with folder=") as caught:
+        compare(Counted(), **arguments, on_run=interrupt)
+    (folder,) = re.findall(r"folder='(.*)'", str(caught.value))
+    problem = Counted()
+    compare(problem, **arguments, folder=folder, polish=False)
+    assert sum(map(len, problem.calls)) == 32  # of the two runs that were left
+    shutil.rmtree(folder)

@@ -67,7 +67,6 @@ SamplingName = Enum(
 )
 ModelName = Enum("ModelName", {"full": "full", "rolling": "rolling"}, type=str)
 FigureFormat = Enum("FigureFormat", {"png": "png", "pdf": "pdf", "svg": "svg"}, type=str)
-AssessedName = Enum("AssessedName", {"evaluated": "evaluated", "returned": "returned"}, type=str)
 
 ProblemName: TypeAlias = Annotated[
     str,
@@ -290,8 +289,12 @@ def compare(
     context: typer.Context,
     problem: ProblemName,
     evaluations: Annotated[
-        str, typer.Option(metavar="N,N,…", help="Numbers of evaluations.")
-    ] = "256,1024,4096",
+        str | None,
+        typer.Option(
+            metavar="N,N,…",
+            help="Numbers of evaluations; 256,1024,4096, with surrogates 64,128,256.",
+        ),
+    ] = None,
     seeds: Annotated[
         int, typer.Option(metavar="N", help="Runs of each that draws at random.")
     ] = 11,
@@ -302,9 +305,6 @@ def compare(
             help="Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, ….",
         ),
     ] = "psi,psi-scrambled,nsga3,psi+nsga3",
-    assess: Annotated[
-        AssessedName, typer.Option(help="Measure all that was evaluated, or what was returned.")
-    ] = AssessedName.evaluated,
     reference: Annotated[
         Path | None, path_option("FILE.npz", "Measure against the reference of another comparison.")
     ] = None,
@@ -321,7 +321,7 @@ def compare(
 
     return run_compare(
         load_problem(problem, context), evaluations, seeds, algorithms,
-        assess=assess.value, reference=reference, jobs=jobs, out=out, force=force,
+        reference=reference, jobs=jobs, out=out, force=force,
     )  # fmt: skip
 
 

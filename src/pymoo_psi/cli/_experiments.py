@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 import pandas as pd
@@ -44,11 +47,10 @@ to U: distance to the ideal point U, plain, as in the paper (solve and rank: --n
 
 def run_compare(
     problem: Problem,
-    evaluations: str,
+    evaluations: str | None,
     seeds: int,
     algorithms: str,
     *,
-    assess: str,
     reference: Path | None,
     jobs: int,
     out: Path | None,
@@ -56,7 +58,7 @@ def run_compare(
 ) -> int:
     """Compare, write all there is to a folder, and print the medians and the conclusions."""
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
-    budgets = counts_in("--evaluations", evaluations, rule)
+    budgets = None if evaluations is None else counts_in("--evaluations", evaluations, rule)
     integer("--seeds", seeds, minimum=1)
     job_count("--jobs", jobs)
     folder = None
@@ -65,18 +67,25 @@ def run_compare(
         folder = require_results(out, files, force=force)
     # Before the runs, so that a wrong file is refused at once.
     known = None if reference is None else Reference.load(reference)
-    with progress(f"runs on {problem.name()}", None) as show:
+    # Runs without a folder for results are kept, too, until all are done.
+    place = folder or Path(mkdtemp(prefix="comparison_"))
+    try:
         result = compare(
             problem,
             n_evaluations=budgets,
             seeds=seeds,
             algorithms=list(dict.fromkeys(word.strip() for word in algorithms.split(","))),
-            assess=assess,
             reference=known,
-            folder=None if folder is None else folder / "runs",
+            folder=place / "runs",
             n_jobs=jobs,
-            on_run=lambda run, ready, total: show(ready, str(run.task), total=total),
         )
+    except KeyboardInterrupt:
+        kept = counted(len([*place.glob("runs/*.db")]), "run")
+        where = "" if folder else f" with --out {shlex.quote(str(place))}"
+        say(f"{kept} kept; the same command{where} goes on from there.")
+        raise
+    if folder is None:
+        shutil.rmtree(place, ignore_errors=True)
     summary = result.summary()
     if folder is not None:  # before anything is printed, which may fail
         write_csv(result.to_frame(), folder / "runs.csv")

@@ -1,4 +1,4 @@
-"""The algorithms that are compared: each spends a budget on a problem and returns what it found.
+"""The algorithms that are compared: each spends a budget on a problem.
 
 ``psi``
     Parameter Space Investigation with the LPτ points. Deterministic: one run.
@@ -36,7 +36,6 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.termination import NoTermination
@@ -55,9 +54,6 @@ from pymoo_psi.algorithms import (
     reference_directions,
     run_within_budget,
 )
-from pymoo_psi.pareto import competes, meets_constraints, nondominated
-
-Array = NDArray[np.float64]
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
@@ -77,14 +73,15 @@ class NamedAlgorithm:
 
     Attributes:
         name: What tables call it.
-        search: Takes a problem, a number of evaluations and a seed; returns the ``(k, m)``
-            objectives of the feasible designs that the algorithm returns.
+        search: Takes a problem, a number of evaluations and a seed, and evaluates designs.
         seeded: Whether the seed makes a difference.
+        learns: Whether it fits surrogates, whose time grows with the square of the budget.
     """
 
     name: str
-    search: Callable[[Any, int, int], Array]
+    search: Callable[[Any, int, int], object]
     seeded: bool = True
+    learns: bool = False
 
 
 def named_algorithms(
@@ -120,54 +117,44 @@ def _named(name: str, what: Any) -> NamedAlgorithm:
     if known_name("algorithms", what, {*_OURS, *_PYMOO}) in _PYMOO:
         return NamedAlgorithm(name, partial(_from_pymoo, _PYMOO[what]))
     # Without a sampling that is scrambled, and without NSGA-III, no seed is asked.
-    return NamedAlgorithm(name, _OURS[what], seeded=what != "psi")
+    return NamedAlgorithm(name, _OURS[what], what != "psi", what.startswith("surrogate"))
 
 
 # The searches. They are functions of the module, as processes are sent them.
 
 
-def _investigate(
-    sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int
-) -> Array:
+def _investigate(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Investigate the parameter space with the points of a sampling."""
-    table = investigate(problem, n_evaluations, sampling=sampling, seed=seed)
-    return table.F[table.pareto()]
+    investigate(problem, n, sampling=sampling, seed=seed)
 
 
-def _nsga3(problem: Any, n_evaluations: int, seed: int) -> Array:
-    return _returned(nsga3(problem, n_evaluations=n_evaluations, seed=seed), problem.n_obj)
+def _nsga3(problem: Any, n: int, seed: int) -> None:
+    nsga3(problem, n_evaluations=n, seed=seed)
 
 
 def _investigate_then_nsga3(
-    sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int
-) -> Array:
+    sampling: UniformSampling | None, problem: Any, n: int, seed: int
+) -> None:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
-    n_points = n_evaluations // 2
-    tested = minimize(problem, PSI(n_points, sampling=sampling), seed=seed).pop
-    left = n_evaluations - n_points
+    tested = minimize(problem, PSI(n // 2, sampling=sampling), seed=seed).pop
+    left = n - n // 2
     size = population_size(problem.n_obj, left)
     survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
     # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
-    start = survival.do(
-        problem,
-        tested,
-        n_survive=min(size, len(tested)),
-        random_state=np.random.default_rng(seed),
-    )
-    result = nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
-    return _returned(result, problem.n_obj)
+    size, random = min(size, len(tested)), np.random.default_rng(seed)
+    start = survival.do(problem, tested, n_survive=size, random_state=random)
+    nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
 
 
-def _learn(sampling: UniformSampling | None, problem: Any, n_evaluations: int, seed: int) -> Array:
+def _learn(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Learn from tests that begin with the points of a sampling."""
     from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
 
-    algorithm = SurrogatePSI(n_evaluations, sampling=sampling)
-    return _returned(minimize(problem, algorithm, seed=seed), problem.n_obj)
+    minimize(problem, SurrogatePSI(n, sampling=sampling), seed=seed)
 
 
 _SCRAMBLED = QMCSampling("sobol")
-_OURS: dict[str, Callable[[Any, int, int], Array]] = {
+_OURS: dict[str, Callable[[Any, int, int], object]] = {
     "psi": partial(_investigate, None),
     "psi-scrambled": partial(_investigate, _SCRAMBLED),
     "nsga3": _nsga3,
@@ -178,35 +165,26 @@ _OURS: dict[str, Callable[[Any, int, int], Array]] = {
 }
 
 
-def _made(make: Callable[[int], Any], problem: Any, n_evaluations: int, seed: int) -> Array:
+def _made(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
     """Search with the algorithm that a function makes for a budget."""
     # A copy also where it was made for this run: all instances of SPEA2 share one survival, which
     # would bring the ideal point of one run into the next.
-    algorithm = copy.deepcopy(make(n_evaluations))
+    algorithm = copy.deepcopy(make(n))
     algorithm.seed = seed
     # The budget ends it, not the criteria that NSGA-II and others set for themselves: with these
     # a long run ended at less than half of its evaluations.
     if algorithm.termination is None or isinstance(algorithm.termination, DefaultTermination):
         algorithm.termination = NoTermination()
-    return _returned(run_within_budget(algorithm, problem, n_evaluations), problem.n_obj)
+    run_within_budget(algorithm, problem, n)
 
 
-def _from_pymoo(place: str, problem: Any, n_evaluations: int, seed: int) -> Array:
+def _from_pymoo(place: str, problem: Any, n: int, seed: int) -> None:
     """Search with pymoo's ``module:class``, with a population that suits the budget."""
     module, _, name = place.partition(":")
     cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
-    size = population_size(problem.n_obj, n_evaluations)
+    size = population_size(problem.n_obj, n)
     arguments = inspect.signature(cls).parameters
     # MOEA/D asks for directions only, NSGA-II for a size only, U-NSGA-III for both.
     options = {"ref_dirs": reference_directions(problem.n_obj, size), "pop_size": size}
     options = {name: value for name, value in options.items() if name in arguments}
-    return _made(lambda _: cls(**options, **operators(problem)), problem, n_evaluations, seed)
-
-
-def _returned(result: Any, n_obj: int) -> Array:
-    """Return the non-dominated feasible objectives of a pymoo result, which may hold others."""
-    if result.opt is None:
-        return np.zeros((0, n_obj))
-    F, G, H = result.opt.get("F", "G", "H")
-    F = np.asarray(F, dtype=np.float64)[competes(F, meets_constraints(G, H))]
-    return F[nondominated(F)]
+    _made(lambda _: cls(**options, **operators(problem)), problem, n, seed)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import itertools
 import json
+import shutil
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,14 +29,19 @@ from pymoo_psi._validation import (
     job_count,
     known_name,
 )
-from pymoo_psi.comparison._algorithms import (
-    DEFAULT_ALGORITHMS,
-    named_algorithms,
-)
+from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, named_algorithms
 from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
-from pymoo_psi.comparison._runs import Run, Task, perform, problem_text, stored_runs
+from pymoo_psi.comparison._runs import (
+    Run,
+    Task,
+    perform,
+    problem_text,
+    seconds_of_algorithms,
+    seconds_of_evaluation,
+    stored_runs,
+)
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
-from pymoo_psi.parallel import in_order, in_parallel, progress_bar
+from pymoo_psi.parallel import active_workers, in_order, in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, require_problem
 from pymoo_psi.table import Layout
@@ -42,10 +51,8 @@ if TYPE_CHECKING:
 
 # Powers of 2, after which LPτ points are complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
-ASSESSED = {
-    "evaluated": "the non-dominated feasible designs among all that a run evaluated",
-    "returned": "the non-dominated feasible designs that the algorithm returned",
-}
+# Where surrogates take part: with 4096 evaluations one run of theirs takes minutes.
+FEW_EVALUATIONS = (64, 128, 256)
 SIGNIFICANCE = 0.05
 """A difference is claimed where the corrected p value is below this, the customary level."""
 
@@ -55,8 +62,6 @@ _NAMES = {
     "epsilon": "the smallest additive epsilon",
     "optimum_distance": "the Salukvadze optimum nearest to the best known",
 }
-_MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
-             "seconds", "evaluation_seconds"]  # fmt: skip
 _MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
              "seconds", "evaluation_seconds"]  # fmt: skip
 _HEADINGS = {"igd_plus": "IGD+", "optimum_distance": "optimum distance",
@@ -71,8 +76,6 @@ class Comparison(Shown):
         problem: Name of the problem.
         objectives: Number of objectives.
         runs: Every run, by algorithm, budget and seed.
-        assess: What is measured of a run: ``"evaluated"``, the non-dominated feasible designs
-            among all that it evaluated, or ``"returned"``, those that the algorithm returned.
         reference: What it is measured against.
         measures: One row per run, see :meth:`to_frame`.
         layout: Names, directions and units of the objectives.
@@ -89,7 +92,6 @@ class Comparison(Shown):
     problem: str
     objectives: int
     runs: tuple[Run, ...]
-    assess: str
     reference: Reference
     measures: pd.DataFrame
     layout: Layout
@@ -232,16 +234,15 @@ class Comparison(Shown):
 def compare(
     problem: Any,
     *,
-    n_evaluations: int | Sequence[int] = DEFAULT_EVALUATIONS,
+    n_evaluations: int | Sequence[int] | None = None,
     seeds: int | Sequence[int] = 11,
     algorithms: Collection[str] | Mapping[str, Any] = DEFAULT_ALGORITHMS,
-    assess: str = "evaluated",
     reference_front: ArrayLike | None = None,
     polish: bool = True,
     reference: Reference | None = None,
     folder: str | PathLike[str] | None = None,
     n_jobs: int = 1,
-    progress: bool = False,
+    progress: bool = True,
     on_run: Callable[[Run, int, int], object] | None = None,
 ) -> Comparison:
     """Run algorithms on a problem at equal numbers of evaluations and measure what they find.
@@ -250,13 +251,19 @@ def compare(
     evaluations and ends a run that exceeds its budget. Each budget has runs of its own, so that
     an algorithm may suit its settings to it; criteria by which pymoo's algorithms end by default
     are set aside, those that you set count. All runs are measured against one reference, built
-    from the union of what they found (:class:`Reference`). An algorithm that finds nothing
-    feasible has hypervolume 0 and infinite distances.
+    from the union of what they found (:class:`Reference`). Measured are the non-dominated feasible
+    designs among all that a run evaluated, which gives an algorithm that returns only its last
+    population the benefit of all it has seen; one that finds nothing feasible has hypervolume 0 and
+    infinite distances.
+
+    Before the first run each algorithm is tried on a stand-in of the problem, whose evaluations
+    cost nothing: those that cannot run are refused, and the time of the others is estimated.
 
     Args:
         problem: A pymoo problem with two or more objectives and finite bounds. One whose designs
             may fail goes as ``FailureTolerant(problem)``.
-        n_evaluations: The budgets, each 1 or more.
+        n_evaluations: The budgets, each 1 or more; by default 256, 1024 and 4096, or where
+            ``"surrogate"`` takes part 64, 128 and 256.
         seeds: The seeds, or their number n for 1 to n. A deterministic algorithm, such as
             ``"psi"``, runs once; of one of your own that finds the same with every seed, one run
             counts.
@@ -270,10 +277,6 @@ def compare(
             for the LPτ points, which begin with the corner and the middle of the box, where many
             test problems have optimal designs); and pymoo's ``"nsga2"``, ``"unsga3"``,
             ``"moead"``, ``"sms"`` and ``"spea2"``.
-        assess: What is measured. ``"evaluated"``: the non-dominated feasible designs among all
-            that a run evaluated, for every algorithm alike, which gives one that returns only its
-            last population the benefit of all it has seen; ``"returned"``: what it returned, which
-            is nothing where it asked for more than its budget.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they join the union.
         polish: Search the continuous Salukvadze optimum by :func:`pymoo_psi.algorithms.refine`,
@@ -283,21 +286,22 @@ def compare(
             union of these runs; so some rows of a larger comparison can be repeated.
         folder: A folder in which every finished run is kept, as a study of all that it tested; the
             same call continues after an interruption, and further budgets, seeds or algorithms add
-            to it.
+            to it. Without one, the runs are kept where an interruption by Ctrl-C says.
             Runs go by the name of their algorithm: a changed algorithm wants a new name, and other
             versions of pymoo or this package, under which the same seed may give other designs, a
             new folder.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
             no more than idle cores.
-        progress: Show a progress bar, in a terminal or a notebook.
+        progress: Show before the first run what there is to do, and about how long it takes, for
+            which a few designs are evaluated; then a progress bar.
         on_run: Called with each run as it is ready, the number of runs ready and of all.
 
     Returns:
         The comparison.
 
     Raises:
-        ArgumentValueError: A number is out of range, a name unknown, or the problem has one
-            objective.
+        ArgumentValueError: A number is out of range, a name unknown, an algorithm cannot run on the
+            problem, or the problem has one objective.
         ArgumentTypeError: An argument has the wrong type.
         RunError: The problem or an algorithm raised; finished runs stay in ``folder``.
         StudyError: The folder holds runs on another problem, or a damaged file.
@@ -318,18 +322,22 @@ def compare(
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     # What the problem lacks, and what a reference cannot hold, is reported before any run.
     layout, _ = problem_layout(problem, design_space(problem)), problem_text(problem)
-    budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     if isinstance(seeds, Integral):
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
     seeds = _integers("seeds", seeds, minimum=0)
-    known_name("assess", assess, ASSESSED)
-    polish, n_jobs = boolean("polish", polish), job_count("n_jobs", n_jobs)
+    polish, n_jobs, progress = (
+        boolean("polish", polish), job_count("n_jobs", n_jobs), boolean("progress", progress)
+    )  # fmt: skip
     if reference is not None:
         instance("reference", reference, Reference, "Reference.load(path) reads one")
         if reference.problem != problem_text(problem):
             rule = f"one for {problem.name()} with the same bounds and constants"
             raise invalid("reference", rule, Received(json.loads(reference.problem)["problem"]))
     by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
+    if n_evaluations is None:
+        learns = any(algorithm.learns for algorithm in by_name.values())
+        n_evaluations = FEW_EVALUATIONS if learns else DEFAULT_EVALUATIONS
+    budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     tasks = [
         Task(algorithm.name, budget, seed)
         for algorithm in by_name.values()
@@ -337,29 +345,77 @@ def compare(
         # A deterministic algorithm has one value a budget, and the tests know it by that.
         for seed in (seeds if algorithm.seeded else [None])
     ]
-    place = None if folder is None else Path(folder)
-    known = {} if place is None else {run.task: run for run in stored_runs(place, problem)}
-    missing = [task for task in tasks if task not in known]
-    # The longest first, so that no process begins one when the others have done their last.
-    missing.sort(key=lambda task: -task.n_evaluations)
+    with _folder_of_runs(folder) as place:
+        runs = {run.task: run for run in stored_runs(place, problem) if run.task in tasks}
+        missing = [task for task in tasks if task not in runs]
+        needed = {task.algorithm: by_name[task.algorithm] for task in missing}
+        took = seconds_of_algorithms(problem, [*needed.values()], missing)
+        if progress and missing:
+            print(_costs(problem, missing, took, n_jobs), file=sys.stderr, flush=True)
+        # The longest first, so that no process begins one when the others have done their last.
+        missing.sort(key=lambda task: -task.n_evaluations)
 
-    def performed(task: Task) -> Run:
-        # Kept by the process that does it, whatever becomes of the one that waits for it.
-        return perform(problem, by_name[task.algorithm], task, place)
+        def performed(task: Task) -> Run:
+            # Kept by the process that does it, whatever becomes of the one that waits for it.
+            return perform(problem, by_name[task.algorithm], task, place)
 
-    runs: dict[Task, Run] = {}
-    with progress_bar(progress) as bar:
-        done_now = (run for _, run in in_parallel(performed, missing, n_jobs))
-        for run in itertools.chain((known[task] for task in tasks if task in known), done_now):
-            runs[run.task] = run
-            bar(len(runs) / len(tasks))
-            if on_run is not None:
-                on_run(run, len(runs), len(tasks))
+        with progress_bar(progress) as bar:
+            new = (run for _, run in in_parallel(performed, missing, n_jobs))
+            for ready, run in enumerate(itertools.chain([*runs.values()], new), start=1):
+                runs[run.task] = run
+                bar(ready / len(tasks))
+                if on_run is not None:
+                    on_run(run, ready, len(tasks))
     done = tuple(_counted_once([runs[task] for task in tasks]))
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)
-    measures = _measures(done, reference, assess, n_jobs)
-    return Comparison(problem.name(), problem.n_obj, done, assess, reference, measures, layout)
+    measures = _measures(done, reference, n_jobs)
+    return Comparison(problem.name(), problem.n_obj, done, reference, measures, layout)
+
+
+@contextmanager
+def _folder_of_runs(folder: str | PathLike[str] | None) -> Iterator[Path]:
+    """Give the folder for runs; one that is not the user's stays after an interruption only."""
+    place, stays = Path(folder or mkdtemp(prefix="comparison_")), folder is not None
+    try:
+        yield place
+    except KeyboardInterrupt:
+        stays, n = True, len([*place.glob("*.db")])
+        raise KeyboardInterrupt(
+            f"{counted(n, 'run')} kept; the same call with folder={str(place)!r} goes on from there"
+        ) from None
+    finally:
+        if not stays:
+            shutil.rmtree(place, ignore_errors=True)
+
+
+def _costs(problem: Any, tasks: Sequence[Task], took: Mapping[str, float], n_jobs: int) -> str:
+    """Return how much there is to do and how long it will take, in words.
+
+    Args:
+        problem: The problem, of which a few designs are evaluated.
+        tasks: The runs to be done.
+        took: The seconds that their algorithms take for themselves.
+        n_jobs: Number of workers.
+    """
+    each, workers = seconds_of_evaluation(problem), active_workers(n_jobs).count
+    needs = {
+        name: own + each * sum(task.n_evaluations for task in tasks if task.algorithm == name)
+        for name, own in took.items()
+    }
+    whole = sum(needs.values()) / workers
+    n = sum(task.n_evaluations for task in tasks)
+    text = f"{problem.name()}: {counted(len(tasks), 'run')} of {counted(n, 'evaluation')} in all, "
+    if whole < 60:
+        return f"{text}less than a minute"
+    parts = ", ".join(f"{name} {_duration(own / workers)}" for name, own in needs.items())
+    return f"{text}about {_duration(whole)} ({parts}; {each:.2g} s an evaluation)"
+
+
+def _duration(seconds: float) -> str:
+    units = ((172_800, 86_400, "days"), (7_200, 3_600, "hours"), (120, 60, "minutes"))
+    size, name = next(((size, name) for most, size, name in units if seconds >= most), (1, "s"))
+    return f"{seconds / size:.0f} {name}"
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
@@ -386,11 +442,11 @@ def _counted_once(runs: Sequence[Run]) -> Iterator[Run]:
         yield from several
 
 
-def _measures(runs: Sequence[Run], reference: Reference, assess: str, n_jobs: int) -> pd.DataFrame:
+def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.DataFrame:
     """Return the table of :meth:`Comparison.to_frame`."""
     import pandas as pd
 
-    quality = in_parallel(reference.measure, [run.found(assess) for run in runs], n_jobs)
+    quality = in_parallel(reference.measure, [run.F for run in runs], n_jobs)
     rows = [
         (run.task.algorithm, run.task.n_evaluations, run.task.seed, run.n_evaluated,
          *measured.values(), run.seconds, run.evaluation_seconds)
@@ -501,7 +557,7 @@ def report(comparison: Comparison) -> str:
     known = ", ".join(f"{name} = {value:.6g}" for name, value in optimum)
     lines += [
         "", "## How it was measured", "",
-        f"- Measured are {ASSESSED[comparison.assess]}.",
+        "- Measured are the non-dominated feasible designs among all that a run evaluated.",
         "- Objectives are scaled by the ideal and the nadir of all non-dominated designs that any "
         f"run found, {counted(reference.n_union, 'point')}; {len(reference.points)} of them are "
         f"the reference set; the reference point is {REFERENCE_POINT} in every scaled objective.",

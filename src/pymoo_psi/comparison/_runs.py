@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, identity_text
+from pymoo_psi._validation import Received, counted, identity_text, invalid
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
 from pymoo_psi.problems import (
@@ -28,6 +28,9 @@ from pymoo_psi.study import read_study, write_study
 from pymoo_psi.table import Layout, TestTable, columns_of, design_matrix, head_of, table_of
 
 Array = NDArray[np.float64]
+
+_TRIAL = 256  # evaluations of a trial, which so takes a second or two with surrogates
+_WARM = 0.5  # seconds of evaluations after which their time is known
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,6 @@ class Run:
         task: Which run it is.
         X: ``(n, n_var)`` the feasible designs that no evaluated design dominates, as a matrix.
         F: ``(n, m)`` their objectives.
-        returned: ``(k, m)`` objectives of the designs that the algorithm itself returned.
         n_evaluated: Designs evaluated, counted by the problem.
         seconds: Wall time of the run.
         evaluation_seconds: The part of it that was spent in the problem.
@@ -73,7 +75,6 @@ class Run:
     task: Task
     X: NDArray[Any]
     F: Array
-    returned: Array
     n_evaluated: int
     seconds: float
     evaluation_seconds: float
@@ -82,24 +83,12 @@ class Run:
         """Return which run it is and how much it found."""
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
-    def found(self, assess: str) -> Array:
-        """Return the objectives to be assessed: ``"evaluated"`` or ``"returned"``.
 
-        Example:
-            Of the result in the example of :class:`Comparison`:
-
-            >>> result.runs[0].found("returned").shape
-            (15, 2)
-        """
-        return self.F if assess == "evaluated" else self.returned
-
-
-def _run(problem: Any, task: Task, tests: TestTable, **more: Any) -> Run:
-    """Return a run from all designs that it tested, and what only the algorithm knows."""
+def _run(problem: Any, task: Task, tests: TestTable, **seconds: float) -> Run:
+    """Return a run from all designs that it tested, and what it took."""
     best = tests.pareto()
     free = [j for j, variable in enumerate(design_space(problem).variables) if not variable.fixed]
-    returned = np.array(more.pop("returned"), dtype=np.float64).reshape(-1, problem.n_obj)
-    return Run(task, tests.X[best][:, free], tests.F[best], returned, len(tests), **more)
+    return Run(task, tests.X[best][:, free], tests.F[best], len(tests), **seconds)
 
 
 def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | None = None) -> Run:
@@ -109,13 +98,12 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
         RunError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
-    returned = np.zeros((0, problem.n_obj))
     began = time.perf_counter()
     try:
         # Without a seed an algorithm is deterministic, and any number will do.
-        returned = algorithm.search(observed, task.n_evaluations, task.seed or 0)
+        algorithm.search(observed, task.n_evaluations, task.seed or 0)
     except (BudgetSpentError, EvaluationError):
-        pass  # what it evaluated within the budget is assessed; the problem knows its failure
+        pass  # what it evaluated within the budget is measured; the problem knows its failure
     except PsiError:
         raise
     except Exception as error:
@@ -123,14 +111,13 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
     if observed.failure is not None:  # also where PSI has recorded it and gone on: one rule for all
         reason = f"a design that failed: {observed.failure.reason}"
         raise RunError(str(task), reason) from observed.failure
-    seconds = time.perf_counter() - began
+    took = {"seconds": time.perf_counter() - began}
+    took["evaluation_seconds"] = observed.evaluation_seconds
     tests = observed.tests()
-    more = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
-    more["returned"] = returned.tolist()
     if folder is not None:
-        head = {**_head(tests, problem), "run": {**asdict(task), **more}}
+        head = {**_head(tests, problem), "run": {**asdict(task), **took}}
         write_study(folder / _file(task), head, columns_of(tests))
-    return _run(problem, task, tests, **more)
+    return _run(problem, task, tests, **took)
 
 
 class ObservedProblem(WrappedProblem):
@@ -142,6 +129,7 @@ class ObservedProblem(WrappedProblem):
         problem: The problem that is wrapped, whose variables, bounds, objectives and constraints
             it takes over.
         budget: How many designs may be evaluated.
+        evaluate: What gives the values, as :func:`pymoo_psi.problems.evaluate_designs` does.
 
     Attributes:
         wrapped: The problem.
@@ -150,10 +138,12 @@ class ObservedProblem(WrappedProblem):
         evaluation_seconds: Wall time spent in the problem.
     """
 
-    def __init__(self, problem: Any, budget: int) -> None:
+    def __init__(
+        self, problem: Any, budget: int, evaluate: Callable[..., Any] = evaluate_designs
+    ) -> None:
         # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
-        self.budget = budget
+        self.budget, self.model = budget, evaluate
         self.failure: EvaluationError | None = None
         self.n_evaluated = 0
         self.evaluation_seconds = 0.0
@@ -167,7 +157,7 @@ class ObservedProblem(WrappedProblem):
         began = time.perf_counter()
         try:
             # Not by pymoo's `do`, which turns a transposed F round and fills in a missing G.
-            out = evaluate_designs(self.wrapped, X, *args, stop=True, **kwargs)
+            out = self.model(self.wrapped, X, *args, stop=True, **kwargs)
         except EvaluationError as error:
             self.failure = error
             raise
@@ -196,6 +186,84 @@ class ObservedProblem(WrappedProblem):
 
 class BudgetSpentError(PsiError):
     """An algorithm asked for more evaluations than it was given."""
+
+
+# What a comparison will take: algorithms on a stand-in of the problem, and a few evaluations of it.
+
+
+def seconds_of_algorithms(
+    problem: Any, algorithms: Sequence[NamedAlgorithm], tasks: Sequence[Task]
+) -> dict[str, float]:
+    """Return about how long each algorithm itself takes for its runs, without the problem.
+
+    Each runs with the smallest budget on a stand-in of the problem, which has the same variables,
+    objectives and constraints.
+
+    Raises:
+        ArgumentValueError: Some of the algorithms cannot run on such a problem.
+    """
+    seconds, unable = {}, []
+    for algorithm in algorithms:
+        budgets = [task.n_evaluations for task in tasks if task.algorithm == algorithm.name]
+        least = min(budgets)
+        error = _tried(problem, algorithm, min(least, _TRIAL))[2]
+        if error is not None:  # it may be made for its whole budget
+            error = _tried(problem, algorithm, least)[2]
+        if error is not None:
+            unable.append(f"{algorithm.name} ({type(error).__name__}: {error})")
+            continue
+        # Again, as the first run has loaded modules.
+        took, n, _ = _tried(problem, algorithm, min(least, _TRIAL))
+        # Measured: the time of surrogates grows with the square of the budget.
+        power = 2 if algorithm.learns else 1
+        seconds[algorithm.name] = took * sum((budget / n) ** power for budget in budgets)
+    if unable:
+        received = Received(counted(len(unable), "other"))
+        rule = f"able to run on {problem.name()}"
+        raise invalid("algorithms", rule, received, f"leave out {'; '.join(unable)}")
+    return seconds
+
+
+def _tried(
+    problem: Any, algorithm: NamedAlgorithm, budget: int
+) -> tuple[float, int, Exception | None]:
+    """Return seconds and evaluations of a run on the stand-in, and the error that ended it."""
+    observed, began, error = ObservedProblem(problem, budget, _invented), time.perf_counter(), None
+    try:
+        algorithm.search(observed, budget, 0)
+    except BudgetSpentError:
+        pass
+    except Exception as raised:
+        error = raised
+    return time.perf_counter() - began, max(observed.n_evaluated, 1), error
+
+
+def _invented(problem: Any, X: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+    """Return values that cost nothing: distances to points on the diagonal, all feasible."""
+    space = design_space(problem)
+    points = space.points(space.to_matrix(X))
+    to = np.linspace(0.0, 1.0, problem.n_obj)
+    distant = -1.0 - points.mean(axis=1, keepdims=True)
+    return {
+        "F": ((points[:, :, None] - to) ** 2).sum(axis=1),
+        "G": distant * np.ones(problem.n_ieq_constr),
+        "H": np.zeros((len(X), problem.n_eq_constr)),
+        "failure": np.full(len(X), "", dtype=object),
+    }
+
+
+def seconds_of_evaluation(problem: Any) -> float:
+    """Return what an evaluation takes, of a model that takes several designs at once its share."""
+    space, seconds = design_space(problem), 0.0
+    points = np.random.default_rng(0).random((64, len(space.free.variables)))
+    designs = space.designs(space.matrix(points))
+    for n in (1, 8, 64):  # the first evaluation may load or start something
+        began = time.perf_counter()
+        evaluate_designs(problem, designs[:n])
+        seconds = (time.perf_counter() - began) / n
+        if seconds * n > _WARM:
+            break
+    return seconds
 
 
 # Runs as studies: each in a file of its own, written whole or not at all, so that processes side by

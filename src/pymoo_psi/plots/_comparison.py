@@ -31,10 +31,6 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 
-_ASSESSED = {
-    "evaluated": "all feasible designs that a run evaluated",
-    "returned": "the designs that a run returned",
-}
 _MEANINGS = {
     "hypervolume": "hypervolume (share of the box)",
     "igd_plus": "IGD+ (units of N − U)",
@@ -141,8 +137,7 @@ def _finish(
     """Write above the axes what is drawn, of which problem and runs; put the legend below."""
     seeds = counted(max(comparison.measures["seed"].dropna().nunique(), 1), "seed")
     budgets = f"{', '.join(map(str, evaluations))} evaluations, {seeds}"
-    assessed = f"assessed: {_ASSESSED[comparison.assess]}"
-    figure.suptitle(f"{literal(comparison.problem)}: {what}\n{budgets}; {assessed}")
+    figure.suptitle(f"{literal(comparison.problem)}: {what}\n{budgets}")
     names = {
         literal(name, 30): Line2D([], [], linewidth=1.2, markersize=4.0, **look)
         for name, look in _looks(comparison).items()
@@ -278,7 +273,7 @@ def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figur
             # Of an even number of runs it is the lower of the two in the middle.
             rows = _rows_of(comparison, name, budget)
             row = rows[(len(rows) - 1) // 2]
-            run, front = comparison.runs[row], comparison.runs[row].found(comparison.assess) * sign
+            run, front = comparison.runs[row], comparison.runs[row].F * sign
             marks = {**look, "linestyle": "none", "markersize": 3.0, "markeredgewidth": 0.0}
             for j, ax in enumerate([next(places) for _ in range(n_planes)], start=1):
                 ax.plot(*reference[:, [0, j]].T, **_DOTS, markersize=2.0)
@@ -330,7 +325,7 @@ def plot_attainment(comparison: Comparison, evaluations: int | None = None) -> F
     surfaces = {}
     for name in comparison.algorithms:
         rows = sorted(_rows_of(comparison, name, budget))
-        fronts = [comparison.runs[row].found(comparison.assess) for row in rows]
+        fronts = [comparison.runs[row].F for row in rows]
         surfaces[name] = attainment_surfaces(fronts, _QUARTERS)
     corners = [surface * sign for of_one in surfaces.values() for surface in of_one.values()]
     ends = [view(column) for column in np.concatenate([*corners, reference]).T]
