@@ -20,6 +20,7 @@ from .algorithms import LPTauSampling as LPTauSampling
 from .algorithms import QMCSampling as QMCSampling
 from .algorithms import Recorded as Recorded
 from .algorithms import SurrogatePSI as SurrogatePSI
+from .algorithms import UniformSampling as UniformSampling
 from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare

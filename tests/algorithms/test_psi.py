@@ -253,7 +253,8 @@ BAD_BOUNDS = "bounds of x1 of Unbounded must be finite and in .* order, got "
     [
         (0, {}, "n_points must be an integer >= 1, got 0"),
         (8, {"blocksize": 5}, "unknown keyword argument 'blocksize'; did you mean 'block_size'"),
-        (8, {"sampling": "lhs"}, r"sampling must be LPTauSampling\(\) or QMCSampling"),
+        (8, {"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
+        (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
         (8, {"limits": {"f9": 1.0}}, "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'"),
         (8, {"retry": "all"}, "retry must be 'failed' or numbers of test points, got 'all'"),

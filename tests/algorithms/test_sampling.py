@@ -7,11 +7,23 @@ from contextlib import closing
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
 
-from pymoo_psi import PSI, LPTauSampling, PsiError, QMCSampling, Restricted, investigate, lp_tau
+from pymoo_psi import (
+    PSI,
+    LPTauSampling,
+    PsiError,
+    QMCSampling,
+    Restricted,
+    SurrogatePSI,
+    UniformSampling,
+    investigate,
+    lp_tau,
+)
+from pymoo_psi.errors import StudyMismatchError
 
 PROBLEM = get_problem("zdt1", n_var=4)
 
@@ -81,3 +93,72 @@ def test_bad_arguments():
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
     with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
         QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)
+
+
+class Pinned(ElementwiseProblem):
+    """Three variables, the second of which has one value."""
+
+    def __init__(self):
+        bounds = {"xl": np.array([0.0, 2.0, 0.0]), "xu": np.array([1.0, 2.0, 1.0])}
+        super().__init__(n_var=3, n_obj=2, **bounds)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0] + x[1], 1 - x[0] + (x[2] - 0.3) ** 2]
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda problem: minimize(problem, PSI(16)).algorithm.table,
+        lambda problem: investigate(problem, 16, sampling="halton", seed=1),
+        lambda problem: minimize(problem, SurrogatePSI(36), seed=1).algorithm.table,
+    ],
+)
+def test_equal_bounds_fix_a_variable_as_restricted_does(run):
+    """It takes no dimension of the points, and surrogates do not see it."""
+    table = run(Pinned())
+    assert (table.X[:, 1] == 2).all()
+    np.testing.assert_array_equal(table.X, run(Restricted(Pinned(), {"x2": 2.0})).X)
+
+
+class Kronecker(UniformSampling):
+    """A sequence of a user's own."""
+
+    def __init__(self, root=2.0):
+        super().__init__()
+        self.root = root
+
+    def unit_points(self, n_points, n_dim, *, first=1, random_state=None):
+        numbers = np.arange(first, first + n_points)[:, None]
+        return numbers * np.sqrt(self.root + np.arange(n_dim)) % 1
+
+
+@pytest.mark.parametrize("name", ["lptau", "sobol", "halton", "lhs"])
+def test_samplings_have_the_names_of_the_command_line(name):
+    sampling = LPTauSampling() if name == "lptau" else QMCSampling(name)
+    expected = investigate(PROBLEM, 8, sampling=sampling, seed=1)
+    assert investigate(PROBLEM, 8, sampling=name, seed=1).equals(expected)
+    table = minimize(PROBLEM, PSI(8, sampling=name), seed=1).algorithm.table
+    assert table.equals(expected)
+
+
+@pytest.mark.parametrize("share", [None, (2, 3)])
+def test_a_sequence_of_ones_own_is_continued_and_known_by_its_attributes(tmp_path, share):
+    path, options = tmp_path / "s", {"block_size": 4, "share": share}
+    whole = minimize(PROBLEM, PSI(40, sampling=Kronecker(), **options)).algorithm.table
+    np.testing.assert_array_equal(whole.X, Kronecker().unit_points(40, 4)[whole.numbers - 1])
+    minimize(PROBLEM, PSI(17, sampling=Kronecker(), study=path, **options))
+    result = minimize(PROBLEM, PSI(40, sampling=Kronecker(), study=path, **options))
+    assert result.algorithm.evaluator.n_eval < len(whole)
+    assert result.algorithm.table.equals(whole)
+    with pytest.raises(StudyMismatchError, match="root=3"):
+        minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
+
+
+def test_points_outside_the_cube_are_refused():
+    class Outside(Kronecker):
+        def unit_points(self, *args, **kwargs):
+            return super().unit_points(*args, **kwargs) + 0.5
+
+    with pytest.raises(PsiError, match="unit_points of sampling must be 8 points"):
+        investigate(PROBLEM, 8, sampling=Outside())

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import identity_text, integer, invalid
 from pymoo_psi.algorithms._run import Points, RunOptions, points_of_run
-from pymoo_psi.algorithms._sampling import default_sampling, sampling_name
+from pymoo_psi.algorithms._sampling import default_sampling, sampling_name, uniform_sampling
 from pymoo_psi.algorithms._store import SECONDS, Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
@@ -121,8 +121,8 @@ class Engine:
         self._keep, self._limits = keep, options.limits
         if not lacking(options.limits, layout):  # else one may be on an output
             bounds_of(options.limits, layout)
-        n_dim = len(self.space.free.variables)
-        sampling = options.sampling or default_sampling(n_dim)
+        n_dim = len(self.space.searched)
+        sampling = uniform_sampling(options.sampling) or default_sampling(n_dim)
         self.points = points_of_run(options, n_points, sampling, n_dim)
         self.table = TestTable.empty(layout)
         # Shares must be of the same points, whether they are stored or not; a run without a study

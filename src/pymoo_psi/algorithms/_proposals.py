@@ -188,7 +188,7 @@ def encoded(space: DesignSpace, points: Array) -> Array:
     choice has a column for every option, as options have no order.
     """
     columns = []
-    for variable, u in zip(space.free.variables, points.T, strict=True):
+    for variable, u in zip(space.searched, points.T, strict=True):
         if variable.kind is Kind.REAL:
             columns.append(u)
             continue

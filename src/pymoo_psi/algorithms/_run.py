@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, collection, integer, invalid, known_name
+from pymoo_psi._validation import (
+    Received,
+    collection,
+    finite_array,
+    integer,
+    invalid,
+    known_name,
+)
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, uniform_sampling
 from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.sequences import lp_tau, lp_tau_at
@@ -27,9 +34,11 @@ class RunOptions:
     Attributes:
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
-        sampling: Where the points come from: ``LPTauSampling()`` by default, and for more than 51
-            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or
-            another :class:`~pymoo_psi.QMCSampling`, whose random points follow the seed.
+        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51
+            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or, as on
+            the command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow
+            the seed; or another :class:`~pymoo_psi.UniformSampling`, such as
+            :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
         seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
         limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
             see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
@@ -71,7 +80,7 @@ class RunOptions:
     """
 
     first: int = 1
-    sampling: UniformSampling | None = None
+    sampling: UniformSampling | str | None = None
     seed: int | None = None
     limits: Limits | None = None
     share: tuple[int, int] | None = None
@@ -87,7 +96,7 @@ class RunOptions:
     def __post_init__(self) -> None:
         """Check what can be checked without a problem."""
         integer("first", self.first, minimum=1)
-        uniform_sampling(self.sampling)
+        object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
         known_name("on_failure", self.on_failure, ("record", "raise"))
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
@@ -186,7 +195,11 @@ def points_of_run(
         lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
     else:  # any part needs all before it, or all
         state = np.random.default_rng(options.seed)
-        units = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
+        made = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
+        units = finite_array("unit_points of sampling", made)
+        if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
+            rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
+            raise invalid("unit_points of sampling", rule, made)
     rounds = share.rounds(first, last)
     if len(rounds) == 0:
         rule = f"one that gets a point of points {first} to {last}"

@@ -23,14 +23,38 @@ _ENGINES = {
     "latin_hypercube": "LatinHypercube",
     "poisson_disk": "PoissonDisk",
 }
-
-
-# Sequences that can be continued; the points of the other engines depend on how many they are.
-EXTENDABLE = ("sobol", "halton")
+# Of these the sequences that can be continued; the points of others depend on how many they are.
+_EXTENDABLE = ("sobol", "halton")
 
 
 class UniformSampling(Sampling):
-    """Sampling by points of the unit cube, laid out in the design space of the problem."""
+    """Points spread evenly over the unit cube, laid out in the design space of a problem.
+
+    A sequence of your own is a subclass with :meth:`unit_points`. It serves as ``sampling=`` of
+    every pymoo algorithm and of :class:`PSI`, :func:`investigate` and :class:`SurrogatePSI`, where
+    a study knows it by the name of its class and its attributes: it is continued and extended as
+    LPτ is, and refused with other attributes.
+
+    Attributes:
+        extendable: Whether more points leave the first ones as they are. Set it to ``False`` where
+            points depend on how many there are.
+        randomised: Whether points depend on ``random_state``. Set it to ``True`` where they do;
+            then a study wants a seed.
+
+    Example:
+        >>> import numpy as np
+        >>> from pymoo_psi import SphereChute, investigate
+        >>> class Kronecker(UniformSampling):
+        ...     def unit_points(self, n_points, n_dim, *, first=1, random_state=None):
+        ...         numbers = np.arange(first, first + n_points)[:, None]
+        ...         return numbers * np.sqrt([2, 3, 5, 7][:n_dim]) % 1
+        >>> investigate(SphereChute(), 2, sampling=Kronecker()).X.round(3)
+        array([[0.29 , 4.419],
+               [0.58 , 2.838]])
+    """
+
+    extendable = True
+    randomised = False
 
     def __repr__(self) -> str:
         """Return the call that makes it."""
@@ -42,7 +66,7 @@ class UniformSampling(Sampling):
         if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
             random_state = np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002
         space = design_space(problem)
-        points = self.unit_points(n_samples, len(space.free.variables), random_state=random_state)
+        points = self.unit_points(n_samples, len(space.searched), random_state=random_state)
         return space.designs(space.matrix(points))
 
     def unit_points(
@@ -53,11 +77,15 @@ class UniformSampling(Sampling):
 
 
 def uniform_sampling(sampling: object) -> UniformSampling | None:
-    """Return ``sampling``, which must be None or one of the operators of this module."""
+    """Return a sampling that is given by name, or as one of the operators of this module."""
     if sampling is None:
         return None
+    if isinstance(sampling, str):
+        known_name("sampling", sampling, ("lptau", *_ENGINES))
+        return LPTauSampling() if sampling == "lptau" else QMCSampling(sampling)
     if not isinstance(sampling, UniformSampling):
-        raise wrong_type("sampling", "LPTauSampling() or QMCSampling(...)", sampling)
+        rule = "a name such as 'lhs', LPTauSampling(), QMCSampling(...) or another UniformSampling"
+        raise wrong_type("sampling", rule, sampling)
     # Numbers in table and study are those of PSI: a second origin would make them ambiguous.
     if isinstance(sampling, LPTauSampling) and sampling.first != 1:
         remedy = "give first= to PSI or investigate"
@@ -132,6 +160,8 @@ class QMCSampling(UniformSampling):
         super().__init__()
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
+        self.extendable = engine in _EXTENDABLE
+        self.randomised = scramble or not self.extendable
 
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
@@ -145,7 +175,7 @@ class QMCSampling(UniformSampling):
             >>> QMCSampling("sobol", scramble=False).unit_points(1, 2, first=2)
             array([[0.5, 0.5]])
         """
-        if first > 1 and self.engine not in EXTENDABLE:
+        if first > 1 and not self.extendable:
             rule = f"1 for the engine {self.engine!r}"
             raise invalid("first", rule, first, "use 'sobol' or 'halton'")
         from scipy.stats import qmc  # takes most of a second to import
@@ -172,11 +202,14 @@ def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) ->
     """Return what a study must know of its points, so that the same ones come again."""
     if isinstance(sampling, LPTauSampling):
         return f"LP-tau from point {sampling.first}"
-    name = getattr(sampling, "engine", type(sampling).__name__)
-    count = "" if name in EXTENDABLE else f" of {n_points} points"
-    if not count and not getattr(sampling, "scramble", True):
-        return str(name)
+    own = {name: value for name, value in vars(sampling).items() if name not in vars(Sampling())}
+    own = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in own.items()}
+    attributes = ", ".join(f"{name}={value!r}" for name, value in own.items())
+    name = getattr(sampling, "engine", f"{type(sampling).__name__}({attributes})")
+    name += "" if sampling.extendable else f" of {n_points} points"
+    if not sampling.randomised:
+        return name
     if seed is None:
         rule = "given where a study has randomised points"
         raise invalid("seed", rule, seed, "they must come again")
-    return f"{name}{count}, seed {seed}"
+    return f"{name}, seed {seed}"

@@ -123,7 +123,7 @@ class SurrogatePSI(PSI):
             self.options = replace(self.options, first=int(given.numbers[-1]) + 1)
             size, what = 1, f", not tested, but {len(given)} tests given"
         else:
-            n_var = len(design_space(problem).free.variables)
+            n_var = len(design_space(problem).searched)
             # Twice as many as variables tell lengths apart; 20 are a sample that shows a heavy
             # tail; beyond 64 proposals say more than points.
             size = self._asked or min(max(2 * n_var + 2, 20), 64)
@@ -198,7 +198,7 @@ class SurrogatePSI(PSI):
     def _goal(self) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
         layout, space = self.table.layout, self._engine.space
-        names, known = [v.name for v in space.free.variables], len(_outputs(self.table))
+        names, known = [v.name for v in space.searched], len(_outputs(self.table))
         low, high = np.zeros(len(names)), np.ones(len(names))
         bounds: list[tuple[int, float, float]] = []
         further: list[str] = []
@@ -211,7 +211,7 @@ class SurrogatePSI(PSI):
                 further.append(name)
             elif name in names:
                 j = names.index(name)
-                low[j], high[j] = space.free.variables[j].between(least, greatest)
+                low[j], high[j] = space.searched[j].between(least, greatest)
         sizes = len(layout.objectives), len(layout.inequalities), len(layout.equalities)
         return Goal(*sizes, bounds, low, high), further
 

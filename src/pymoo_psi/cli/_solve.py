@@ -145,7 +145,7 @@ def run_solve(
         say(line)
     if formulation.limits and (box := feasible_box(table, problem)):
         say(f"Where the feasible designs lie: --box {shlex.quote(box)}")
-    n_free = len(design_space(problem).free.variables)
+    n_free = len(design_space(problem).searched)
     if search.algorithm != "nsga3" and run.sampling is None and n_free > MAX_DIMENSIONS:
         say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
     if out is not None:

@@ -92,8 +92,8 @@ class Variable:
 class DesignSpace:
     """The variables of a problem, and those that :class:`Restricted` has fixed.
 
-    A matrix has a column for each variable, as a test table; points, and designs as the problem
-    takes them, have the free variables only.
+    A matrix has a column for each variable, as a test table; designs as the problem takes them have
+    the free variables only, and points those of them that are searched.
 
     Attributes:
         variables: The variables in their order.
@@ -130,31 +130,36 @@ class DesignSpace:
         return replace(self, variables=tuple(v for v in self.variables if not v.fixed))
 
     @property
+    def searched(self) -> tuple[Variable, ...]:
+        """The variables of which points have a coordinate: those that can take two values."""
+        return tuple(v for v, has in self._coordinates() if has)
+
+    @property
     def finite(self) -> bool:
         """Whether no variable has more than a finite number of values, so that designs recur."""
         return all(v.fixed or v.kind is not Kind.REAL or v.lower == v.upper for v in self.variables)
 
     def matrix(self, points: Array) -> NDArray[Any]:
-        """Return the designs at ``(n, n_free)`` points of [0, 1] as an ``(n, n_var)`` matrix.
+        """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        free = iter(points.T)
-        # 0 is the lower bound or the first option: the only one of a fixed variable
+        given = iter(points.T)
+        # 0 is the lower bound or the first option: the only one of all other variables
         zeros = np.zeros(len(points))
-        columns = [v.values(zeros if v.fixed else next(free)) for v in self.variables]
+        columns = [v.values(next(given) if has else zeros) for v, has in self._coordinates()]
         kinds = {column.dtype for column in columns}
         # astype(object) gives Python's own int, float and bool, as one would write such a design
         dtype = kinds.pop() if len(kinds) == 1 else np.dtype(object)
         return np.column_stack([column.astype(dtype, copy=False) for column in columns])
 
     def points(self, matrix: NDArray[Any]) -> Array:
-        """Return ``(n, n_free)`` points of [0, 1] whose designs are the rows of such a matrix.
+        """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of such a matrix.
 
         A discrete value is in the middle of its part of [0, 1), a bound of a real one at an end.
         """
-        columns = zip(self.variables, matrix.T, strict=True)
-        points = [variable.points(column) for variable, column in columns if not variable.fixed]
+        columns = zip(self._coordinates(), matrix.T, strict=True)
+        points = [variable.points(column) for (variable, has), column in columns if has]
         return np.column_stack(points) if points else np.zeros((len(matrix), 0))
 
     def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
@@ -181,6 +186,12 @@ class DesignSpace:
         result = np.empty((*given.shape[:-1], len(free)), dtype=dtype)
         result[..., free], result[..., ~free] = given, fixed
         return result
+
+    def _coordinates(self) -> list[tuple[Variable, bool]]:
+        """Return the variables and which of them are searched; without any, all free ones are."""
+        varied = [not v.fixed and v.lower < v.upper for v in self.variables]
+        has = varied if any(varied) else self._are_free().tolist()
+        return list(zip(self.variables, has, strict=True))
 
     def _are_free(self) -> NDArray[np.bool_]:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
