@@ -13,6 +13,7 @@ from pymoo_psi import Formulation, PsiError, TestTable, investigate, rank_of_eff
 from pymoo_psi.table import Layout
 
 # Few values, so that designs tie, dominate each other and are equal across experiments.
+DESIGNS = [0.5, 0.75, 1.0]
 GRID = st.sampled_from([0.0, 1.0, 2.0, 3.0, np.nan])
 
 
@@ -22,18 +23,24 @@ def experiments(draw):
     found = {}
     m = draw(st.integers(1, 3))
     more = draw(st.sets(st.sampled_from([f"f{j + 1}" for j in range(m)])))
+    # The model: a design has the same result in every experiment.
+    model = {
+        x: ([draw(GRID) for _ in range(m)], draw(st.sampled_from([-1.0, 0.0, 0.5])))
+        for x in DESIGNS
+    }
     for name in draw(st.lists(st.sampled_from("abcd"), min_size=1, unique=True)):
         n = draw(st.integers(0, 6))
         numbers = draw(st.lists(st.integers(1, 30), min_size=n, max_size=n, unique=True))
         outputs = draw(st.lists(st.sampled_from(["heat", "cost"]), unique=True))
         low = draw(st.sampled_from([0.0, 0.5, np.nan]))
         failed = draw(st.sets(st.sampled_from(numbers))) if n else set()
+        x = [draw(st.sampled_from(DESIGNS)) for _ in range(n)]
         found[name] = TestTable.of(
             np.array(numbers, dtype=int),
-            [[draw(st.sampled_from([0.5, 1.0]))] for _ in range(n)] or np.zeros((0, 1)),
-            np.array([[draw(GRID) for _ in range(m)] for _ in range(n)]).reshape(n, m),
-            G=np.array([[draw(st.sampled_from([-1.0, 0.0, 0.5]))] for _ in range(n)]).reshape(n, 1),
-            outputs={o: np.arange(n) + 0.5 for o in outputs},
+            np.array(x).reshape(n, 1),
+            np.array([model[v][0] for v in x]).reshape(n, m),
+            G=np.array([model[v][1] for v in x]).reshape(n, 1),
+            outputs={o: np.array(x) + 0.5 for o in outputs},
             reasons=dict.fromkeys(failed, "it broke"),
             layout=Layout.of(1, m, 1, lower=[low], upper=[low + 2], maximize=sorted(more)),
         )
@@ -107,7 +114,7 @@ def test_where_tests_are_from_survives_parts_files_and_formulations(experiments,
 
 
 def test_experiments_of_experiments_keep_their_names_and_numbers():
-    one, two, three = (TestTable.of([3, 7], [[0.1], [0.2]], [[1.0], [k]]) for k in (1.0, 2.0, 3.0))
+    one, two, three = (TestTable.of([3, 7], [[0.1], [k]], [[1.0], [k]]) for k in (1.0, 2.0, 3.0))
     table = TestTable.combined({"old": TestTable.combined({"a": one, "b": two}), "new": three})
     assert table.column("experiment").tolist() == ["old/a"] * 2 + ["old/b"] * 2 + ["new"] * 2
     assert table.column("number").tolist() == [3, 7] * 3
@@ -126,6 +133,10 @@ def test_what_is_not_one_problem_is_refused():
         ({"a": table, "b": sub}, "objectives .*f1.* against .*r"),
         ({"a": table, "b": turned}, "direction of f1 min against max"),
         ({"a": bnh, "b": another}, "parameters"),
+        (
+            {"a": table, "b": replace(table, F=[[2.0]])},
+            "1.0 and 2.0 as f1 of test point 1 of a and test point 1 of b",
+        ),
         ([table], "experiments must be tables by name"),
     ]:
         with pytest.raises(PsiError, match=message):

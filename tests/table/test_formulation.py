@@ -279,7 +279,8 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
         ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
         ('{"maximize": ["a"], "minimize": ["a"]}', "of different columns, got 'a'"),
-        ('{"limits": {"mass": NaN}}', "in increasing order, got nan"),
+        ('{"limits": {"mass": NaN}}', "NaN is no number of JSON"),
+        ('{"page": {"a": -Infinity}}', "-Infinity is no number of JSON"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
     ],
 )  # fmt: skip
@@ -314,3 +315,29 @@ def test_a_variable_becomes_an_objective():
     np.testing.assert_array_equal(anew.X[:, 0], table.column("wall kg"))
     back = anew.under(Formulation(["mass", "gain"]))
     np.testing.assert_array_equal(back.column("width"), table.column("width"))
+
+
+def test_limits_in_per_cent_are_those_of_columns_in_per_cent():
+    layout = Layout.of(1, ["yield", "mass"], maximize=["yield"], units={"yield": "%"})
+    table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[-70, 1], [-80, 2], [-90, 3]], layout=layout)
+    limits = {"yield": ("80%", None)}
+    assert table.feasible(limits).tolist() == [False, True, True]
+    asked = Formulation(limits=limits)
+    assert asked.limits == limits
+    assert table.under(asked).layout.constraints == ("yield>=80",)
+    for other in ({"mass": "2%"}, {"x1": (None, "80%")}):
+        with pytest.raises(PsiError, match="must be without %, got '.*%'; give the number in the"):
+            table.under(Formulation(limits=other))
+    for text in ("80", "80 kg", "%", "nan%", "80%%"):
+        with pytest.raises(TypeError, match="a number or a pair"):
+            Formulation(limits={"yield": (text, None)})
+
+
+def test_a_limit_that_rejects_nothing_is_a_remark():
+    table = beam_tests({3})
+    anew = table.under(Formulation(limits={"mass": 100, "width": (0.25, 2)}))
+    said = ("The limit width<=2 rejects no design.", "The limit mass<=100 rejects no design.")
+    assert anew.remarks == said
+    assert anew.under(Formulation(limits={"gain": (-5, None)})).remarks[:2] == said
+    # What is not finite keeps no limit, so that this one rejects.
+    assert not table.under(Formulation(limits={"heat": 1e300})).remarks

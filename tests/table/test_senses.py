@@ -107,7 +107,7 @@ def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
     for merged in (older.merge(newer), newer.merge(older)):
         assert np.array_equal(merged.column("heat"), [np.nan, 6.0], equal_nan=True)
     other = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.5]})
-    with pytest.raises(ArgumentValueError, match="others for test point 2"):
+    with pytest.raises(ArgumentValueError, match="got 6.0 and 6.5 as heat of test point 2"):
         newer.merge(other)
 
 

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, TestTable
+from pymoo_psi import PSI, PsiError, TestTable, investigate
 from pymoo_psi.table import Kind, Layout, constraint_costs
 from tests.table.asked import freed, violations
 
@@ -254,7 +256,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives .* against .*g1"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
-        (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, r"X must be finite, got nan at index \(0, 0\)"),
+        (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X must be finite, got nan"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0]], reasons={2: "why"}), ValueError, "reasons must be given for failed test points, got one for 2"),
         (lambda: TestTable(PLAIN.layout, [1], [[0.0]], [[1.0, 2.0]], [[1.0]], [[]], ["ok"]), ValueError, "got 'ok' for test point 1"),
         (lambda: Layout.of(["a", "a"], 1), ValueError, "names of a test table must be distinct, .* got 'a'"),
@@ -281,3 +283,21 @@ def test_designs_are_called_by_their_label():
     assert joined.extra["id"].tolist() == ["old", 7, None]
     assert joined.remarks == ("from a file",)
     assert not joined.equals(table)
+
+
+def test_a_unit_of_no_column_is_refused_wherever_a_table_is_made():
+    units = {"f1": "kg", "mas": "kg"}
+    layout = Layout.of(1, 1, units=units)
+    for make in (
+        lambda: TestTable.of([1], [[0.5]], [[1.0]], layout=layout),
+        lambda: replace(PLAIN, layout=replace(PLAIN.layout, units=units)),
+        lambda: investigate(get_problem("bnh"), 4, units=units),
+        lambda: minimize(get_problem("bnh"), PSI(4, units=units)),
+    ):
+        with pytest.raises(PsiError, match="units must be one of .*, got 'mas'"):
+            make()
+    # Before the first test it is unknown which outputs there are.
+    assert TestTable.empty(layout).layout.units == units
+    failed = TestTable.of([1], [[0.5]], [[np.inf]], layout=layout)
+    other = TestTable.of([2], [[0.5]], [[1.0]], outputs={"mas": [3.0]}, layout=layout)
+    assert failed.extended(other).layout.units == units

@@ -110,7 +110,7 @@ def test_the_refined_box_holds_the_feasible_set(limit, margin):
     limits = {"f1": limit}
     inside = RING.X[RING.feasible(limits)]
     if len(inside) == 0:
-        with pytest.raises(ValueError, match="feasible set must be of at least one design"):
+        with pytest.raises(ValueError, match="table must be one with a feasible design"):
             RING.refined_bounds(limits, margin=margin)
         return
     lower, upper = RING.refined_bounds(limits, margin=margin)

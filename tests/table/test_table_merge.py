@@ -52,9 +52,9 @@ PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: run(8).merge(other_result("X")), ValueError, "other must be a table with the same results for the same test points, got others for test point 4; do not merge"),
-        (lambda: run(8).merge(other_result("G")), ValueError, "others for test point 4"),
-        (lambda: run(8).merge(failed("crash")), ValueError, "others for test point 2"),
+        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be of one result for each test point and design, got .* and -0.25 as x1 of test point 4; do not join"),
+        (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test point 4"),
+        (lambda: run(8).merge(failed("crash")), ValueError, "got ok and failed as status of test point 2"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got bounds of x2 .0.0, 1.0. against .0.0, 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
         (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "objectives .* against .*g1"),
@@ -73,8 +73,31 @@ def test_the_prototype_of_either_table_is_kept():
     assert PROTOTYPE.merge(later).prototype.F.tolist() == [[1.0, 1.0]]
 
 
+def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined():
+    whole = run(8)
+    one, two = (
+        TestTable.of(whole.numbers, whole.X, whole.F, whole.G, outputs={name: np.arange(8.0)},
+                     layout=LAYOUT, extra={name.upper(): list("abcdefgh")})
+        for name in ("heat", "noise")
+    )  # fmt: skip
+    both = one.merge(two.rows([5, 2, 7]))
+    assert both.layout.outputs == ("heat", "noise")
+    np.testing.assert_array_equal(both.column("noise")[[2, 5, 7]], [2, 5, 7])
+    assert both.extra["NOISE"].tolist() == [None, None, "c", None, None, "f", None, "h"]
+    last_bit = replace(whole, F=whole.F * (1 + 2**-52))
+    assert whole.merge(last_bit).equals(whole)
+    moved = replace(whole, numbers=whole.numbers + 8)
+    assert len(whole.merge(moved)) == 16  # the same designs with the same results
+    moved = replace(moved, F=whole.F * 2)
+    with pytest.raises(
+        PsiError,
+        match="got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design",
+    ):
+        whole.merge(moved)
+
+
 def test_values_of_other_types_are_not_the_same():
     one, yes = (TestTable.of([1], [[value, "a"]], [[1.0]]) for value in (1, True))
     assert one.merge(one).equals(one)
-    with pytest.raises(ValueError, match="others for test point 1"):
+    with pytest.raises(ValueError, match="got 1 and True as x1 of test point 1"):
         one.merge(yes)

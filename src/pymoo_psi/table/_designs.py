@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import Received, invalid, wrong_type
+from pymoo_psi._validation import Received, finite_array, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
@@ -35,8 +35,8 @@ def design_matrix(
     Args:
         name: Name of the argument, for messages.
         value: ``(n, n_var)`` array, rows, or frame; or n mappings from variable to value, as
-            pymoo's mixed-variable problems have them. In rows of numbers alone, whole numbers
-            beside fractions are real numbers; other rows are taken as they are.
+            pymoo's mixed-variable problems have them. Whole numbers beside fractions are real
+            numbers in rows of numbers alone; others are taken as they are.
         variables: The names of the variables, the order for mappings; theirs unless given.
         kinds: What the variables are, where that is known; values are taken accordingly.
 
@@ -44,25 +44,11 @@ def design_matrix(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    if hasattr(value, "itertuples"):  # a frame of pandas
-        value = value.to_dict("records")
-    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
-        raise wrong_type(name, "an array or rows, or a frame of pandas", value)
-    rows = value if isinstance(value, np.ndarray) else list(value)
-    if isinstance(rows, list) and rows and isinstance(rows[0], Mapping):
-        rows = _from_mappings(name, rows, variables)
-    try:
-        array = np.asarray(rows)
-        # numpy makes numbers of booleans beside them, floats of large integers, texts of numbers
-        # beside these; as objects the cells keep their types until their kinds are known.
-        if isinstance(rows, list) and (len(set(kinds)) > 1 or _has_lost_types(rows, array)):
-            array = np.array(rows, dtype=object)
-    except ValueError as error:  # rows of unequal length
-        raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
+    array = value if isinstance(value, np.ndarray) else _array(name, value, variables)
     if array.ndim != 2:
         rule = "two-dimensional (n designs, n_var variables)"
         raise invalid(name, rule, Received(f"shape {array.shape}"))
-    matrix = _normal(name, array)
+    matrix = _normal(name, array, listed=array is not value and not kinds)
     if len(kinds) != matrix.shape[1] or column_kinds(matrix) == kinds:
         return matrix  # whoever puts the table together refuses another number of columns
     result = np.empty(matrix.shape, dtype=object)
@@ -102,10 +88,9 @@ def design_row(
     if matrix.shape[1] != len(variables):
         rule = f"{len(variables)} values, one for each variable"
         raise invalid(name, rule, Received(matrix.shape[1]))
-    if len(kinds) == len(variables):
-        cells = [_as_kind(cell, kind) for cell, kind in zip(matrix[0].tolist(), kinds, strict=True)]
-        matrix = _narrowest([cells], matrix.shape)
-    row: NDArray[Any] = matrix[0]
+    wanted = kinds or column_kinds(matrix)
+    cells = [_as_kind(cell, kind) for cell, kind in zip(matrix[0].tolist(), wanted, strict=True)]
+    row: NDArray[Any] = _narrowest([cells], matrix.shape)[0]
     return row
 
 
@@ -167,28 +152,58 @@ def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
     return [tuple(map(str, row)) for row in X.tolist()]
 
 
-def first_rows(X: NDArray[Any], F: NDArray[np.float64]) -> NDArray[np.intp]:
-    """``(n,)`` the index of the first row with the same design and objectives, perhaps its own."""
+def first_rows(X: NDArray[Any], F: NDArray[np.float64] | None = None) -> NDArray[np.intp]:
+    """``(n,)`` the index of the first row with the same design, and objectives if given."""
+    rows = first = np.arange(len(X))
+    if X.size == 0:  # of no variables, nothing is known of designs
+        return first
+    if X.dtype != object:  # a value that occurs once is of a design that does
+        _, value, count = np.unique(X[:, 0], return_inverse=True, return_counts=True)
+        rows = np.flatnonzero(count[value] > 1)
     seen: dict[Any, int] = {}
-    keys = zip(design_keys(X), map(bytes, F), strict=True)
-    return np.array([seen.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
+    more = [b""] * len(rows) if F is None else map(bytes, F[rows])
+    for i, key in zip(rows.tolist(), zip(design_keys(X[rows]), more, strict=True), strict=True):
+        first[i] = seen.setdefault(key, i)
+    return first
 
 
-def _normal(name: str, array: NDArray[Any]) -> NDArray[Any]:
-    """Return a new array of the values as they are, of float64, int64, bool or objects."""
+def _array(name: str, value: Any, variables: Sequence[str] | None) -> NDArray[Any]:
+    """Return rows, mappings or a frame as an array of objects."""
+    if hasattr(value, "itertuples"):  # a frame of pandas
+        value = value.to_dict("records")
+    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
+        raise wrong_type(name, "an array or rows, or a frame of pandas", value)
+    rows = list(value)
+    if rows and isinstance(rows[0], Mapping):
+        names = list(rows[0]) if variables is None else list(variables)
+        for row in rows:
+            if not isinstance(row, Mapping) or {*row} != {*names}:
+                rule = f"mappings of the variables {', '.join(map(str, names))}"
+                raise invalid(name, rule, row)
+        rows = [[row[variable] for variable in names] for row in rows]
+    try:
+        return np.array(rows, dtype=object)
+    except ValueError as error:  # rows of unequal length
+        raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
+
+
+def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
+    """Return a new array of the values as they are, of float64, int64, bool or objects.
+
+    Args:
+        name: Name of the argument, for messages.
+        array: Two-dimensional.
+        listed: Whether whole numbers beside fractions are real numbers if there are no others.
+    """
     kind = array.dtype.kind
+    if kind == "f":
+        return np.array(finite_array(name, array), order="C")
     if kind in "biu":
         return np.array(array, dtype=bool if kind == "b" else np.int64, order="C")
-    if kind == "f":
-        array = np.array(array, dtype=np.float64, order="C")
-        if not np.isfinite(array).all():
-            i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
-            raise invalid(name, "finite", Received(f"{array[i, j]} at index {(i, j)}"))
-        return array
-    if kind not in "OU":
-        rule = f"{name} must hold numbers, booleans or text, got dtype {array.dtype}"
-        raise ArgumentTypeError(rule)
-    return _narrowest([[_plain(name, cell) for cell in row] for row in array.tolist()], array.shape)
+    cells = [[_plain(name, cell) for cell in row] for row in array.tolist()]
+    if listed and {type(cell) for row in cells for cell in row} == {int, float}:
+        cells = [[*map(float, row)] for row in cells]
+    return _narrowest(cells, array.shape)
 
 
 def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
@@ -212,21 +227,6 @@ def _as_kind(cell: Any, kind: Kind) -> Any:
     return cell
 
 
-def _from_mappings(name: str, rows: Any, variables: Sequence[str] | None) -> NDArray[Any]:
-    names = list(rows[0]) if variables is None else list(variables)
-    for row in rows:
-        if not isinstance(row, Mapping) or {*row} != {*names}:
-            raise invalid(name, f"mappings of the variables {', '.join(map(str, names))}", row)
-    return np.array([[row[variable] for variable in names] for row in rows], dtype=object)
-
-
-def _has_lost_types(rows: list[Any], array: NDArray[Any]) -> bool:
-    """Say whether numbers beside text have become text, or booleans beside numbers numbers."""
-    if array.dtype.kind in "if" and array.ndim == 2:
-        return any(isinstance(cell, (bool, np.bool_)) for row in rows for cell in row)
-    return array.dtype.kind in "US"
-
-
 def _plain(name: str, cell: Any) -> float | int | bool | str:
     """Return a cell as Python's own type; subclasses of it become it, too."""
     if isinstance(cell, np.generic):
@@ -234,12 +234,10 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
     kind = next((kind for kind in (bool, int, float, str) if isinstance(cell, kind)), None)
     if kind is None:
         raise wrong_type(name, "of numbers, booleans or text", cell)
-    if (
-        (kind is int and not -(2**63) <= cell < 2**63)
-        or (kind is float and not np.isfinite(cell))
-        or (kind is str and not is_writable(cell))
-    ):
-        rule = "finite numbers within int64, booleans or Unicode text"
+    if kind is float and not np.isfinite(cell):
+        raise invalid(name, "finite", cell)
+    if (kind is int and not -(2**63) <= cell < 2**63) or (kind is str and not is_writable(cell)):
         found = Received("a larger integer") if kind is int else cell
+        rule = "an integer within int64 or Unicode text"
         raise invalid(f"a value of {name}", rule, found, "name options of a choice by text")
     return kind(cell)

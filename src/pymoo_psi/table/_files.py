@@ -14,6 +14,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from io import BytesIO, StringIO
 from os import PathLike
@@ -98,6 +99,17 @@ def columns_of(table: Any) -> Columns:
     return columns | {"status": table.status.astype(object), "reason": reasons}
 
 
+def blocks_of(layout: Layout, columns: Mapping[str, Any], n: int) -> dict[str, NDArray[Any]]:
+    """Return the arrays F, G, H and outputs of a table of n rows, by its columns."""
+    blocks = {
+        block: np.column_stack([np.zeros((n, 0)), *(columns[name] for name in names)])
+        for block, names in layout.blocks.items()
+        if block != "X"
+    }
+    blocks["F"] *= layout.sign
+    return blocks
+
+
 def layout_of(head: Mapping[str, Any], where: object) -> Layout:
     """Return the layout in a head; see :func:`table_of` for the arguments."""
     try:
@@ -146,11 +158,10 @@ def table_of(
     X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
     for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
         X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
-    groups = (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
-    F, G, H, outputs = (
-        np.column_stack([np.zeros((len(numbers), 0)), *(columns[name] for name in names)])
-        for names in groups
-    )
+    blocks = blocks_of(layout, columns, len(numbers))
+    if reasons or len(numbers):  # units of outputs that no test has brought say nothing any more
+        units = {name: unit for name, unit in layout.units.items() if name in layout.columns}
+        layout = replace(layout, units=units)
     # The status is taken from the file, not derived: the table checks it against the constraints,
     # and so finds a file in which one of both was edited.
     status = np.array(list(columns["status"]), dtype=str)
@@ -158,8 +169,8 @@ def table_of(
     former = head.get("prototype") or dict.fromkeys(("names", *"xfgh"), ())
     try:
         table: Any = make(
-            layout, numbers, X, F * layout.sign, G, H, status, reasons, None, outputs,
-            head.get("problem"), carried,
+            layout, numbers, X, **blocks, status=status, reasons=reasons,
+            problem=head.get("problem"), extra=carried,
         )  # fmt: skip
         for name, *values in zip(*(former[key] for key in ("names", *"xfgh")), strict=True):
             table = table.with_prototype(*values, name=name)

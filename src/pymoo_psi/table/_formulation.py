@@ -176,7 +176,9 @@ class Formulation:
         """
         content = Path(path).read_bytes()
         try:
-            found = json.loads(content.decode("utf-8-sig"), object_pairs_hook=distinct)
+            found = json.loads(
+                content.decode("utf-8-sig"), object_pairs_hook=distinct, parse_constant=_no_number
+            )
             if not isinstance(found, dict):
                 raise invalid("it", "an object of JSON", found)
             for key in found:
@@ -188,8 +190,8 @@ class Formulation:
 
 def formulated(
     formulation: Formulation, layout: Layout, columns: Columns
-) -> tuple[Layout, dict[str, NDArray[Any]]]:
-    """Return the layout that a formulation gives a table, and the columns it consists of.
+) -> tuple[Layout, dict[str, NDArray[Any]], tuple[str, ...]]:
+    """Return the layout that a formulation gives a table, its columns, and which are limits.
 
     Args:
         formulation: What is asked.
@@ -240,11 +242,11 @@ def formulated(
         values = np.where(np.isfinite(values), values, np.nan)
         with np.errstate(over="ignore"):  # an infinite excess has the right sign
             # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
-            if low > -np.inf:
-                limits[f"{name}>={_whole(low)}"] = low - values
-            if high < np.inf:
-                limits[f"{name}<={_whole(high)}"] = values - high
-    return replace(asked, inequalities=(*inequalities, *limits)), whole | limits
+            for sign, end, over in ((">=", low, low - values), ("<=", high, values - high)):
+                if np.isfinite(end):
+                    limits[f"{name}{sign}{_whole(end)}"] = over
+    asked = replace(asked, inequalities=(*inequalities, *limits))
+    return asked, whole | limits, tuple(limits)
 
 
 def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, NDArray[Any]]:
@@ -266,19 +268,26 @@ def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, ND
 
 
 def _plain(name: str, limit: Any) -> Any:
-    """Return a limit as a number or a pair that JSON can hold; an open end is None."""
+    """Return a limit as a number, text or pair that JSON can hold; an open end is None."""
     low, high = ends(name, limit)
     if low == np.inf or high == -np.inf:
         raise invalid(f"the limit on {name!r}", "one that a number can keep", limit)
-    if not isinstance(limit, (tuple, list)) and high < np.inf:
-        return _whole(high)
-    return tuple(None if np.isinf(end) else _whole(end) for end in (low, high))
+    given = limit if (pair := isinstance(limit, (tuple, list))) else (None, limit)
+    shown = tuple(
+        typed if isinstance(typed, str) else None if np.isinf(end) else _whole(end)
+        for typed, end in zip(given, (low, high), strict=True)
+    )
+    return shown if pair or shown[1] is None else shown[1]
 
 
 def _whole(value: float) -> float:
     """Return a number as an integer where that is the same, so that files and names have 30."""
     # Beyond 2^53 not every integer is a float64, and digits would be shown that are not there.
     return int(value) if value.is_integer() and abs(value) < 2**53 else value
+
+
+def _no_number(word: str) -> Any:
+    raise ValueError(f"{word} is no number of JSON")
 
 
 def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

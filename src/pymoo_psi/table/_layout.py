@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,8 +30,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
-Limit: TypeAlias = float | Sequence[float | None]
-"""The greatest value allowed, or a pair (lower, upper) with None for an end that is open."""
+Limit: TypeAlias = float | str | Sequence[float | str | None]
+"""The greatest value allowed, or a pair (lower, upper) with None for an end that is open; in text
+such as ``"80%"`` of a column in per cent."""
 Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | int, Limit]
 """Limits on objectives, variables and outputs by name; on objectives also by index from 0."""
 
@@ -38,9 +40,11 @@ Bounds: TypeAlias = dict[str, tuple[float, float]]
 """The least and the greatest value of columns by name, in the original direction; infinite if
 open."""
 
+_PER_CENT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)\s*%")
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # further ones of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
+BLOCKS = ("X", "F", "G", "H", "outputs")  # the arrays of a table with these columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,14 +169,11 @@ class Layout:
             >>> layout.label_of("x1"), layout.label_of("mass"), layout.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
-        groups = zip("xfgh", (variables, objectives, inequalities, equalities), strict=True)
-        names: Any = [_numbered(letter, group) for letter, group in groups]
-        unknown = np.full(len(names[0]), np.nan)
-        more: Any = {"kinds": kinds, "outputs": outputs, "maximize": maximize, "units": units or {}}
-        more["lower"] = unknown if lower is None else lower
-        more["upper"] = unknown if upper is None else upper
-        more["eq_tolerance"] = eq_tolerance
-        return cls(*names, **more)
+        given = (variables, objectives, inequalities, equalities)
+        names = [*map(column_names, _GROUPS, given, "xfgh")]
+        ends = [np.full(len(names[0]), np.nan) if end is None else end for end in (lower, upper)]
+        more: Any = (*names, *ends, eq_tolerance, kinds, outputs, maximize, units or {})
+        return cls(*more)
 
     @property
     def constraints(self) -> tuple[str, ...]:
@@ -193,6 +194,16 @@ class Layout:
             ('x1', 'mass', 'stress', 'heat')
         """
         return self.variables + self.objectives + self.constraints + self.outputs
+
+    @property
+    def blocks(self) -> dict[str, tuple[str, ...]]:
+        """Names of the columns of each array of a table: X, F, G, H, outputs.
+
+        Example:
+            >>> Layout.of(1, ["mass"], ["stress"]).blocks["G"]
+            ('stress',)
+        """
+        return {k: getattr(self, g) for k, g in zip(BLOCKS, _GROUPS, strict=True)}
 
     @property
     def sign(self) -> Array:
@@ -250,8 +261,11 @@ def joined_layout(layout: Layout, other: Layout) -> Layout:
     return replace(layout, outputs=outputs, maximize=more, units=units, kinds=kinds)
 
 
-def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
-    """Return names as texts that every file can hold."""
+def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
+    """Return names as texts that every file can hold; with a letter, a number gives as many."""
+    if letter and not isinstance(names, (str, Sequence)):
+        count = integer(f"the number of {group}", names, minimum=0)
+        return tuple(f"{letter}{j + 1}" for j in range(count))
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise wrong_type(group, "a list of names", names)
     for name in names:
@@ -259,25 +273,17 @@ def column_names(group: str, names: Sequence[Any]) -> tuple[str, ...]:
             raise wrong_type(group, "names", name)
         if not name or not is_writable(name):
             raise invalid(group, "names of at least one Unicode character", name)
-    return tuple(str(name) for name in names)
-
-
-def _numbered(letter: str, group: int | Sequence[str]) -> tuple[str, ...]:
-    if isinstance(group, str) or not isinstance(group, Sequence):
-        count = integer(f"the number of {letter} columns", group, minimum=0)
-        return tuple(f"{letter}{j + 1}" for j in range(count))
-    return tuple(group)
+    return tuple(map(str, names))
 
 
 def _unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
-    mapping("units", units, "columns to units, such as {'mass': 'kg'}")
-    for name, unit in units.items():
+    for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
         if not isinstance(name, str) or not isinstance(unit, str):
             raise wrong_type("units", "names to texts", units)
         if not is_writable(name) or not unit.isprintable():
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
-    return {str(name): unit for name, text in units.items() if (unit := str(text).strip())}
+    return {str(name): text for name, unit in units.items() if (text := str(unit).strip())}
 
 
 def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
@@ -308,8 +314,8 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
         known_name("a limit", name, free, remedy)
         if name in found:
             raise invalid("limits", "given once for a column", limits)
-        found[name] = ends(name, limit)
-        if name in layout.maximize and isinstance(limit, numbers.Real):
+        found[name] = ends(name, limit, layout.units.get(name, ""))
+        if name in layout.maximize and not isinstance(limit, (tuple, list)):
             which = f"the limit on {name!r}, which is maximised,"
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
             raise invalid(which, "a pair (lower, upper)", limit, remedy)
@@ -327,15 +333,27 @@ def lacking(limits: Limits | None, layout: Layout) -> bool:
     return any(isinstance(name, str) and name not in layout.columns for name in names)
 
 
-def ends(name: str, limit: Any) -> tuple[float, float]:
+def ends(name: str, limit: Any, unit: str = "%") -> tuple[float, float]:
     """Return the least and the greatest value that a limit allows; a number is the greatest.
 
+    Args:
+        name: The column.
+        limit: Numbers, or texts such as ``"80%"`` for a column in per cent.
+        unit: That of the column.
+
     Raises:
-        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
+        ArgumentValueError: A number is NaN, the lower one is above the upper one, or a text is no
+            number in per cent, or the column is in another unit.
         ArgumentTypeError: It is neither a number nor a pair of numbers or None.
     """
     pair = tuple(limit) if isinstance(limit, (tuple, list)) else (None, limit)
     values = [np.inf * (2 * k - 1) if end is None else end for k, end in enumerate(pair)]
+    for k, end in enumerate(values):
+        if isinstance(end, str) and _PER_CENT.fullmatch(end):
+            if unit != "%":
+                remedy = "give the number in the unit of the column, or its unit as %"
+                raise invalid(f"the limit on {name!r}", "without %", end, remedy)
+            values[k] = float(end[:-1])
     plain = all(isinstance(v, numbers.Real) and not isinstance(v, (bool, np.bool_)) for v in values)
     if len(pair) != 2 or limit is None or not plain:
         raise wrong_type(f"the limit on {name!r}", "a number or a pair (lower, upper)", limit)

@@ -13,7 +13,7 @@ import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -36,7 +36,7 @@ from pymoo_psi._validation import (
     real_array,
     wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     Explanation,
@@ -57,6 +57,7 @@ from pymoo_psi.table._designs import (
 )
 from pymoo_psi.table._files import (
     Columns,
+    blocks_of,
     columns_of,
     head_comment,
     head_of,
@@ -85,7 +86,8 @@ Mask = NDArray[np.bool_]
 
 # _status takes them by index: 0 and 1 for constraints met and violated, 2 for a failure.
 STATUSES = ("ok", "infeasible", "failed")
-_BLOCKS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
+_ARRAYS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
+_ROUNDING = 1e-9  # relative, of results that two machines have computed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,17 +157,18 @@ class TestTable(Shown):
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
         layout, numbers = self.layout, _point_numbers(self.numbers)
+        n = len(numbers)
         values: dict[str, Any] = {
             "numbers": numbers,
             "X": design_matrix("X", self.X, layout.variables, layout.kinds),
-            "extra": _extra_columns(self.extra, layout, len(numbers)),
+            "extra": _extra_columns(self.extra, layout, n),
         }
         for name in ("F", "G", "H", "outputs"):
             given = getattr(self, name)
-            given = np.zeros((len(numbers), 0)) if given is None else real_array(name, given)
+            given = np.zeros((n, 0)) if given is None else real_array(name, given)
             values[name] = np.array(given, order="C")
-        for name, width in _widths(layout).items():
-            if values[name].shape != (shape := (len(numbers), width)):
+        for name, names in layout.blocks.items():
+            if values[name].shape != (shape := (n, len(names))):
                 raise invalid(name, f"of shape {shape}", Received(f"shape {values[name].shape}"))
         self._set(values)
         given = None if self.status is None else np.array(self.status, dtype=str)
@@ -176,10 +179,12 @@ class TestTable(Shown):
             rule = "ok where the constraints are met, infeasible where not, or failed"
             found = Received(f"{str(given[i])!r} for test point {numbers[i]}")
             raise invalid("status", rule, found)
-        failed = self.numbers[self.status == "failed"].tolist() if self.reasons else ()
-        if unknown := {*self.reasons}.difference(failed):
+        if unknown := {*self.reasons}.difference(numbers[self.status == "failed"].tolist()):
             found = Received(f"one for {min(unknown)}")
             raise invalid("reasons", "given for failed test points", found)
+        # Which outputs a model gives is known as soon as a test has not failed.
+        for name in layout.units if (self.status != "failed").any() else ():
+            known_name("units", name, layout.columns)
 
     @classmethod
     def of(
@@ -224,7 +229,8 @@ class TestTable(Shown):
             ['ok', 'infeasible']
         """
         F = real_array("F", F)
-        none = np.zeros((len(F) if F.ndim else 0, 0))
+        n = len(F) if F.ndim else 0
+        none = np.zeros((n, 0))
         G, H = (none if v is None else real_array(name, v) for name, v in (("G", G), ("H", H)))
         if layout is None:
             X = design_matrix("X", X)
@@ -232,15 +238,15 @@ class TestTable(Shown):
         columns = mapping("outputs", {} if outputs is None else outputs, "names to values")
         names = tuple(dict.fromkeys((*layout.outputs, *columns)))
         layout = layout if names == layout.outputs else replace(layout, outputs=names)
-        further = np.full((len(none), len(names)), np.nan)
+        further = np.full((n, len(names)), np.nan)
         for name, column in columns.items():
             values = real_array(f"the output {name!r}", column)
-            if values.shape != (len(none),):
+            if values.shape != (n,):
                 found = Received(f"shape {values.shape}")
-                raise invalid(f"the output {name!r}", f"of shape {(len(none),)}", found)
+                raise invalid(f"the output {name!r}", f"of shape {(n,)}", found)
             further[:, names.index(name)] = values
-        more: Any = {"extra": {} if extra is None else extra, "outputs": further}
-        return cls(layout, numbers, X, F, G, H, reasons=reasons or {}, **more)  # type: ignore[arg-type]
+        more: Any = {"reasons": reasons or {}, "extra": extra or {}, "outputs": further}
+        return cls(layout, numbers, X, F, G, H, **more)  # type: ignore[arg-type]
 
     @classmethod
     def empty(cls, layout: Layout | None = None) -> TestTable:
@@ -256,21 +262,20 @@ class TestTable(Shown):
             (0, 1)
         """
         layout = Layout.of() if layout is None else layout
-        X, F, G, H, outputs = (np.zeros((0, width)) for width in _widths(layout).values())
-        return cls(layout, np.zeros(0, dtype=np.int64), X, F, G, H, outputs=outputs)
+        blocks: Any = {name: np.zeros((0, len(names))) for name, names in layout.blocks.items()}
+        return cls(layout, np.zeros(0, dtype=np.int64), **blocks)
 
     def __repr__(self) -> str:
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
+        layout, tests = self.layout, counted(len(self), "test")
         words = ("variable", "objective", "constraint", "output")
-        layout = self.layout
         groups = (layout.variables, layout.objectives, layout.constraints, layout.outputs)
         pairs = zip(groups, words, strict=True)
-        sizes = ", ".join(counted(len(g), w) for g, w in pairs if g or w != "output")
-        tests = counted(len(self), "test")
+        sizes = [counted(len(g), word) for g, word in pairs if g or word != "output"]
         if again := int(np.count_nonzero(self.repeats)):
             tests += f" of {counted(len(self) - again, 'design')}"
-        return f"TestTable({tests}: {counts}; {sizes})"
+        return f"TestTable({tests}: {counts}; {', '.join(sizes)})"
 
     def __len__(self) -> int:
         """Return the number of tested points."""
@@ -362,12 +367,9 @@ class TestTable(Shown):
         if name in ORIGIN and self.layout.experiments:
             return self._origin()[name]
         layout = self.layout
-        j = layout.columns.index(known_name("column", name, layout.columns))
-        for block in (self.X, self.F, self.G, self.H, self.outputs):
-            if j < block.shape[1]:
-                break
-            j -= block.shape[1]
-        values: NDArray[Any] = block[:, j]
+        known_name("column", name, layout.columns)
+        block, names = next(pair for pair in layout.blocks.items() if name in pair[1])
+        values: NDArray[Any] = getattr(self, block)[:, names.index(name)]
         return -values if name in layout.objectives and name in layout.maximize else values
 
     # Sets of designs under limits
@@ -480,13 +482,16 @@ class TestTable(Shown):
     def _objectives(self, rows: NDArray[np.intp], labels: Any) -> Objectives:
         """Return the objectives of some rows, in the original direction; there must be one."""
         if len(rows) == 0:
-            failed = np.sum(self.status == "failed")
-            found = Received(f"none of {counted(len(self), 'test')}, of which {failed} failed")
-            remedy = "see its reasons" if failed else "loosen the limits, or test more points"
-            raise invalid("the table", "one with a feasible design", found, remedy)
+            raise self._none_feasible()
         sign = self.layout.sign
         F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
         return Objectives(F, sign, self.layout.objectives, labels)
+
+    def _none_feasible(self) -> ArgumentValueError:
+        failed = np.sum(self.status == "failed")
+        found = Received(f"none of {counted(len(self), 'test')}, of which {failed} failed")
+        remedy = "see its reasons" if failed else "loosen the limits, or test more points"
+        return invalid("the table", "one with a feasible design", found, remedy)
 
     def best(self, limits: Limits | None = None, *, normalize: bool = True) -> TestTable:
         """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
@@ -528,10 +533,11 @@ class TestTable(Shown):
             ideal point.
         """
         rows, ranking = self.ranked(limits, normalize=normalize)
-        numbers = self.numbers[rows].tolist()
-        if test_point is not None and test_point not in numbers:
-            raise invalid("test_point", "the number of a feasible design", test_point)
-        i = int(ranking.salukvadze[0]) if test_point is None else numbers.index(test_point)
+        i, numbers = int(ranking.salukvadze[0]), self.numbers[rows].tolist()
+        if test_point is not None:
+            if test_point not in numbers:
+                raise invalid("test_point", "the number of a feasible design", test_point)
+            i = numbers.index(test_point)
         units = {n: unit for n, unit in self.layout.units.items() if n in self.layout.objectives}
         return explain(ranking, i, units=units)
 
@@ -599,13 +605,8 @@ class TestTable(Shown):
         """
         instance("formulation", formulation, Formulation)
         columns = {name: self.column(name) for name in self.layout.columns}
-        layout, columns = formulated(formulation, self.layout, columns)
-        groups = (layout.objectives, layout.inequalities, layout.equalities, layout.outputs)
-        F, G, H, outputs = (
-            np.column_stack([np.zeros((len(self), 0)), *(columns[name] for name in names)])
-            for names in groups
-        )
-        F *= layout.sign
+        layout, columns, limits = formulated(formulation, self.layout, columns)
+        blocks = blocks_of(layout, columns, len(self))
         # Failed for an objective, such a design may count under others; failed in its evaluation,
         # it has no values, and gets those that an evaluation gives to what fails.
         reasons, rows = {}, []
@@ -614,18 +615,19 @@ class TestTable(Shown):
             if reason != _lack(self, i):
                 reasons[int(self.numbers[i])] = reason
                 rows.append(i)
-        for block, value in ((F, np.inf), (G, 0.0), (H, 0.0), (outputs, np.nan)):
-            block[rows] = np.where(np.isfinite(block[rows]), block[rows], value)
-        former = self.layout.variables
-        X = self.X
+        for name, value in (("F", np.inf), ("G", 0.0), ("H", 0.0), ("outputs", np.nan)):
+            known = blocks[name][rows]
+            blocks[name][rows] = np.where(np.isfinite(known), known, value)
+        former, X = self.layout.variables, self.X
         if layout.variables != former:
             X = design_matrix("X", X[:, [former.index(name) for name in layout.variables]])
         prototype = None if self.prototype is None else self._prototype_under(formulation)
-        table = self._with(
-            layout=layout, X=X, F=F, G=G, H=H, outputs=outputs, problem=None, prototype=prototype
-        )
+        table = self._with(layout=layout, X=X, **blocks, problem=None, prototype=prototype)
         table._set(table._status(reasons))
-        return table
+        tested = table.status != "failed"
+        idle = [n for n in limits if tested.any() and (columns[n][tested] <= 0).all()]
+        said = [f"The limit {name} rejects no design." for name in idle]
+        return table._with(remarks=(*self.remarks, *said))
 
     def _prototype_under(self, formulation: Formulation) -> TestTable:
         """Return the existing designs under a formulation; outputs of theirs are not known."""
@@ -660,22 +662,18 @@ class TestTable(Shown):
             >>> table.refined_bounds({"f1": 2.0}, margin=0.5)
             (array([0.4]), array([0.8]))
         """
-        margin = finite_number("margin", margin)
-        if margin < 0:
+        if finite_number("margin", margin) < 0:
             raise invalid("margin", "0 or more", margin)
         feasible = self.feasible(limits)
         if not feasible.any():
-            found = Received(f"none of {counted(len(self), 'test')}")
-            remedy = "loosen the limits, or test more points"
-            raise invalid("the feasible set", "of at least one design to bound it", found, remedy)
+            raise self._none_feasible()
         lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
         for j, kind in enumerate(self.kinds):
             if kind not in (Kind.REAL, Kind.INTEGER):
                 continue
             column = self.X[feasible, j].astype(np.float64)
-            low, high = column.min(), column.max()
-            width = high - low
-            low, high = low - margin * width, high + margin * width
+            more = margin * (column.max() - column.min())
+            low, high = column.min() - more, column.max() + more
             if kind is Kind.INTEGER:
                 low, high = np.floor(low), np.ceil(high)
             # fmax and fmin ignore a bound that is NaN, as there is none.
@@ -705,17 +703,15 @@ class TestTable(Shown):
             chosen = chosen.astype(np.intp)
         if chosen.dtype.kind not in "biu" or chosen.ndim != 1:
             raise wrong_type("selection", "a mask or indices", Received(f"dtype {chosen.dtype}"))
-        if chosen.dtype == bool and len(chosen) == len(self) and chosen.all():
-            return self
         try:
             numbers = self.numbers[chosen]
         except IndexError as error:
             raise invalid("selection", "a mask or indices of rows", Received(error)) from error
         # Rows of a right table are right, unless one that is selected twice.
         _require_distinct(numbers)
-        cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _BLOCKS}
+        cut: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _ARRAYS}
         cut["extra"] = {name: column[chosen] for name, column in self.extra.items()}
-        kept = set(numbers.tolist()) if self.reasons else set()
+        kept = {*numbers.tolist()} if self.reasons else ()
         reasons = {n: text for n, text in self.reasons.items() if n in kept}
         return self._with(numbers=numbers, reasons=reasons, **cut)
 
@@ -736,38 +732,21 @@ class TestTable(Shown):
         """
         for block in blocks:
             instance("block", block, TestTable)
-        # A table without tests and columns takes on those of the others.
-        tables = [t for t in (self, *blocks) if len(t) or t.layout.columns]
-        if len(tables) < 2:
-            return tables[0] if tables else self
-        whole = _agreeing(tables, ["block"] * len(tables), "of the table's layout")
-        joined: dict[str, Any] = {
-            name: np.concatenate([getattr(t, name) for t in tables])
-            for name in ("numbers", "F", "G", "H", "status")
-        }
-        _require_distinct(joined["numbers"])
-        X = joined_designs([t.X for t in tables])
-        # Designs of a block that declares no kinds take those of the others.
-        if any(t.layout.kinds != whole.layout.kinds for t in tables):
-            X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
-        return whole._with(
-            X=X,
-            outputs=np.concatenate([_outputs_under(whole.layout, t) for t in tables]),
-            reasons={n: text for t in tables for n, text in t.reasons.items()},
-            extra=_joined_extra(tables),
-            remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
-            **joined,
-        )
+        names = ["block"] * (1 + len(blocks))
+        whole = _stacked([self, *blocks], names, "of the table's layout")
+        _require_distinct(whole.numbers)
+        return whole
 
     def merge(self, other: TestTable) -> TestTable:
         """Return the tests of this and another run of the same problem, by number of test point.
 
         ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once; an output of it that is NaN in one of them, not known, is the other's.
+        tables counts once, with the outputs and extra columns of both.
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance,
-                problem or prototype, or have other results for the same test point.
+                problem or prototype, or have results of a test point or design that differ by more
+                than rounding.
             ArgumentTypeError: ``other`` is no table.
 
         Example:
@@ -775,37 +754,22 @@ class TestTable(Shown):
             >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
             array([1, 2, 3, 4])
         """
-        instance("other", other, TestTable)
-        mine, theirs = (
-            t if (t.numbers[1:] > t.numbers[:-1]).all() else t.rows(np.argsort(t.numbers))
-            for t in (self, other)
-        )
-        if not mine.layout.columns or not theirs.layout.columns:
-            return mine.extended(theirs)
-        whole = _agreeing([mine, theirs], ["other"] * 2, "a table of the same problem")
-        more: Any = {name: getattr(whole, name) for name in ("layout", "problem", "prototype")}
-        mine, theirs = (
-            t._with(outputs=_outputs_under(whole.layout, t), **more) for t in (mine, theirs)
-        )
-        # A test point that both have must have the same result in both, or they are no one problem.
-        again = np.isin(mine.numbers, theirs.numbers)
-        new = ~np.isin(theirs.numbers, mine.numbers)
-        one, two = mine.rows(again), theirs.rows(~new)
-        known = np.where(np.isnan(one.outputs), two.outputs, one.outputs)
-        filled = np.where(np.isnan(two.outputs), known, two.outputs)
-        same = _same_rows(one._with(outputs=known), two._with(outputs=filled))
-        for number, equal in zip(one.numbers.tolist(), same.tolist(), strict=True):
-            if not equal or one.reasons.get(number) != two.reasons.get(number):
-                rule = "a table with the same results for the same test points"
-                remedy = "do not merge runs of different problems, bounds or versions"
-                raise invalid("other", rule, Received(f"others for test point {number}"), remedy)
-        outputs = mine.outputs.copy()
-        outputs[again] = known
-        table = mine._with(outputs=outputs)
-        if not new.any():
-            return table
-        table = table.extended(theirs.rows(new))
-        return table.rows(np.argsort(table.numbers))
+        tables = [self, instance("other", other, TestTable)]
+        whole = _stacked(tables, ["other"] * 2, "a table of the same problem")
+        _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
+        first = rows[inverse]
+        _require_one_result(whole, first)
+        again = np.flatnonzero(first != np.arange(len(whole)))
+        before = first[again]
+        outputs = whole.outputs.copy()
+        outputs[before] = np.where(np.isnan(outputs[before]), outputs[again], outputs[before])
+        extra = {name: column.copy() for name, column in whole.extra.items()}
+        for column in extra.values():
+            unknown = _blank(column[before])
+            column[before[unknown]] = column[again[unknown]]
+        table = whole._with(outputs=outputs, extra=extra).rows(rows)
+        _require_one_result(table)
+        return table
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
@@ -822,7 +786,7 @@ class TestTable(Shown):
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance,
-                problem or prototype.
+                problem or prototype, or in the results of a design.
             ArgumentTypeError: The experiments are no mapping of one table or more.
 
         Example:
@@ -840,30 +804,35 @@ class TestTable(Shown):
         if not isinstance(experiments, Mapping) or not experiments:
             rule = "tables by name, such as {'coarse': a, 'refined': b}"
             raise wrong_type("experiments", rule, experiments)
-        origins: list[tuple[str, int]] = []
-        for name, table in experiments.items():
-            instance(f"the experiment {name!r}", table, TestTable)
-        layouts = [table.layout for table in experiments.values()]
-        blocks, bounds, last = [], {}, 0
+        layouts = [
+            instance(f"the experiment {name!r}", table, TestTable).layout
+            for name, table in experiments.items()
+        ]
+        bounds = {}
         if len({layout.variables for layout in layouts}) == 1:
             # NaN, where there is no bound, is passed on.
             bounds["lower"] = np.minimum.reduce([layout.lower for layout in layouts])
             bounds["upper"] = np.maximum.reduce([layout.upper for layout in layouts])
+        blocks: list[TestTable] = []
+        origins: list[tuple[str, int]] = []
+        last = 0
         for name, table in experiments.items():
             parts = [(f"{name}/{part}", n) for part, n in table.layout.experiments]
             origins += [(part, last + n) for part, n in parts or [(name, 0)]]
-            block = table._with(
-                layout=replace(table.layout, experiments=(), **bounds),
-                numbers=table.numbers + last,
-                reasons={n + last: text for n, text in table.reasons.items()},
-                problem=_model_of(table.problem),
+            blocks.append(
+                table._with(
+                    layout=replace(table.layout, experiments=(), **bounds),
+                    numbers=table.numbers + last,
+                    reasons={n + last: text for n, text in table.reasons.items()},
+                    problem=_model_of(table.problem),
+                )
             )
-            blocks.append(block)
-            last = int(block.numbers.max(initial=origins[-1][1]))
+            last = int(blocks[-1].numbers.max(initial=origins[-1][1]))
         rule = "tests of the problem of the others; give all the same formulation"
-        _agreeing(blocks, [f"the experiment {name!r}" for name in experiments], rule)
-        whole = blocks[0].extended(*blocks[1:])
-        return whole._with(layout=replace(whole.layout, experiments=tuple(origins)))
+        whole = _stacked(blocks, [f"the experiment {name!r}" for name in experiments], rule)
+        whole = whole._with(layout=replace(whole.layout, experiments=tuple(origins)))
+        _require_one_result(whole)
+        return whole
 
     def equals(self, other: object) -> bool:
         """Say whether another table has the same tests in everything; NaN is equal to NaN.
@@ -879,7 +848,10 @@ class TestTable(Shown):
             and self.layout.outputs == other.layout.outputs
             and np.array_equal(self.numbers, other.numbers)
             and list(self.extra) == list(other.extra)
-            and bool(_same_rows(self, other).all())
+            and not any(
+                _unequal(one, two).any()
+                for one, two in zip(self._columns(), other._columns(), strict=True)
+            )
             and dict(self.reasons) == dict(other.reasons)
             and (self.prototype is None) == (other.prototype is None)
         )
@@ -913,23 +885,25 @@ class TestTable(Shown):
         """
         layout, known = self.layout, self.prototype
         kinds = self.kinds if len(self) else layout.kinds
-        x = design_row("x of the prototype", x, layout.variables, kinds)
+        X = design_row("x of the prototype", x, layout.variables, kinds)[None]
         F = finite_array("f of the prototype", f)[None]
+        groups = ((g, layout.inequalities), (h, layout.equalities))
         G, H = (
             real_array("g and h", np.full(len(names), np.nan) if v is None else v)[None]
-            for v, names in ((g, layout.inequalities), (h, layout.equalities))
+            for v, names in groups
         )
         own = replace(
             layout,
             outputs=(),
             maximize=tuple(name for name in layout.objectives if name in layout.maximize),
+            units={n: unit for n, unit in layout.units.items() if n not in layout.outputs},
             kinds=(),  # it may be of other kinds: 2.5 of what are integers here
             experiments=(),
             label="prototype",
         )
         number = 1 if known is None else len(known) + 1
         called = {"prototype": [instance("the prototype's name", name, str)]}
-        former = TestTable.of([number], x[None], F, G, H, layout=own, extra=called)
+        former = TestTable.of([number], X, F, G, H, layout=own, extra=called)
         former = former._with(F=former.F * layout.sign)
         return self._with(prototype=former if known is None else known.extended(former))
 
@@ -1156,12 +1130,18 @@ class TestTable(Shown):
         if given is not None:
             failed = given == "failed"
         else:
-            failed = np.isin(self.numbers, list(reasons)) if reasons else np.zeros_like(violates)
+            failed = np.isin(self.numbers, list(reasons))
             lost = ~failed & ~violates & ~np.isfinite(self.F).all(axis=1)
             reasons |= {int(self.numbers[i]): _lack(self, i) for i in np.flatnonzero(lost)}
             failed |= lost
         status = np.array(STATUSES)[np.where(failed, 2, violates)]
         return {"status": status, "reasons": reasons}
+
+    def _columns(self) -> Iterator[NDArray[Any]]:
+        """Yield all columns, objectives as they are minimised."""
+        for name in self.layout.blocks:
+            yield from getattr(self, name).T
+        yield from (self.status, *self.extra.values())
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
@@ -1222,14 +1202,6 @@ def _lack(table: TestTable, row: np.intp) -> str:
     return ""
 
 
-def _widths(layout: Layout) -> dict[str, int]:
-    """Return how many columns each block of a table has."""
-    groups = (layout.variables, layout.objectives, layout.inequalities, layout.equalities)
-    return {
-        name: len(group) for name, group in zip(_BLOCKS, (*groups, layout.outputs), strict=False)
-    }
-
-
 def _outputs_under(layout: Layout, table: TestTable) -> Array:
     """Return the outputs of a table in a layout that has them all; NaN for others."""
     names = layout.outputs
@@ -1240,14 +1212,22 @@ def _outputs_under(layout: Layout, table: TestTable) -> Array:
     return outputs
 
 
-def _agreeing(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
-    """Return the first of some tables, by their names, with layout, problem, prototype of all.
+def _stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
+    """Return the tests of tables one below the other, with layout, problem, prototype of all.
+
+    Args:
+        tables: One or more. Those without tests and columns take on those of the others.
+        names: What they are called, for messages.
+        rule: What they must be.
 
     Raises:
         ArgumentValueError: They differ.
     """
-    whole = tables[0]
-    for table, name in zip(tables, names, strict=True):
+    pairs = [(t, name) for t, name in zip(tables, names, strict=True) if len(t) or t.layout.columns]
+    if len(pairs) < 2:
+        return pairs[0][0] if pairs else tables[0]
+    tables, whole = [table for table, _ in pairs], pairs[0][0]
+    for table, name in pairs:
         if found := difference(whole, table):
             raise invalid(name, rule, Received(found))
         whole = whole._with(
@@ -1255,7 +1235,62 @@ def _agreeing(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> T
             problem=table.problem if whole.problem is None else whole.problem,
             prototype=table.prototype if whole.prototype is None else whole.prototype,
         )
-    return whole
+    X = joined_designs([t.X for t in tables])
+    # Designs of a block that declares no kinds take those of the others.
+    if any(t.layout.kinds != whole.layout.kinds for t in tables):
+        X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
+    extra = dict.fromkeys(name for table in tables for name in table.extra)
+    none = [np.full(len(table), None, dtype=object) for table in tables]
+    stacks = {n: [t.extra.get(n, gap) for t, gap in zip(tables, none, strict=True)] for n in extra}
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(t, name) for t in tables])
+        for name in ("numbers", "F", "G", "H", "status")
+    }
+    return whole._with(
+        X=X,
+        outputs=np.concatenate([_outputs_under(whole.layout, t) for t in tables]),
+        reasons={n: text for t in tables[::-1] for n, text in t.reasons.items()},
+        extra={name: np.concatenate(parts) for name, parts in stacks.items()},
+        remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
+        **joined,
+    )
+
+
+def _require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) -> None:
+    """Refuse tests of which the first of the same design has another result.
+
+    Args:
+        table: The tests.
+        first: ``(n,)`` the row of the first test with the same number; by the designs of those that
+            have not failed unless given.
+    """
+    layout = table.layout
+    columns = {name: table.column(name) for name in layout.columns}
+    if first is None:
+        first = np.arange(len(table))
+        known = np.flatnonzero(table.status != "failed")
+        first[known] = known[first_rows(table.X[known])]
+    else:
+        columns |= {"status": table.status, **table.extra}
+    again = np.flatnonzero(first != np.arange(len(table)))
+    if len(again) == 0:
+        return
+    for name, column in columns.items():
+        one, two = column[first[again]], column[again]
+        other = _unequal(one, two, _ROUNDING)
+        if name in layout.outputs or name in table.extra:
+            other &= ~(_blank(one) | _blank(two))
+        if other.any():
+            i = other.argmax()
+            names = table.names
+            if layout.experiments:
+                origin = zip(*table._origin().values(), strict=True)
+                names = [f"test point {number} of {name}" for name, number in origin]
+            a, b = names[first[again[i]]], names[again[i]]
+            which = a if a == b else f"{a} and {b}, the same design"
+            found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
+            remedy = "do not join runs of different problems, bounds or versions"
+            raise invalid("tests", "of one result for each test point and design", found, remedy)
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
@@ -1291,22 +1326,17 @@ def _readable(reason: str) -> str:
     return reason or "no reason given"
 
 
-def _same_rows(a: TestTable, b: TestTable) -> Mask:
-    """``(n,)`` which rows of two tables are equal, NaN to NaN, and of one type."""
-    pairs = [(getattr(a, name), getattr(b, name)) for name in _BLOCKS]
-    pairs += [(a.extra[name], b.extra[name]) for name in a.extra if name in b.extra]
-    same = np.ones(len(a), dtype=bool)
-    for x, y in pairs:
-        if x.dtype == object or x.dtype != y.dtype:
-            cells = zip(x.ravel().tolist(), y.ravel().tolist(), strict=True)
-            equal = np.array([type(u) is type(v) and u == v for u, v in cells], dtype=bool)
-        else:
-            equal = (x == y).ravel()
-            if x.dtype.kind == "f":
-                equal |= np.isnan(x.ravel()) & np.isnan(y.ravel())
-        if x.size:
-            same &= equal.reshape(len(a), -1).all(axis=1)
-    return same
+def _blank(column: NDArray[Any]) -> Mask:
+    """``(n,)`` which cells hold nothing."""
+    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
+
+
+def _unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:
+    """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
+    if one.dtype.kind == "f" == two.dtype.kind:
+        return np.asarray(~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True))
+    pairs = zip(one.tolist(), two.tolist(), strict=True)
+    return np.array([type(u) is not type(v) or u != v for u, v in pairs], dtype=bool)
 
 
 def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
@@ -1320,14 +1350,6 @@ def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.o
     if layout.label is not None:
         known_name("label", layout.label, columns)
     return columns
-
-
-def _joined_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[np.object_]]:
-    """Return the extra columns of tables, one below the other; None where one does not have it."""
-    names = dict.fromkeys(name for table in tables for name in table.extra)
-    none = [np.full(len(table), None, dtype=object) for table in tables]
-    pairs = [*zip(tables, none, strict=True)]
-    return {name: np.concatenate([t.extra.get(name, gap) for t, gap in pairs]) for name in names}
 
 
 def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
