@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.population import Population
+from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, VectorizedSphereChute, nsga3
+from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, nsga3
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
 
@@ -136,6 +137,10 @@ def test_reference_directions_fit(n_obj, n_points):
             "at least 2 for NSGA-III, got 1; use PSI",
         ),
         (
+            lambda: minimize(get_problem("bnh"), nsga3(get_problem("bnh"), 20)),
+            "algorithm must be one of pymoo's .* a Result; nsga3.* has already run",
+        ),
+        (
             lambda: nsga3(get_problem("dtlz2"), n_evaluations=9, popsize=3),
             "'popsize'; did you mean 'pop_size'",
         ),
@@ -144,3 +149,14 @@ def test_reference_directions_fit(n_obj, n_points):
 def test_bad_arguments(make, message):
     with pytest.raises(PsiError, match=message):
         make()
+
+
+def test_the_first_population_may_be_a_sampling_by_name():
+    first = []
+
+    def callback(algorithm):
+        if algorithm.n_gen == 1:
+            first.append(algorithm.pop.get("X"))
+
+    nsga3(get_problem("dtlz2", n_var=5), 25, seed=1, sampling="lptau", callback=callback)
+    assert sorted(first[0].tolist()) == sorted(lp_tau(len(first[0]), 5).tolist())

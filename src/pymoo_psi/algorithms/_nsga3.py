@@ -14,6 +14,7 @@ from pymoo.core.mixed import (
     MixedVariableSampling,
 )
 from pymoo.core.population import Population
+from pymoo.core.result import Result
 from pymoo.core.termination import NoTermination
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.crossover.ux import UX
@@ -23,13 +24,26 @@ from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
 
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import Received, integer, invalid, wrong_type
+from pymoo_psi.algorithms._sampling import uniform_sampling
 from pymoo_psi.problems import require_known_keywords, require_problem, seed_ties
 
 
-def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs: Any) -> Any:
-    """Minimise a problem by pymoo's NSGA-III with exactly ``n_evaluations`` evaluations.
+class NSGA3Result(Result):
+    """A pymoo ``Result``, of which ``minimize`` says that it is none of its algorithms."""
 
+    def run(self) -> None:
+        """Refuse to run: pymoo's ``minimize`` calls it of what it takes for an algorithm."""
+        remedy = "nsga3(problem, ...) has already run it: use what it returns, without minimize"
+        raise wrong_type("algorithm", "one of pymoo's algorithms", Received("a Result"), remedy)
+
+
+def nsga3(
+    problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs: Any
+) -> NSGA3Result:
+    """Minimise a problem by pymoo's NSGA-III and return the Result; ``minimize`` is not needed.
+
+    Exactly ``n_evaluations`` designs are evaluated.
     The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both
     more designs and more generations; the last generation is cut to the budget. Variables that
     are integer, binary or of several types have the operators that pymoo names for them.
@@ -42,11 +56,13 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
         seed: Seed of the run, which can be repeated with it.
-        **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
-            ``callback``; and ``verbose``, ``progress`` or ``termination`` as for ``minimize``.
+        **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling`` (also by name, as of
+            :class:`PSI`), ``ref_dirs``, ``callback``; and ``verbose``, ``progress`` or
+            ``termination`` as for ``minimize``.
 
     Returns:
-        The pymoo ``Result``.
+        The pymoo ``Result``: ``res.X`` and ``res.F`` are the designs found, ``res.pop`` the last
+        population.
 
     Raises:
         ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
@@ -74,9 +90,14 @@ def nsga3(problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
     kwargs = operators(problem) | kwargs
+    if isinstance(kwargs.get("sampling"), str):
+        kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     # pymoo's default would end a run by its own rules, before the budget is used up
     kwargs.setdefault("termination", NoTermination())
-    return run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
+    result = NSGA3Result()
+    done = run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
+    result.__dict__.update(done.__dict__)
+    return result
 
 
 def operators(problem: Any) -> dict[str, Any]:
