@@ -18,7 +18,7 @@ function drag({payload, states}) {
 function foreign(data) {
   const {state} = Logic.initial(data)
   const ranking = Logic.ranked(data, Logic.left(data, state).mask)
-  const written = JSON.parse(Logic.decisionFile(data, state, ranking, null, "2026-01-31"))
+  const written = Logic.decision(data, state, ranking, "2026-01-31")
   const {objectives, page} = written
   return [{objectives: [...objectives].reverse()}, {page: {...page, units: {}}},
     {page: {...page, units: {[objectives[0]]: "t"}}}, {maximize: [...written.maximize, "other"]},
@@ -37,22 +37,21 @@ function answer({payload, states, rows, pins, texts, typed}) {
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
       const {state, remarks} = Logic.checked(data, given)
-      const {mask, count} = Logic.left(data, state)
-      const ranking = Logic.ranked(data, mask)
+      const left = Logic.left(data, state)
+      const {mask, count} = left
+      const ranking = Logic.ranked(data, mask, state.fixed ? data.whole.frame : null)
       const {front, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
-      const verdict = Logic.verdict(data, ranking)
-      const written = Logic.decisionFile(data, state, ranking, verdict, "2026-01-31")
+      const written = JSON.stringify(Logic.decision(data, state, ranking, "2026-01-31"))
       return {
-        state, remarks, count, verdict, written, mask: list(mask),
+        state, remarks, count, verdict: Logic.verdict(data, ranking, -1), written, mask: list(mask),
         front: list(front), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
+        instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
         compared: count ? Logic.compare(data, ranking, pins[k].slice(1), pins[k][0]) : null,
-        beside: [{...state, pins: [], chosen: null}, state, {...state, base: state.chosen}]
-          .map((one) => Logic.compared(data, ranking, one)),
-        stretched: Logic.stretched(data, ranking).map(({column, count, ends}) => [column.name, count, ends]),
-        cautions: Logic.cautions(data, ranking),
+        relaxed: Logic.relaxations(data, state, ranking, left),
+        nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         again: Logic.checked(data, Logic.fromHash(Logic.toHash(state))), opened: Logic.opened(data, written),
         csv: Logic.csv(data, order, ranking),

@@ -16,6 +16,7 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import columns_of, payload
+from pymoo_psi.pareto import cautions
 from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
 
 _REASONS = 20  # why designs failed; more would not be read
@@ -30,6 +31,7 @@ class DecisionPage:
         table: The designs that are on the page.
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
+        cautions: Reasons not to rely on the optimum of all designs, whatever the limits.
 
     Example:
         >>> import pandas as pd
@@ -43,6 +45,7 @@ class DecisionPage:
     table: TestTable
     prototype: TestTable | None
     formulation: Formulation
+    cautions: tuple[str, ...]
 
     def __repr__(self) -> str:
         """Return the title and how many designs there are."""
@@ -72,7 +75,8 @@ class DecisionPage:
             "computed": {n: how for n, how in asked.computed.items() if isinstance(how, str)},
             "relaxed": list(asked.relaxed),
         }
-        return html_of(self.title, payload(self.title, self.table, self.prototype, opens_with))
+        content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
+        return html_of(self.title, content)
 
     def _repr_html_(self) -> str:
         """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
@@ -144,8 +148,8 @@ def decision_page(
         The page: ``.html()`` and ``.save(path)``.
 
     Raises:
-        ArgumentValueError: The source cannot be read, has no feasible design, or does not have the
-            columns that the formulation, the limits or the decision name.
+        ArgumentValueError: The source cannot be read, cannot be ranked, has no feasible design, or
+            does not have the columns that the formulation, the limits or the decision name.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         OSError: A file cannot be opened.
 
@@ -179,7 +183,10 @@ def decision_page(
     given = bounds_of(asked.limits, layout) | bounds_of(limits, layout)
     if not shown.feasible(_json_limits(given)).any():
         raise invalid("limits", "kept by one design or more", Received(f"none of {len(shown)}"))
-    return DecisionPage(str(title), shown, former, replace(asked, limits=_json_limits(given)))
+    _, ranking = shown.ranked(normalize=asked.normalize)
+    said = tuple(map(str, cautions(ranking)))
+    opens = replace(asked, limits=_json_limits(given))
+    return DecisionPage(str(title), shown, former, opens, said)
 
 
 def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:

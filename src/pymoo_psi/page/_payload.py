@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -44,7 +44,11 @@ class Column:
 
 
 def payload(
-    title: str, table: TestTable, former: TestTable | None, opens_with: Mapping[str, Any]
+    title: str,
+    table: TestTable,
+    former: TestTable | None,
+    opens_with: Mapping[str, Any],
+    said: Sequence[str],
 ) -> dict[str, Any]:
     """Return what the script of the page works with, see ``decode`` in ``logic.js``.
 
@@ -52,9 +56,10 @@ def payload(
 
     Args:
         title: Heading of the page.
-        table: Designs with finite objectives, one or more.
+        table: Feasible designs, one or more.
         former: Existing designs to compare with; None if there are none.
         opens_with: The decision that the page opens with, as a formulation in JSON.
+        said: Reasons not to rely on the optimum of all designs.
     """
     layout = table.layout
     optimal = nondominated(table.F)
@@ -88,6 +93,7 @@ def payload(
         },
         "opens_with": dict(opens_with),
         "remarks": list(table.remarks),
+        "cautions": list(said),
         "sentences": SENTENCES,
     }
 

@@ -1,30 +1,39 @@
 // Drawing on canvas: parallel coordinates, scatter plots, the histograms behind the limits.
 //
 // A chart has layers. The context (a stable sample of all designs) and the axes are drawn when scales
-// or size change, what is left and the marks at every step of a slider, a box at every move of the
-// pointer. Charts know rows, columns and scales; what is chosen or limited they get from
+// or size change, what is left and the marks at every step of a slider, a box and the design under
+// the pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
 //   context, left   rows to draw, the best last; look(row) -> key of LOOKS
 //   values(column)  the numbers of a column as they are now
 //   scale(column)   {low, high, log}, the ends of its axis
 //   limit(column)   [low, high] in force, null for none
 //   marks           [{row, look}] drawn large above all; selected: Set of rows, or empty
+//   hues            (row) -> colour of a design, or null for those of the ranks
 const Charts = (() => {
-  // Hues of the figures in print, as dark as 3 : 1 on white takes. Shapes tell the same.
+  // Shapes tell the same as colours, which page.css has, for light and dark.
   const LOOKS = {
-    unranked: {colour: "#7D8590", shape: "dot", size: 1.7},
-    dominated: {colour: "#7D8590", shape: "cross", size: 2},
-    3: {colour: "#2A86C4", shape: "triangle", size: 4.5},
-    4: {colour: "#00557F", shape: "square", size: 3.2},
-    5: {colour: "#B07000", shape: "diamond", size: 4.5},
-    6: {colour: "#D55E00", shape: "star", size: 8},
-    prototype: {colour: "#111111", shape: "cross", size: 5},
-    chosen: {colour: "#111111", shape: "ring", size: 8.5},
-    pinned: {colour: "#111111", shape: "frame", size: 7.5},
+    unranked: {shape: "dot", size: 1.7},
+    dominated: {shape: "cross", size: 2},
+    3: {shape: "triangle", size: 4.5},
+    4: {shape: "square", size: 3.2},
+    5: {shape: "diamond", size: 4.5},
+    6: {shape: "star", size: 8},
+    prototype: {shape: "cross", size: 5},
+    chosen: {shape: "ring", size: 8.5},
+    pinned: {shape: "frame", size: 7.5},
   }
-  const CONTEXT = "#D3D8DF"
-  const TEXT = "#4A5260"
-  const ACCENT = "#0072B2"
+  const INK = {}
+  function dye() {
+    const style = getComputedStyle(document.documentElement)
+    const colour = (name) => style.getPropertyValue(`--${name}`).trim()
+    for (const [key, look] of Object.entries(LOOKS)) look.colour = colour(`look-${key}`)
+    for (const name of ["context", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
+  }
+  dye()
+  // Of categories, of which neighbours differ in lightness too.
+  const HUES = ["#0072B2", "#D55E00", "#009E73", "#B8860B", "#CC79A7", "#56B4E9", "#7F3C8D", "#8A8D00"]
+  const hue = (k) => HUES[k % HUES.length]
   const FONT = '11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
   // Outlines of the shapes, in units of their size, for canvas and SVG.
@@ -60,7 +69,8 @@ const Charts = (() => {
   const icons = {}
   function icon(key) {
     if (!icons[key]) {
-      const {shape, colour, size} = LOOKS[key]
+      const {shape, size} = LOOKS[key]
+      const colour = `var(--look-${key})`
       const r = Math.min(size, 6.5)
       const svg = (name, attributes) => {
         const element = document.createElementNS("http://www.w3.org/2000/svg", name)
@@ -176,9 +186,9 @@ const Charts = (() => {
     g.textAlign = align
     g.textBaseline = baseline
     g.lineWidth = 3
-    g.strokeStyle = "rgba(255,255,255,0.9)" // a halo, legible above lines
+    g.strokeStyle = INK.panel // a halo, legible above lines
     g.strokeText(text, x, y)
-    g.fillStyle = TEXT
+    g.fillStyle = INK.muted
     g.fillText(text, x, y)
   }
 
@@ -228,8 +238,7 @@ const Charts = (() => {
     plot.className = "plot"
     parent.append(heads, plot)
     let [axes, model] = [[], null]
-    let density = null // what is drawn of what is left, see cloud
-    const {size, clean, top} = layers(plot, 3, () => model && draw(true))
+    const {size, clean, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
@@ -279,33 +288,28 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, rows, colour, former) {
-      if (rows.length > 150) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
-      lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
-      return null
+    function plain(g, rows, colour) {
+      if (model.hues && colour !== INK.context) lines(g, rows, (row) => ({strokeStyle: model.hues(row), globalAlpha: 0.6, lineWidth: 1}))
+      else if (rows.length > 150) cloud(g, rows, colour, Math.max(0.1, 60 / rows.length))
+      else lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
     }
 
     // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
     // counted here, as strokes of thousands of lines would take the browser fifty times as long.
-    // From step to step of a slider few lines come and go: a former density on the same axes is
-    // mended by these.
-    function cloud(g, rows, colour, alpha, former) {
+    function cloud(g, rows, colour, alpha) {
       const {width, height} = g.canvas
-      const image = former?.image ?? g.createImageData(width, height)
-      const counts = former?.counts ?? new Uint16Array(width * height)
-      const drawn = new Set(rows)
-      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
-      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
+      const image = g.createImageData(width, height)
+      const counts = new Uint16Array(width * height)
+      countLines(counts, width, rows)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
       const shades = Uint32Array.from({length: 256}, (_, k) =>
         (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
       const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
+      for (let k = 0; k < counts.length; k++) if (counts[k]) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
       g.putImageData(image, 0, 0)
-      return {image, counts, drawn}
     }
 
-    function countLines(counts, width, rows, step) {
+    function countLines(counts, width, rows) {
       for (let j = 0; j + 1 < axes.length; j++) {
         const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
@@ -319,7 +323,7 @@ const Charts = (() => {
             y += slope
             const next = y | 0
             const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k]++
             at = next
           }
         }
@@ -327,7 +331,7 @@ const Charts = (() => {
     }
 
     function drawContext() {
-      plain(clean(0), model.context, CONTEXT)
+      plain(clean(0), model.context, INK.context)
     }
 
     function drawLeft() {
@@ -340,9 +344,9 @@ const Charts = (() => {
         const look = model.look(row)
         look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      density = plain(g, others, LOOKS.unranked.colour, density)
+      plain(g, others, LOOKS.unranked.colour)
       for (const [row, look] of ranked) {
-        lines(g, [row], () => ({strokeStyle: LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 1.3}))
+        lines(g, [row], () => ({strokeStyle: model.hues?.(row) ?? LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 0.8}))
       }
       drawMarks(g)
     }
@@ -352,10 +356,10 @@ const Charts = (() => {
       const g = clean(2)
       axes.forEach((column, j) => {
         const [x, at, scale] = [xOf(j), placed(column), model.scale(column)]
-        ruled(g, "#7D8590", x, TOP, x, size.height - BOTTOM)
+        ruled(g, INK.field, x, TOP, x, size.height - BOTTOM)
         const {values, texts, factor} = tickTexts(scale, column.texts ? 14 : 5, column.texts)
         values.forEach((value, k) => {
-          ruled(g, "#7D8590", x - 3, at(value), x + 3, at(value))
+          ruled(g, INK.field, x - 5, at(value), x, at(value)) // at the left: before a number it would be a minus
           written(g, texts[k], x + 6, at(value), "left")
         })
         const feet = [column.role === "objective" ? "↓ better" : "", factor].filter(Boolean)
@@ -377,7 +381,7 @@ const Charts = (() => {
         const {low, high} = model.scale(column)
         const at = placed(column)
         const [a, b] = [at(limit[0] ?? low), at(limit[1] ?? high)]
-        g.fillStyle = ACCENT
+        g.fillStyle = INK.accent
         g.globalAlpha = 0.28
         g.fillRect(xOf(j) - 6, Math.min(a, b), 12, Math.abs(a - b))
         g.globalAlpha = 1
@@ -391,11 +395,16 @@ const Charts = (() => {
       if (!size.width || !axes.length) return
       // Distances are measured from the U and N of what is left: they move with the limits.
       if (all || axes.some((column) => column.role === "geometric")) {
-        density = null
         drawContext()
         drawAxes()
       }
       drawLeft()
+      mark(-1)
+    }
+
+    function mark(row) {
+      const g = clean(3)
+      if (row >= 0) lines(g, [row], () => ({strokeStyle: INK.accent, lineWidth: 3}))
     }
 
     // The row whose line passes nearest to a point, within a few pixels.
@@ -432,15 +441,15 @@ const Charts = (() => {
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {setAxes, draw: (next, all) => { model = next; draw(all) }}
+    return {setAxes, mark, draw: (next, all) => { model = next; draw(all) }}
   }
 
   // A scatter plot of two columns. A drag selects what is in the box.
-  //   on = {select(rows), pick(row), hover(row, x, y), factors(across, up)}
+  //   on = {select(rows), pick(row), hover(row, x, y)}
   function scatter(parent, on) {
-    const [TOP, RIGHT, BOTTOM] = [8, 14, 24]
-    let LEFT = 52
-    let [x, y, model, box] = [null, null, null, null]
+    const [TOP, RIGHT, BOTTOM] = [8, 14, 40]
+    let LEFT = 68
+    let [x, y, model, box, hovered] = [null, null, null, null, -1]
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
@@ -464,30 +473,35 @@ const Charts = (() => {
       const g = clean(0)
       const [across, up] = scales()
       const ty = tickTexts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
-      LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10)))
+      LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10))) + 16
       const [w, h] = frame()
       const tx = tickTexts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
         const u = LEFT + px(value) * w
-        ruled(g, "#EDEFF2", u, TOP, u, TOP + h)
+        ruled(g, INK.grid, u, TOP, u, TOP + h)
         written(g, tx.texts[k], u, TOP + h + 8, "center", "top")
       })
       ty.values.forEach((value, k) => {
         const v = TOP + (1 - py(value)) * h
-        ruled(g, "#EDEFF2", LEFT, v, LEFT + w, v)
+        ruled(g, INK.grid, LEFT, v, LEFT + w, v)
         written(g, ty.texts[k], LEFT - 6, v, "right")
       })
-      g.strokeStyle = "#9AA1AC"
+      g.strokeStyle = INK.field
       g.lineWidth = 1
       g.strokeRect(LEFT, TOP, w, h)
       const at = placed()
-      g.fillStyle = CONTEXT
+      g.fillStyle = INK.context
       for (const row of model.context) {
         const spot = at(row)
         if (inside(spot)) g.fillRect(spot[0] - 1.3, spot[1] - 1.3, 2.6, 2.6)
       }
-      on.factors(tx.factor, ty.factor)
+      const title = ({label, role, maximize}, factor) =>
+        `${[label, factor].filter(Boolean).join(" ")}${role !== "objective" ? "" : maximize ? " better →" : " ← better"}`
+      written(g, title(x, tx.factor), LEFT + w / 2, size.height - 8, "center")
+      g.translate(9, TOP + h / 2)
+      g.rotate(-Math.PI / 2)
+      written(g, title(y, ty.factor), 0, 0, "center")
     }
 
     function drawLeft() {
@@ -500,7 +514,8 @@ const Charts = (() => {
         if (!inside(spot)) continue
         g.globalAlpha = selected.size && !selected.has(row) ? 0.15 : 1
         const look = LOOKS[model.look(row)]
-        shape(g, few && look.size <= 2 ? {...look, size: 1.4 * look.size} : look, ...spot)
+        const size = few && look.size <= 2 ? 1.4 * look.size : look.size
+        shape(g, {shape: look.shape, size, colour: model.hues?.(row) ?? look.colour}, ...spot)
       }
       g.globalAlpha = 1
       for (const {row, look} of model.marks) {
@@ -511,13 +526,15 @@ const Charts = (() => {
 
     function drawBox() {
       const g = clean(2)
+      const spot = hovered >= 0 ? placed()(hovered) : null
+      if (spot && inside(spot)) shape(g, {shape: "ring", size: 10, colour: INK.accent}, ...spot)
       if (!box) return
       const [a, b, c, d] = box
-      g.fillStyle = ACCENT
+      g.fillStyle = INK.accent
       g.globalAlpha = 0.12
       g.fillRect(a, b, c - a, d - b)
       g.globalAlpha = 1
-      g.strokeStyle = ACCENT
+      g.strokeStyle = INK.accent
       g.strokeRect(a, b, c - a, d - b)
     }
 
@@ -555,6 +572,7 @@ const Charts = (() => {
     return {
       setAxes: (across, up) => { [x, y] = [across, up] },
       draw: (next, all) => { model = next; draw(all) },
+      mark: (row) => { hovered = row; drawBox() },
       spot: (row) => placed()(row),
     }
   }
@@ -575,7 +593,7 @@ const Charts = (() => {
       shown = [all, left]
       const g = clean(0)
       const most = Math.max(...all, 1)
-      for (const [counts, colour] of [[all, "#C4CAD3"], [left, ACCENT]]) {
+      for (const [counts, colour] of [[all, INK.context], [left, INK.accent]]) {
         g.fillStyle = colour
         counts.forEach((count, k) => {
           // Square roots: one design in a bin is still seen beside a thousand.
@@ -587,5 +605,5 @@ const Charts = (() => {
     return draw
   }
 
-  return {LOOKS, BINS, broken, icon, raised, parallel, scatter, bins, histogram, place, valueAt, tickTexts}
+  return {LOOKS, BINS, dye, hue, broken, icon, raised, parallel, scatter, bins, histogram, place, valueAt, tickTexts}
 })()

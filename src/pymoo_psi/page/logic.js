@@ -3,20 +3,19 @@
 // the page and in Node.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
-// All arrays have one entry a row. Objectives in data.F are minimised, as in Python; values of a
-// column, limits, states and sentences are in the original unit and direction.
+// All arrays have one entry a row. Objectives in data.F are minimised, as in Python, and equal where
+// they are equal up to rounding; values of a column, limits, states and sentences are in the
+// original unit and direction.
 //
 // Ranks, sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection for the
 // same rows; the sentences are the templates of pymoo_psi.pareto.
 const Logic = (() => {
 "use strict"
 
-const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for the next four
+const NOISE = 64 * Number.EPSILON // of pareto, where the reasons are, as for the next three
 const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
-const [NEAR, ELSEWHERE, EDGE, OUTWEIGHED, OUTLIER, FEW] = [0.01, 0.1, 0.01, 10, 2, 20]
-const PARTS = 64 // of the order of each objective, see `Dominators`
 const MOST_PINS = 5
 const RANKS = [0, 1, 2, 3, 4, 5, 6]
 const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
@@ -39,7 +38,8 @@ function decode(payload) {
     label: column.name + (column.unit ? ` [${column.unit}]` : ""),
   }))
   const objectives = columns.filter(({role}) => role === "objective")
-  const F = objectives.map(({maximize, values}) => (maximize ? values.map((value) => -value) : values))
+  const F = objectives.map(({maximize, values}) =>
+    settled(maximize ? values.map((value) => -value) : values))
   const data = {
     ...payload,
     columns,
@@ -50,9 +50,9 @@ function decode(payload) {
     rowOf: new Map(names.map((name, row) => [name, row])),
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
     dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
-    dominators: null, // made when a search is needed
+    bySum: null, // made when dominators are looked for
     last: null, // the front before
-    levels: levelsOf(F),
+    whole: null,
   }
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
@@ -64,65 +64,6 @@ function decode(payload) {
 const values = (data, ranking, column) => column.role === "geometric" ? ranking[column.field] : column.values
 
 // ------------------------------------------------------------------------ order, rounding, dominance
-
-// The rows in the order of their values, NaN last; equal ones stay as they are. A radix sort of the
-// bits, as a comparing function takes ten times as long. The upper halves of the numbers tell nearly
-// all apart: the lower halves are sorted before only if insertion would take long.
-function argsort(values, rows) {
-  const n = rows.length
-  const numbers = new Float64Array(n)
-  for (let k = 0; k < n; k++) numbers[k] = values[rows[k]] + 0 // + 0: -0 equals 0
-  const places = upTo(n)
-  radix(numbers, places, 1)
-  if (!inserted(numbers, places)) {
-    places.set(upTo(n))
-    radix(numbers, places, 0)
-    radix(numbers, places, 1)
-  }
-  for (let k = 0; k < n; k++) places[k] = rows[places[k]]
-  return places
-}
-
-// Sort places by the upper (1) or lower (0) halves of numbers.
-function radix(numbers, places, half) {
-  const n = places.length
-  const words = new Uint32Array(numbers.buffer)
-  const keys = new Uint32Array(n)
-  for (let k = 0; k < n; k++) {
-    // As unsigned integers floats stand in order once negative ones are turned, others lifted.
-    const high = words[2 * k + 1]
-    const mask = high >>> 31 === 0 ? half << 31 : numbers[k] === numbers[k] ? -1 : 0
-    keys[k] = words[2 * k + half] ^ mask
-  }
-  const ends = new Uint32Array(1 << 11)
-  for (const shift of [0, 11, 22]) { // 11 bits at a time: so many lists fit into a cache
-    ends.fill(0)
-    for (let k = 0; k < n; k++) ends[(keys[k] >>> shift) & 2047]++
-    if (n === 0 || ends[(keys[0] >>> shift) & 2047] === n) continue // the same in all
-    for (let d = 0, total = 0; d < ends.length; d++) {
-      const count = ends[d]
-      ends[d] = total
-      total += count
-    }
-    const before = places.slice()
-    for (let k = 0; k < n; k++) places[ends[(keys[before[k]] >>> shift) & 2047]++] = before[k]
-  }
-}
-
-// Sort places that are nearly in order by insertion; false if it would take long.
-function inserted(numbers, places) {
-  let moves = 4 * places.length
-  for (let k = 1; k < places.length; k++) {
-    const place = places[k]
-    let at = k
-    for (; at > 0 && numbers[places[at - 1]] > numbers[place]; at--) {
-      places[at] = places[at - 1]
-      if (--moves < 0) return false
-    }
-    places[at] = place
-  }
-  return true
-}
 
 function upTo(n) {
   const rows = new Int32Array(n)
@@ -166,105 +107,50 @@ function greatestOf(array) {
   return greatest
 }
 
-// How far a group of equal values reaches from its least one.
-const reachOf = (least, tolerance) =>
-  Math.abs(least) === Infinity ? least : Math.min(least + tolerance, Number.MAX_VALUE)
+// How many of some ascending numbers are below a value, or not above it.
+function countBelow(sorted, value, orEqual) {
+  let [low, high] = [0, sorted.length]
+  while (low < high) {
+    const middle = (low + high) >>> 1
+    if (sorted[middle] < value || (orEqual && sorted[middle] === value)) low = middle + 1
+    else high = middle
+  }
+  return low
+}
 
-// Number values from 0 upwards, those within a tolerance of the least of their group alike. `order`
-// are the rows by value; `tolerance` null means the noise of the values.
-function numbered(values, order, tolerance) {
-  const numbers = new Int32Array(values.length)
-  let group = -1
+// The rows in the order of their values, missing ones last; equal ones stay as they are. Numbers
+// are sorted by themselves, as a comparing function takes ten times as long.
+function argsort(values, rows) {
+  const keys = Float64Array.from(rows, (row) => (Number.isNaN(values[row]) ? Infinity : values[row] + 0))
+  const sorted = keys.slice().sort()
+  const filled = new Int32Array(rows.length)
+  const order = new Int32Array(rows.length)
+  for (let k = 0; k < rows.length; k++) {
+    const at = countBelow(sorted, keys[k], false)
+    order[at + filled[at]++] = rows[k]
+  }
+  return order
+}
+
+// The least values of the groups of values that are equal up to a tolerance, of their own size by
+// default, ascending. A group reaches from its least value, so that no chain is taken for one.
+function leasts(values, tolerance) {
+  const sorted = Float64Array.from(values).sort()
+  const found = new Float64Array(sorted.length)
+  let count = 0
   let reach = -Infinity
-  for (let k = 0; k < order.length; k++) {
-    const value = values[order[k]]
-    if (value > reach || k === 0) {
-      reach = reachOf(value, tolerance ?? NOISE * Math.abs(value))
-      group++
-    }
-    numbers[order[k]] = group
+  for (const value of sorted) {
+    if (!(value > reach || (count === 0 && value === reach))) continue
+    found[count++] = value
+    reach = value + (tolerance ?? NOISE * Math.abs(value))
   }
-  return numbers
+  return found.subarray(0, count)
 }
 
-// Objectives as integers, equal where values are equal up to rounding: dominance compares these.
-function levelsOf(F) {
-  const rows = upTo(F[0].length)
-  const exact = F.map(() => true) // no two values of a column are equal up to rounding only
-  let chained = false
-  const ranks = F.map((values, j) => {
-    const order = argsort(values, rows)
-    const numbers = numbered(values, order, null)
-    for (let k = 1; k < order.length; k++) {
-      const before = values[order[k - 1]]
-      const value = values[order[k]]
-      if (value === before || value > reachOf(before, NOISE * Math.abs(before))) continue
-      exact[j] = false
-      // Each close to the next, the last far from the first: where such a chain is cut depends on
-      // which of its values are left.
-      chained ||= numbers[order[k]] !== numbers[order[k - 1]]
-    }
-    return numbers
-  })
-  return {ranks, exact, chained}
-}
-
-// Finds which of some rows dominates a row.
-//
-// The order of each objective is cut into parts. What lies in a part or before it is kept as bits,
-// one a row: what all objectives have in common holds all that dominate a row of these parts, and a
-// few more. Bits follow the sums of the ranks: what dominates stands before. The last that does is
-// the most alike, and so the last to go when limits move.
-class Dominators {
-  constructor(ranks) {
-    const n = ranks[0].length
-    const sums = new Float64Array(n)
-    for (const column of ranks) for (let i = 0; i < n; i++) sums[i] += column[i]
-    const order = argsort(sums, upTo(n))
-    const place = new Int32Array(n)
-    for (let k = 0; k < n; k++) place[order[k]] = k
-    Object.assign(this, {ranks, sums, order, place, words: (n + 31) >>> 5})
-    this.columns = ranks.map((column) => {
-      const most = greatestOf(column) + 1
-      const part = Uint8Array.from(column, (rank) => (rank / most) * PARTS)
-      const bits = new Int32Array(PARTS * this.words)
-      for (let i = 0; i < n; i++) bits[part[i] * this.words + (place[i] >>> 5)] |= 1 << (place[i] & 31)
-      for (let at = this.words; at < bits.length; at++) bits[at] |= bits[at - this.words]
-      return {part, bits}
-    })
-  }
-
-  // Rows as `of` takes them: bits, and by word the last one up to it that is not empty, or -1.
-  among(rows) {
-    const {place, words} = this
-    const bits = new Int32Array(words)
-    for (let k = 0; k < rows.length; k++) bits[place[rows[k]] >>> 5] |= 1 << (place[rows[k]] & 31)
-    const filled = new Int32Array(words)
-    for (let w = 0, last = -1; w < words; w++) filled[w] = last = bits[w] === 0 ? last : w
-    return {bits, filled}
-  }
-
-  // One of the rows in `among` that dominates a row; -1 if there is none.
-  of(i, {bits, filled}) {
-    const {ranks, sums, order, place, columns, words} = this
-    let w = filled[place[i] >>> 5]
-    if (w < 0) return -1
-    // The objective in which fewest rows are before comes first: little is left for the others.
-    const sorted = [...columns].sort((a, b) => a.part[i] - b.part[i])
-    const sets = sorted.map((column) => column.bits)
-    const starts = sorted.map(({part}) => part[i] * words)
-    for (; w >= 0; w = w > 0 ? filled[w - 1] : -1) {
-      let left = bits[w]
-      for (let j = 0; j < sets.length && left !== 0; j++) left &= sets[j][starts[j] + w]
-      while (left !== 0) {
-        const bit = 31 - Math.clz32(left)
-        const other = order[32 * w + bit]
-        if (sums[other] < sums[i] && ranks.every((column) => column[other] <= column[i])) return other
-        left ^= 1 << bit
-      }
-    }
-    return -1
-  }
+// Values in which those that are equal up to rounding are the same.
+function settled(values) {
+  const found = leasts(values)
+  return values.map((value) => (Number.isNaN(value) ? NaN : found[countBelow(found, value, true) - 1] + 0))
 }
 
 // The rows that no row left dominates, in ascending order.
@@ -273,63 +159,77 @@ class Dominators {
 // as the dominator found last is left, and what was optimal in the last call is compared only with
 // rows that have come back since: a limit on the worse side of an objective frees no row.
 function frontOf(data, mask, rows) {
-  const {optimal, dominator, levels} = data
+  const {optimal, dominator, F} = data
   if (rows.length === data.n) return picked(rows, (i) => optimal[i])
-  if (levels.chained) { // dominance depends on the rows left, which is as rare as it is slow
-    const ranks = data.F.map((values) => numbered(values, argsort(values, rows), null))
-    return rows.filter((i) => !rows.some((k) =>
-      ranks.every((column) => column[k] <= column[i]) && ranks.some((column) => column[k] < column[i])))
-  }
   const front = new Uint8Array(data.n)
   const open = picked(rows, (i) => {
     front[i] = optimal[i]
     return !optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])
   })
   if (open.length) {
-    const dominators = data.dominators ??= new Dominators(levels.ranks)
+    data.bySum ??= orderOfDominance(F, data.n)
     const {last} = data
-    const all = dominators.among(rows)
-    const added = last ? dominators.among(picked(rows, (i) => !last.mask[i])) : all
-    for (const i of open) {
-      dominator[i] = dominators.of(i, last?.front[i] ? added : all)
-      if (dominator[i] < 0) front[i] = 1
+    const isOpen = new Uint8Array(data.n)
+    for (const i of open) isOpen[i] = 1
+    const known = [...picked(rows, (i) => optimal[i])] // and the rows found to be so
+    const added = last ? known.filter((i) => !last.mask[i]) : known
+    for (const i of data.bySum) { // what dominates stands before
+      if (!isOpen[i]) continue
+      const others = last?.front[i] ? added : known
+      dominator[i] = dominatorOf(F, i, others)
+      if (dominator[i] >= 0) continue
+      front[i] = 1
+      known.push(i)
+      if (last && !last.mask[i]) added.push(i)
     }
   }
   data.last = {mask: mask.slice(), front}
   return picked(rows, (i) => front[i])
 }
 
-// The objectives of some rows, those equal up to rounding made the least of them.
-function settled(data, rows) {
-  return data.F.map((column, j) => {
-    const result = new Float64Array(rows.length)
-    for (let k = 0; k < rows.length; k++) result[k] = column[rows[k]]
-    if (data.levels.exact[j]) return result
-    const order = argsort(result, upTo(rows.length))
-    const groups = numbered(result, order, null)
-    const least = []
-    for (const place of order) least[groups[place]] ??= result[place]
-    return result.map((_, place) => least[groups[place]])
-  })
+// All rows in an order in which none is dominated by one behind it.
+function orderOfDominance(F, n) {
+  const sums = new Float64Array(n)
+  for (const column of F) {
+    const levels = leasts(column, 0)
+    for (let i = 0; i < n; i++) sums[i] += countBelow(levels, column[i], false)
+  }
+  return argsort(sums, upTo(n))
+}
+
+// The last of some rows that dominates a row; -1 if there is none.
+function dominatorOf(F, i, others) {
+  const m = F.length
+  const own = F.map((column) => column[i])
+  for (let k = others.length - 1; k >= 0; k--) {
+    const other = others[k]
+    let j = 0
+    while (j < m && F[j][other] <= own[j]) j++
+    if (j === m && F.some((column, j) => column[other] < own[j])) return other
+  }
+  return -1
 }
 
 // ---------------------------------------------------------------------------- ranks of efficiency
 
 const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 
-// The points U and N of a front and what distances are measured in (pareto's UtopianFrame).
+// The points U and N of the front V, or those of another frame, and what distances are measured in
+// (pareto's UtopianFrame).
 class Frame {
-  constructor(V, normalize) {
-    this.ideal = V.map(leastOf)
-    this.nadir = V.map(greatestOf)
-    this.size = this.ideal.map((low, j) => Math.max(Math.abs(low), Math.abs(this.nadir[j])))
+  constructor(V, normalize, fixed) {
+    this.ideal = fixed?.ideal ?? V.map(leastOf)
+    this.nadir = fixed?.nadir ?? V.map(greatestOf)
     this.lengths = this.ideal.map((low, j) => { // infinite where the range is none
-      const range = this.nadir[j] - low
-      return range > NOISE * this.size[j] ? range : Infinity
+      const high = this.nadir[j]
+      return high - low > NOISE * Math.max(Math.abs(low), Math.abs(high)) ? high - low : Infinity
     })
     this.scale = normalize ? this.lengths : this.lengths.map(() => 1)
     this.line = this.lengths.map((length, j) =>
       Number.isFinite(length) ? (this.nadir[j] - this.ideal[j]) / this.scale[j] : 0)
+    // How large the values of each objective are in the scale.
+    this.sizes = V.map((column, j) => !Number.isFinite(this.lengths[j]) ? 0 : Math.max(
+      ...[leastOf(column), greatestOf(column), this.ideal[j], this.nadir[j]].map(Math.abs)) / this.scale[j])
     const most = Math.max(...this.line) || 1
     const norm = Math.sqrt(sum(this.line.map((value) => (value / most) ** 2))) || 1
     this.direction = this.line.map((value) => value / most / norm)
@@ -372,15 +272,17 @@ class Frame {
   noise(units) {
     const e2 = this.direction.map((value) => value * value)
     const across = e2.map((_, j) => Math.sqrt(sum(e2.filter((_, k) => k !== j))))
-    const sizes = this.sizes()
     return [e2.map(() => 1), across, this.direction].map((parts, k) =>
-      LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * sizes[j]) / units[k])))
+      LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * this.sizes[j]) / units[k])))
   }
+}
 
-  // How large the values of each objective are in the scale.
-  sizes() {
-    return this.lengths.map((length, j) => Number.isFinite(length) ? this.size[j] / this.scale[j] : 0)
-  }
+// Number the values of rows from 0 upwards, those equal up to a tolerance alike.
+function levels(values, rows, tolerance) {
+  const found = leasts(Float64Array.from(rows, (i) => values[i]), tolerance)
+  const numbers = new Int32Array(values.length)
+  for (const i of rows) numbers[i] = countBelow(found, values[i], true) - 1
+  return numbers
 }
 
 // Mark the rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
@@ -404,7 +306,8 @@ function nondominatedPair(rows, a, b, other) {
   return mask
 }
 
-// The ranking of the rows left (pareto's rank_of_efficiency).
+// The ranking of the rows left (pareto's rank_of_efficiency), with the points U and N of another
+// frame if one is given.
 //   mask, rows, count     what was ranked, without prototypes
 //   front, byMu1          the Pareto-optimal rows, and these with the nearest to the ideal first
 //   pareto, rank          by row; the rank of a prototype and of a row not left is -1
@@ -412,26 +315,19 @@ function nondominatedPair(rows, a, b, other) {
 //   ideal, nadir          in the original direction
 //   best, isBest          the rows of the Salukvadze optimum; the same by row
 //   frame, V              the points U and N; the objectives of the front, column by column
-function ranked(data, mask) {
-  const {n, total, F, levels: {exact}} = data
+function ranked(data, mask, fixed = null) {
+  const {n, total, F} = data
   const rows = picked(upTo(n), (i) => mask[i])
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
   const isBest = new Uint8Array(total)
   const front = rows.length ? frontOf(data, mask, rows) : rows
-  const V = settled(data, front)
-  const frame = new Frame(V, data.normalize)
+  const V = F.map((column) => Float64Array.from(front, (i) => column[i]))
+  const frame = new Frame(V, data.normalize, fixed)
   const all = rows.length ? concat(rows, upTo(total).subarray(n)) : rows
-  const settledF = F.map((column, j) => {
-    if (exact[j]) return column
-    const copy = column.slice()
-    front.forEach((i, k) => { copy[i] = V[j][k] })
-    return copy
-  })
-  const [mu, units] = frame.measured(settledF, all, total)
+  const [mu, units] = frame.measured(F, all, total)
   const noise = frame.noise(units)
-  const orders = mu.map((column) => argsort(column, front))
-  const [l1, l2, l3] = mu.map((column, k) => numbered(column, orders[k], noise[k]))
+  const [l1, l2, l3] = mu.map((column, k) => levels(column, front, noise[k]))
   const p12 = nondominatedPair(front, l1, l2, l3)
   const p13 = nondominatedPair(front, l1, l3, l2)
   const p23 = nondominatedPair(front, l2, l3, l1)
@@ -448,71 +344,109 @@ function ranked(data, mask) {
     for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
-  return {mask, rows, count: rows.length, front, byMu1: orders[0], pareto, rank, mu1: mu[0],
+  return {mask, rows, count: rows.length, front, byMu1: argsort(mu[0], front), pareto, rank, mu1: mu[0],
     mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest,
-    frame, V}
+    frame, V, fixed}
 }
 
 // ------------------------------------------------------------------------------------------ limits
 
-// By how much a limit is moved to show what it keeps out: a twentieth of the range of its column.
-function relaxed({range: [low, high], log}, value, towards) {
-  if (log && value > 0) return value * (high / low) ** (0.05 * towards)
-  return value + 0.05 * towards * (high - low)
-}
-
 // The designs within all limits, and what each limit rejects. A value that is missing keeps none.
-//   mask, count    prototypes are always in the mask and never counted
-//   rejects, only  by name of the column: designs that a limit rejects; that nothing else rejects
-//   relax          by name: {low, high}, each null or {value, back}: a limit a little farther out
-//                  and how many designs it would bring back
+//   mask, count  prototypes are always in the mask and never counted
+//   rejected     by name of the column, which designs its limit rejects
+//   times        by how many limits a design is rejected
 function left(data, state) {
   const {n, total} = data
-  const conditions = new Map() // by name, which rows are rejected
+  const rejected = new Map()
   for (const [name, [low, high]] of Object.entries(state.limits)) {
     const {values} = data.by.get(name)
-    const rejected = new Uint8Array(n)
+    const out = new Uint8Array(n)
     const [least, most] = [low ?? -Number.MAX_VALUE, high ?? Number.MAX_VALUE]
-    for (let i = 0; i < n; i++) rejected[i] = values[i] >= least && values[i] <= most ? 0 : 1
-    conditions.set(name, rejected)
+    for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
+    rejected.set(name, out)
   }
   for (const [name, allowed] of Object.entries(state.categories)) {
     const {values, texts} = data.by.get(name)
     const out = texts.map((text) => (allowed.includes(text) ? 0 : 1))
-    conditions.set(name, Uint8Array.from(values.subarray(0, n), (place) => out[place]))
+    rejected.set(name, Uint8Array.from(values.subarray(0, n), (place) => out[place]))
   }
-  const times = new Uint32Array(n) // by how many conditions a design is rejected
-  for (const rejected of conditions.values()) for (let i = 0; i < n; i++) times[i] += rejected[i]
+  const times = new Uint32Array(n)
+  for (const out of rejected.values()) for (let i = 0; i < n; i++) times[i] += out[i]
   if (state.kept !== null) {
     const kept = new Set(state.kept.map((name) => data.rowOf.get(name)))
-    for (let i = 0; i < n; i++) if (!kept.has(i)) times[i] += 2 // no relaxed limit brings it back
+    for (let i = 0; i < n; i++) if (!kept.has(i)) times[i] += 1000 // no other limit brings it back
   }
   const mask = new Uint8Array(total).fill(1)
   for (let i = 0; i < n; i++) mask[i] = times[i] ? 0 : 1
-  const [rejects, only, relax] = [new Map(), new Map(), new Map()]
-  for (const [name, rejected] of conditions) {
-    rejects.set(name, sum(rejected))
-    const alone = picked(upTo(n), (i) => rejected[i] && times[i] === 1)
-    only.set(name, alone.length)
+  return {mask, count: sum(mask) - (total - n), rejected, times}
+}
+
+// An end of a limit as a text.
+const limitText = ({name, unit}, end, value) =>
+  `${name} ${end ? "at most" : "at least"} ${value}${unit ? ` ${unit}` : ""}`
+
+// A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
+function outward(value, end) {
+  if (value === 0 || !Number.isFinite(value)) return value
+  const near = Number(value.toPrecision(6))
+  if (end ? near >= value : near <= value) return near
+  return Number((near + (end ? 1 : -1) * 10 ** (Math.floor(Math.log10(Math.abs(value))) - 5)).toPrecision(6))
+}
+
+// What each end of a limit costs: the least change that brings designs back which nothing else
+// rejects, and all that would come back without it. Each {name, end, value, back, best, text};
+// value is null where the end is taken away. It ranks anew for each: not for every step of a slider.
+function relaxations(data, state, ranking, {mask, rejected, times}) {
+  const first = ranking.best[0] ?? -1
+  const ends = Object.entries(state.limits).flatMap(([name, pair]) =>
+    [0, 1].filter((end) => pair[end] !== null).map((end) => ({column: data.by.get(name), end, limit: pair[end]})))
+  return ends.flatMap(({column, end, limit}) => {
+    const {name, values} = column
+    const out = rejected.get(name)
+    const alone = picked(upTo(data.n), (i) =>
+      times[i] === 1 && out[i] && (end ? values[i] > limit : values[i] < limit))
+    const text = limitText(column, end, limit)
+    if (!alone.length) return {name, end, value: null, back: 0, best: first, text: sentence(data, "none back", {limit: text})}
+    const reached = outward(alone.reduce((nearest, i) => (end ? Math.min : Math.max)(nearest, values[i]), end ? Infinity : -Infinity), end)
+    const closest = alone.filter((i) => (end ? values[i] <= reached : values[i] >= reached))
+    const steps = [{value: reached, rows: closest, key: "relaxed", limit: limitText(column, end, reached)}]
+    if (closest.length < alone.length) steps.push({value: null, rows: alone, key: "without limit", limit: text})
+    return steps.map(({value, rows, key, limit}) => {
+      const wider = mask.slice()
+      for (const i of rows) wider[i] = 1
+      const next = ranked(data, wider, ranking.fixed)
+      const best = first >= 0 && next.isBest[first] ? first : next.best[0]
+      const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
+        : against(data, next, best === first ? "same proposed" : "new proposed", best, first)
+      return {name, end, value, back: rows.length, best,
+        text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
+    })
+  })
+}
+
+// Where nothing is left and no single limit helps: the design that breaks fewest limits, and these
+// by the least share of a range; a sentence, or "" without such a design.
+function nearestDesign(data, state, {times}) {
+  const least = leastOf(times)
+  if (!(least > 0 && least < 1000)) return ""
+  const broken = (i) => Object.entries(state.limits).flatMap(([name, ends]) => {
     const column = data.by.get(name)
-    if (column.texts || !(column.range[0] < column.range[1])) continue
-    const ends = state.limits[name]
-    const back = (k) => {
-      if (ends[k] === null) return null
-      const value = relaxed(column, ends[k], k ? 1 : -1)
-      const [low, high] = k ? [ends[0], value] : [value, ends[1]]
-      return {value, back: picked(alone, (i) => column.values[i] >= (low ?? -Number.MAX_VALUE)
-        && column.values[i] <= (high ?? Number.MAX_VALUE)).length}
-    }
-    relax.set(name, {low: back(0), high: back(1)})
-  }
-  return {mask, count: sum(mask) - (total - n), rejects, only, relax}
+    const [value, length] = [column.values[i], column.range[1] - column.range[0] || 1]
+    return ends.map((end, k) => ({column, k, value, excess: (k ? value - end : end - value) / length}))
+      .filter(({k, excess}) => ends[k] !== null && excess > 0)
+  })
+  const worst = (i) => Math.max(0, ...broken(i).map(({excess}) => excess))
+  const rows = [...picked(upTo(data.n), (i) => times[i] === least)]
+  const row = rows.reduce((a, b) => (worst(b) < worst(a) ? b : a))
+  const changes = broken(row).map(({column, k, value}) => limitText(column, k, outward(value, k)))
+  return changes.length < least ? "" : sentence(data, "nearest", {design: data.names[row], changes: listed(changes)})
 }
 
 // ------------------------------------------------------------------------------------- the orders
 
 // The rows shown, prototypes first, then the best design first; dominated designs come last but
-// where they are sorted by a column.
+// where they are sorted by a column. "distance" is the nearest to the ideal first: ranks 5 to 3 are
+// often the ends of the set, and no compromises.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
   const {pareto, rank, isBest} = ranking
@@ -520,14 +454,12 @@ function order(data, ranking, state) {
   const shows = (i) => pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated
   const prototypes = upTo(data.total).subarray(data.n)
   const turned = (list) => (down ? list.slice().reverse() : list)
-  if (by === "column") {
-    const column = data.by.get(name)
-    const array = values(data, ranking, column)
-    if (column.role !== "geometric") column.sorted ??= argsort(column.values, upTo(data.n))
-    const sorted = column.role === "geometric" ? argsort(array, picked(ranking.rows, shows))
-      : picked(column.sorted, (i) => ranking.mask[i] && shows(i))
+  if (by === "column" || by === "label") {
+    const column = by === "label" ? null : data.by.get(name)
+    const array = column ? values(data, ranking, column) : data.alphabetic ??= alphabetic(data)
+    const sorted = argsort(array, picked(ranking.rows, shows))
     const known = picked(sorted, (i) => !Number.isNaN(array[i]))
-    return concat(prototypes, turned(known), sorted.subarray(known.length)) // missing ones last either way
+    return concat(prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last
   }
   const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
   if (by === "preference") {
@@ -537,11 +469,17 @@ function order(data, ranking, state) {
     const ordered = concat(first, argsort(value, argsort(total, others)))
     return concat(prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
-  const nearest = picked(ranking.byMu1, shows)
-  const efficient = picked(nearest, (i) => rank[i] > 0)
-  const byRank = [6, 5, 4, 3].map((r) => picked(efficient, (i) => rank[i] === r))
-  byRank.push(picked(nearest, (i) => rank[i] === 0))
-  return concat(prototypes, turned(concat(...byRank)), turned(argsort(ranking.mu1, dominated)))
+  const near = picked(ranking.byMu1, shows)
+  const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(near, (i) => rank[i] === r))) : near
+  return concat(prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
+}
+
+// The places of the names in the order of a dictionary, in which 9 comes before 10.
+function alphabetic({names}) {
+  const {compare} = new Intl.Collator(undefined, {numeric: true})
+  const places = new Float64Array(names.length)
+  names.map((_, row) => row).sort((a, b) => compare(names[a], names[b])).forEach((row, k) => { places[row] = k })
+  return places
 }
 
 // The achievement function of every row left, max w (f - r) / range, the least of which is chosen,
@@ -552,7 +490,7 @@ function preference(data, ranking, {weights, aspiration}) {
   const value = new Float64Array(data.total).fill(NaN)
   const total = value.slice()
   if (ranking.count === 0) return {value, total, best: []}
-  const {frame, front, V} = ranking
+  const {frame, front} = ranking
   const given = objectives.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
   const most = Math.max(...given)
   const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
@@ -561,24 +499,23 @@ function preference(data, ranking, {weights, aspiration}) {
     if (!Object.hasOwn(aspiration, name)) return frame.ideal[j]
     return maximize ? -aspiration[name] : aspiration[name]
   })
-  const measure = (columns, k, row) => {
+  const measure = (row) => {
     let greatest = -Infinity
     let all = 0
-    for (let j = 0; j < columns.length; j++) {
-      const term = w[j] * ((columns[j][k] - point[j]) / frame.scale[j])
+    for (let j = 0; j < w.length; j++) {
+      const term = w[j] * ((data.F[j][row] - point[j]) / frame.scale[j])
       if (term > greatest) greatest = term
       all += term
     }
     value[row] = greatest
     total[row] = all
   }
-  for (const i of ranking.rows) measure(data.F, i, i)
-  for (let i = n; i < data.total; i++) measure(data.F, i, i)
-  for (let k = 0; k < front.length; k++) measure(V, k, front[k])
-  const noise = frame.sizes().map((size, j) =>
+  for (const i of ranking.rows) measure(i)
+  for (let i = n; i < data.total; i++) measure(i)
+  const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * Math.max(size, Math.abs(point[j] / frame.scale[j])))
   const nearest = (list, key, tolerance) => {
-    const reach = reachOf(leastOf(list.map((i) => key[i])), tolerance)
+    const reach = leastOf(list.map((i) => key[i])) + tolerance
     return list.filter((i) => key[i] <= reach)
   }
   const best = nearest(nearest([...front], value, Math.max(...noise)), total, sum(noise))
@@ -640,11 +577,7 @@ function written(column, value) {
 
 // ------------------------------------------------------------------------------------- explanations
 
-// Differences in units of the ranges; NaN for one where the range is 0.
-const shareOf = (difference, length) =>
-  length === Infinity && difference !== 0 ? NaN : difference / length + 0
-
-// A change of one objective in words.
+// A change of one objective in words; without a share where it is NaN, the range being 0.
 function changed(data, j, amount, share, first) {
   const {name, unit} = data.objectives[j]
   const key = Number.isNaN(share) ? "bare change" : first ? "first change" : "change"
@@ -668,81 +601,66 @@ function difference(data, gains, shares) {
   return parts.filter(Boolean).join("; ") || sentence(data, "equal", {})
 }
 
-// The objectives of the front and of further rows, those equal up to rounding made the same.
-function withRows(data, {front, V}, rows) {
-  if (data.levels.exact.every(Boolean)) { // as is usual: nothing to be copied
-    return {V, own: data.F.map((column) => rows.map((row) => column[row]))}
-  }
-  const together = settled(data, [...front, ...rows])
-  return {
-    V: together.map((column) => column.subarray(0, front.length)),
-    own: together.map((column) => [...column.subarray(front.length)]),
-  }
+// Gains of rows against the first of them and shares of the ranges, a list each.
+function gainsOf(data, {frame}, rows) {
+  const gains = rows.map((row) => data.F.map((column) => column[rows[0]] - column[row] + 0))
+  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, frame.lengths[j])))}
 }
 
-// Gains of rows against the first of them and shares of the ranges, a list each.
-function gainsOf(data, ranking, rows) {
-  const {own} = withRows(data, ranking, rows)
-  const gains = rows.map((_, k) => own.map((column) => column[0] - column[k] + 0))
-  const shares = gains.map((list) => list.map((gain, j) => shareOf(gain, ranking.frame.lengths[j])))
-  return {gains, shares}
+const shareOf = (difference, length) =>
+  length === Infinity && difference !== 0 ? NaN : difference / length + 0
+
+// A row against another as a sentence of a template.
+function against(data, ranking, key, row, other) {
+  const {gains, shares} = gainsOf(data, ranking, [other, row])
+  return sentence(data, key, {design: capital(data.names[row]), other: data.names[other],
+    difference: difference(data, gains[1], shares[1])})
 }
 
 // The rows to compare, the base first: what the reader has made the base, else the existing design,
-// else what is pinned first, else the optimum of all designs. Beside it stand the best, the chosen
-// one and what is pinned; if that is one design alone, the next by rank. Each: `{row, roles}`.
+// else the best. Beside it stand the best, the chosen one and what is pinned; if that is one design
+// alone, the next nearest to the ideal. Each: `{row, roles}`.
 function compared(data, ranking, state) {
   if (ranking.count === 0) return []
   const row = (name) => data.rowOf.get(name) ?? -1
-  const pins = state.pins.map(row)
   const best = ranking.best[0]
-  const whole = data.whole.isBest[best] ? best : data.whole.best[0]
   const existing = data.total > data.n ? data.n : -1
   const chosen = row(state.chosen)
-  const base = [row(state.base), existing, pins[0] ?? -1, whole].find((i) => i >= 0)
-  const rows = new Set([base, existing, best, chosen, ...pins].filter((i) => i >= 0))
-  let next = -1
-  if (rows.size === 1) {
-    for (const i of ranking.byMu1) {
-      if (i !== base && (next < 0 || ranking.rank[i] > ranking.rank[next])) next = i
-    }
-    if (next >= 0) rows.add(next)
-  }
-  const roles = [[base, "base"], [best, "best"], [chosen, "chosen"], [next, "next by rank"],
-    [best === whole ? -1 : whole, "best without limits"]]
+  const base = [row(state.base), existing, best].find((i) => i >= 0)
+  const rows = new Set([base, existing, best, chosen, ...state.pins.map(row)].filter((i) => i >= 0))
+  const next = rows.size === 1 ? ranking.byMu1.find((i) => i !== base) ?? -1 : -1
+  if (next >= 0) rows.add(next)
+  const whole = data.whole.best[0]
+  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [next, "next nearest to the ideal"],
+    [ranking.isBest[whole] ? -1 : whole, "proposed without limits"]]
   return [...rows].map((i) => ({
     row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
   }))
 }
 
-// What rows give and take against one of them. `better` is 1, 0 or -1; `percent` is of the size of
-// the other's value, `share` of the range of the Pareto set, above 0 where it is better.
+// What rows give and take against one of them. `better` is 1, 0 or -1; `share` is of the range of
+// the Pareto set, above 0 where it is better.
 function compare(data, ranking, rows, base) {
   const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
-  const objectives = data.objectives.map(({name, maximize, values}, j) => {
-    const differences = rows.map((_, k) => (maximize ? 1 : -1) * gains[k + 1][j] + 0)
-    return {
+  return {
+    objectives: data.objectives.map(({name, maximize, values}, j) => ({
       name,
       values: rows.map((row) => values[row]),
-      differences,
-      percent: differences.map((d) => (d === 0 ? 0 : (100 * d) / Math.abs(values[base]))),
+      differences: rows.map((_, k) => (maximize ? 1 : -1) * gains[k + 1][j] + 0),
       share: rows.map((_, k) => shares[k + 1][j]),
       better: rows.map((_, k) => Math.sign(gains[k + 1][j])),
-    }
-  })
-  const sentences = rows.map((row, k) => sentence(data, "against", {design: capital(data.names[row]),
-    other: data.names[base], difference: difference(data, gains[k + 1], shares[k + 1])}))
-  return {objectives, sentences}
+    })),
+    sentences: rows.map((row) => against(data, ranking, "against", row, base)),
+  }
 }
 
-// Why a design: its distances from the best, and what the nearest design that is better in an
-// objective costs in the others (pareto's explain). Any row, also dominated or a prototype.
+// Why a design: its distances from the best, and the nearest design that is better in an objective
+// (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  const {front, frame: {lengths}, pareto} = ranking
+  const {front, V, frame: {lengths}, pareto} = ranking
   const {objectives, names} = data
   const n = front.length
-  const {V, own: columns} = withRows(data, ranking, [row])
-  const own = columns.map(([value]) => value)
+  const own = data.F.map((column) => column[row])
   const behind = own.map((value, j) => value - leastOf(V[j]))
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const distance = new Float64Array(n)
@@ -775,13 +693,8 @@ function explain(data, ranking, row) {
   })
   let dominatedBy = -1
   if (!pareto[row]) {
-    // The least excess, not none: a chain of close values may be settled otherwise here.
-    const excess = new Float64Array(n)
-    V.forEach((column, j) => {
-      for (let k = 0; k < n; k++) excess[k] = Math.max(excess[k], (column[k] - own[j]) / lengths[j] || 0)
-    })
-    const least = leastOf(excess)
-    dominatedBy = front[nearest(excess.map((value) => (value === least ? 0 : 1)), 0.5, 0)]
+    const isDominator = Float64Array.from(front, (i) => (data.F.some((column) => column[i] > column[row]) ? 1 : 0))
+    dominatedBy = front[nearest(isDominator, 0.5, 0)] ?? -1
   }
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
@@ -793,12 +706,12 @@ function explain(data, ranking, row) {
     if (same) same.names.push(objectives[j].name)
     else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
-  const against = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
-  steps.forEach((step, k) => { step.text = difference(data, against.gains[k + 1], against.shares[k + 1]) })
+  const {gains, shares: gained} = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
+  steps.forEach((step, k) => { step.text = difference(data, gains[k + 1], gained[k + 1]) })
   return {
     row,
-    objectives: objectives.map(({name, values}, j) => ({
-      name, value: values[row], best: ranking.ideal[j], away: behind[j], share: shares[j],
+    objectives: objectives.map(({name, values, maximize}, j) => ({
+      name, value: values[row], best: maximize ? -leastOf(V[j]) : leastOf(V[j]), away: behind[j], share: shares[j],
     })),
     weakest,
     steps,
@@ -820,9 +733,8 @@ function standing(data, ranking, row, dominatedBy) {
   if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
     const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
-    parts.other = data.names[dominatedBy]
-    parts.difference = difference(data, gains[1], shares[1])
-    return sentence(data, "dominated", parts)
+    const better = difference(data, gains[1], shares[1])
+    return sentence(data, "dominated", {...parts, other: data.names[dominatedBy], difference: better})
   }
   const key = front.length === 1 ? "single" : !isBest[row] ? "ranked" : best.length === 1 ? "optimum" : "optima"
   return sentence(data, key, parts)
@@ -842,139 +754,38 @@ function distances(data, {frame}, ordered, behind, shares, weakest) {
   ].filter(Boolean).join("; ")}.`
 }
 
-// The best compromise under the limits, why, and how far its weakest objective is from the best if
-// that is beyond the middle of the range; null if nothing is left.
-function verdict(data, ranking) {
-  if (ranking.count === 0) return null
-  const best = explain(data, ranking, ranking.best[0])
-  const worst = Math.max(...best.objectives.map(({share}) => share))
+// What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
+// null if nothing is left and none is chosen.
+//   proposed   the row of the best compromise, or -1
+//   instead    chosen against proposed, as a sentence; "" where they are one
+//   remarks    what a reader must know of it
+function verdict(data, ranking, chosen) {
+  const proposed = ranking.best[0] ?? -1
+  const row = chosen >= 0 ? chosen : proposed
+  if (row < 0 || !ranking.count) return null
+  const found = explain(data, ranking, row)
+  const worst = Math.max(...found.objectives.map(({share}) => share))
   const first = data.whole.best[0]
-  return {
-    ...best,
-    warning: worst > 0.5 && ranking.front.length > 1
-      ? `In ${listed(best.weakest)} it is ${percent(worst)} of the range away from the best.` : "",
-    ties: ranking.best,
-    whole: data.whole.isBest[best.row] ? null : {row: first, sentence: `Without limits it would be ` +
-      `${data.names[first]}. ${compare(data, data.whole, [best.row], first).sentences[0]}`},
+  const remarks = []
+  if (worst > 0.5 && ranking.front.length > 1) {
+    remarks.push(sentence(data, "far", {objectives: listed(found.weakest), share: percent(worst)}))
   }
+  if (!ranking.isBest[first]) {
+    remarks.push(against(data, data.whole, ranking.mask[first] ? "moved" : "without limits", first, proposed))
+  }
+  const isProposed = row < data.n && ranking.isBest[row]
+  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, "instead", row, proposed)}
 }
 
-// ---------------------------------------------------------------------------------------- cautions
-
-// What speaks against relying on the optimum, in sentences (pareto's cautions). It ranks anew up to
-// twice for each objective, so not for every step of a slider.
-function cautions(data, ranking) {
-  const {front, frame: {lengths}, V, best, isBest, count} = ranking
-  if (count === 0) return []
-  const n = front.length
-  const columns = V.map((_, j) => j)
-  const names = (places) => listed(places.map((j) => data.objectives[j].name))
-  const name = (k) => data.names[front[k]]
-  const found = []
-  const say = (key, parts) => found.push(sentence(data, key, parts))
-  const low = V.map(leastOf)
-  const D = V.map((column, j) => column.map((value) => (value - low[j]) / lengths[j]))
-  const varying = columns.filter((j) => greatestOf(D[j]) > 0)
-  if (!varying.length) {
-    if (count > 1 && V.length > 1) say("alone", {})
-    return found
+// What a change of the limits has done, as a sentence; `before` is {count, best} of the ranking then.
+function since(data, ranking, before) {
+  const more = ranking.count - before.count
+  const best = ranking.best[0] ?? -1
+  const parts = [more ? `${counted(Math.abs(more), "design")} ${more > 0 ? "more" : "fewer"}.` : ""]
+  if (best >= 0 && before.best >= 0) {
+    parts.push(against(data, ranking, best === before.best ? "same proposed" : "new", best, before.best))
   }
-  const constant = columns.filter((j) => !varying.includes(j))
-  if (constant.length) say("constant", {objectives: names(constant)})
-  const groups = []
-  for (let rest = varying; n > 2 && rest.length;) {
-    const same = rest.filter((j) => D[j].every((d, k) => Math.abs(d - D[rest[0]][k]) <= EDGE))
-    if (same.length > 1) groups.push(names(same))
-    rest = rest.filter((j) => !same.includes(j))
-  }
-  if (groups.length) say("redundant", {groups: groups.join("; ")})
-  const ranges = V.map((column, j) => greatestOf(column) - low[j])
-  const widest = varying.reduce((a, j) => (ranges[j] > ranges[a] ? j : a))
-  const least = varying.reduce((a, j) => (ranges[j] < ranges[a] ? j : a))
-  if (!data.normalize && ranges[widest] >= OUTWEIGHED * ranges[least]) {
-    say("scale", {objective: names([widest]), range: short(ranges[widest], 3), other: names([least]),
-      least: short(ranges[least], 3)})
-  }
-
-  const mu = Float64Array.from(front, (i) => ranking.mu1[i])
-  const optimum = front.indexOf(best[0])
-  const near = upTo(n).filter((k) => mu[k] <= mu[optimum] * (1 + NEAR))
-  const spread = Math.max(...D.map((column) => {
-    const shares = Float64Array.from(near, (k) => column[k])
-    return greatestOf(shares) - leastOf(shares)
-  }))
-  if (near.length >= 3 && 2 * near.length > n && spread > 0.5) {
-    say("equidistant", {near: near.length, count: n})
-  } else {
-    aboutOptimum()
-  }
-  const ranked = front.filter((i) => ranking.rank[i] > 0).length
-  if (n >= FEW && 2 * ranked > n) say("unselective", {ranked, count: n})
-  return found
-
-  function aboutOptimum() {
-    const steps = (k) => D.map((column) => Math.abs(column[k] - column[optimum]))
-    const apart = (k) => Math.max(...steps(k))
-    const ties = best.map((row) => front.indexOf(row)).filter((k) => apart(k) > EDGE)
-    if (ties.length) {
-      const others = [name(ties[0]), ...(ties.length > 1 ? [`${ties.length - 1} more`] : [])]
-      say("tie", {design: capital(name(optimum)), others: listed(others)})
-    }
-    const others = near.filter((k) => !isBest[front[k]] && apart(k) > ELSEWHERE)
-    if (others.length) {
-      const other = others.reduce((a, k) => (mu[k] < mu[a] ? k : a))
-      say("near tie", {design: capital(name(other)), farther: percent(mu[other] / mu[optimum] - 1),
-        share: percent(apart(other)), objective: names([steps(other).indexOf(apart(other))])})
-    }
-    const worst = columns.filter((j) => D[j][optimum] >= 1 - EDGE)
-    if (worst.length && n > 2) say("extreme", {objectives: names(worst)})
-    const first = varying.filter((j) => D[j][optimum] <= EDGE)
-    if (first.length && n > 2) say("edge", {objectives: names(first)})
-    const ends = D.flatMap((column) => [0, 1].map((share) => upTo(n).filter((k) => column[k] === share)))
-    const alone = new Set(ends.filter((at) => at.length === 1 && !isBest[front[at[0]]]).map(([k]) => k))
-    const moves = [...alone].map((k) => without(data, ranking, front[k]))
-    const most = moves.reduce((a, b) => (b.moved > a.moved ? b : a), {moved: ELSEWHERE})
-    if (most.key) say(most.key, most.parts)
-  }
-}
-
-// How far the optimum moves without a design of the front, and the template and parts that say so.
-function without(data, ranking, row) {
-  const {best, isBest, V} = ranking
-  const mask = ranking.mask.slice()
-  mask[row] = 0
-  const front = frontOf(data, mask, picked(ranking.rows, (i) => i !== row))
-  const columns = settled(data, front)
-  const frame = new Frame(columns, data.normalize)
-  const [[mu]] = frame.measured(columns, upTo(front.length), front.length)
-  const reach = leastOf(mu) * (1 + TIE)
-  const optima = [...upTo(front.length)].filter((k) => mu[k] <= reach)
-  if (optima.some((k) => isBest[front[k]])) return {moved: 0}
-  const moves = optima.flatMap((k) => best.map((old) => {
-    const at = ranking.front.indexOf(old)
-    const steps = columns.map((column, j) => Math.abs(column[k] - V[j][at]) / frame.lengths[j])
-    const moved = Math.max(...steps)
-    return {k, moved, j: steps.indexOf(moved)}
-  }))
-  const {k, moved, j} = moves.reduce((a, b) => (b.moved < a.moved ? b : a))
-  const times = V.map((column, j) => (greatestOf(column) - leastOf(column)) / frame.lengths[j])
-  const most = Math.max(...times)
-  const name = data.names[row]
-  return {moved, key: most >= OUTLIER ? "outlier" : "unstable", parts: {
-    design: most >= OUTLIER ? capital(name) : name, stretched: data.objectives[times.indexOf(most)].name,
-    times: short(most, 3), other: data.names[front[k]], share: percent(moved), objective: data.objectives[j].name,
-  }}
-}
-
-// Objectives of which Pareto-optimal designs lie far beyond all others, as penalties do, and stretch
-// the range by which all are ranked: how many, the farthest value, and the limits without them.
-function stretched(data, ranking) {
-  return data.objectives.filter(({clipped}) => clipped > 0).map((column) => {
-    const [low, high] = column.range
-    const beyond = [...ranking.front].map((i) => column.values[i]).filter((value) => value < low || value > high)
-    return {column, count: beyond.length, worst: beyond.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0),
-      ends: [leastOf(beyond) < low ? low : null, greatestOf(beyond) > high ? high : null]}
-  }).filter(({count}) => count > 0)
+  return parts.filter(Boolean).join(" ")
 }
 
 // ------------------------------------------------------------------------------------ typed numbers
@@ -1010,26 +821,26 @@ const byName = (entries = []) => {
 // A state from untrusted input, an address or a file. What does not fit is left out and named in a
 // remark.
 function checked(data, anything) {
-  const given = (key, object = anything) => entryOf(object, key)
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
-  const fitting = (key, fits, otherwise, object) => {
-    const value = given(key, object)
+  const fitting = (key, fits, otherwise, object = anything) => {
+    const value = entryOf(object, key)
     if (value === undefined || fits(value)) return value ?? otherwise
     lost.add(key)
     return otherwise
   }
+  const kept = (key, fits) => (item) => fits(item) || (lost.add(key), false)
   // The entries of a mapping, by names of columns, and of a list that fit.
   const entries = (key, fits, object) => byName(Object.entries(fitting(key, isObject, {}, object)).filter(
-    ([name, value]) => (data.by.get(name)?.name === name && fits(data.by.get(name), value)) || (lost.add(key), false)))
-  const items = (key, fits, object) => [...new Set(fitting(key, Array.isArray, [], object).filter(
-    (item) => fits(item) || (lost.add(key), false)))]
+    kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
+  const items = (key, fits, otherwise) => {
+    const list = fitting(key, Array.isArray, null)
+    return list === null ? otherwise : [...new Set(list.filter(kept(key, fits)))]
+  }
   const isDesign = (name) => typeof name === "string" && data.rowOf.has(name)
-  const isNumber = ({texts, role}) => texts === null && role !== "geometric"
-  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 &&
-    pair.every((end) => end === null || Number.isFinite(end)) && !(pair[0] !== null && pair[1] !== null && pair[0] > pair[1])
+  const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
+    pair.every((end) => end === null || Number.isFinite(end)) && !(pair.every(Number.isFinite) && pair[0] > pair[1])
+  const isObjective = ({role}) => role === "objective"
 
-  const limits = entries("limits", (column, pair) => isNumber(column) && isPair(pair))
-  for (const [name, pair] of Object.entries(limits)) if (pair.every((end) => end === null)) delete limits[name]
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
   const categories = entries("categories", ({texts}, list) => texts !== null && Array.isArray(list) &&
     (list.length === 0 || list.some((text) => texts.includes(text))))
@@ -1037,18 +848,19 @@ function checked(data, anything) {
     categories[name] = data.by.get(name).texts.filter((text) => list.includes(text))
     if (categories[name].length < list.length) lost.add("categories")
   }
-  const ranks = given("ranks") === undefined ? null : items("ranks", (rank) => RANKS.includes(rank))
-  const isOrder = ({by, name}) => by === "rank" || by === "preference" || (by === "column" && data.by.has(name))
-  const order = fitting("order", (value) => isObject(value) && isOrder(value), {by: "rank"})
-  const [preference, axes] = [given("preference") ?? {}, given("axes") ?? {}]
-  const isObjective = ({role}) => role === "objective"
+  const isOrder = (order) => isObject(order) && (["distance", "rank", "label", "preference"].includes(order.by)
+    || (order.by === "column" && data.by.has(order.name)))
+  const order = fitting("order", isOrder, {by: "distance"})
+  const preference = entryOf(anything, "preference")
+  const ranks = items("ranks", (rank) => RANKS.includes(rank), null)
   const state = {
-    limits,
+    limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,
-    kept: given("kept") === undefined ? null : items("kept", isDesign),
-    ranks: ranks?.length === 0 && lost.has("ranks") ? null : ranks,
-    dominated: given("dominated") === true,
-    pins: items("pins", isDesign).slice(0, MOST_PINS),
+    kept: items("kept", isDesign, null),
+    fixed: entryOf(anything, "fixed") === true,
+    ranks: lost.has("ranks") && !ranks?.length ? null : ranks,
+    dominated: entryOf(anything, "dominated") === true,
+    pins: items("pins", isDesign, []).slice(0, MOST_PINS),
     base: fitting("base", isDesign, null),
     chosen: fitting("chosen", isDesign, null),
     order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
@@ -1056,11 +868,11 @@ function checked(data, anything) {
       weights: entries("weights", (column, weight) => isObjective(column) && Number.isFinite(weight) && weight >= 0, preference),
       aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
     },
-    axes: {order: items("order", (name) => data.by.has(name), axes),
-      hidden: items("hidden", (name) => data.by.has(name), axes), zoom: given("zoom", axes) === true},
+    axes: items("axes", (name) => data.by.has(name), null),
+    zoom: entryOf(anything, "zoom") === true,
+    snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state), []),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
-  if (!Array.isArray(given("kept") ?? [])) state.kept = null
   return {state, remarks: lost.size ? [`Left out, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
 
@@ -1114,28 +926,29 @@ function csv(data, rows, ranking) {
 }
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
-// what only the page knows stands under "page".
-function decisionFile(data, state, ranking, verdict, date) {
-  const row = state.chosen !== null ? data.rowOf.get(state.chosen) : verdict?.row ?? null
-  const {limits, reason, chosen: _, ...view} = state
+// what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
+function decision(data, state, ranking, date) {
+  const {limits, reason, chosen, ...view} = state
+  const row = data.rowOf.get(chosen)
+  const proposed = ranking.best[0]
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
-  return `${JSON.stringify({
+  return {
     ...data.opens_with,
     limits,
-    chosen: row === null ? null : data.names[row],
+    chosen,
     reason,
     page: {
       title: data.title,
       date,
       units: byName(data.objectives.filter(({unit}) => unit).map(({name, unit}) => [name, unit])),
-      values: row === null ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
+      values: row === undefined ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
         .map((column) => [column.name, valueOf(column)])),
       left: ranking.count,
-      optimum: verdict === null ? null : data.names[verdict.row],
-      verdict: verdict?.sentences ?? [],
+      proposed: data.names[proposed] ?? null,
+      instead: verdict(data, ranking, row ?? -1)?.instead ?? "",
       state: view,
     },
-  }, null, 1)}\n`
+  }
 }
 
 // The state that the page opens with.
@@ -1172,9 +985,9 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 }
 
 return {
-  decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference,
-  verdict, explain, compared, compare, stretched, cautions, typed, written, short, csv,
-  decisionFile, opened, MOST_PINS,
+  decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference, verdict, explain,
+  compared, compare, relaxations, nearestDesign, since, typed, written, short, csv, decision,
+  opened, MOST_PINS,
 }
 })()
 

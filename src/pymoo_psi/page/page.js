@@ -5,8 +5,8 @@
 // Texts of the user's (names, units, labels, reasons) become text nodes or values, never markup.
 "use strict"
 const page = (() => {
-  const payload = JSON.parse(document.getElementById("payload").textContent)
-  const data = Logic.decode(payload)
+  const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
+  const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
   const MOST_DRAWN = 1000 // designs in a chart; more lines are a blur, and take longer than a frame
   const GROUPS = [["objective", "Objectives"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
   const $ = (id) => document.getElementById(id)
@@ -14,6 +14,7 @@ const page = (() => {
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
   const without = ({...object}, name) => { delete object[name]; return object }
+  const show = (id, on) => { $(id).hidden = !on }
   const limitable = data.columns.filter((column) => column.role !== "geometric")
 
   // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
@@ -58,9 +59,12 @@ const page = (() => {
   let {state} = initial
   const past = [] // states as text, for undo and redo
   let at = -1 // the present one
+  let saved = "" // the state that a file has
   let left, ranking, verdict, order
+  let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
   let selected = new Set()
+  let hovered = -1
   const step = {last: 0} // milliseconds of the last update
 
   // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
@@ -74,20 +78,16 @@ const page = (() => {
     soon()
   }
 
-  // At once, so that nothing is lost, but not for every repeat of a key that is held: browsers
-  // refuse hundreds of addresses in ten seconds.
+  // Not for every repeat of a key that is held: browsers refuse hundreds of addresses in ten seconds.
   let addressWaits = 0
-  let addressWritten = -Infinity
   function commit() {
     const text = JSON.stringify(state)
     if (text !== past[at]) past.splice(++at, Infinity, text)
     clearTimeout(addressWaits)
-    const rest = addressWritten + 80 - performance.now()
-    rest > 0 ? addressWaits = setTimeout(remember, rest) : remember()
+    addressWaits = setTimeout(remember, 80)
   }
   function remember() {
     clearTimeout(addressWaits)
-    addressWritten = performance.now()
     try { history.replaceState(null, "", Logic.toHash(state)) } catch { /* a sandbox without an address */ }
   }
 
@@ -122,14 +122,15 @@ const page = (() => {
     const start = performance.now()
     const keepFocus = focusKept()
     waiting = false
-    const filter = JSON.stringify([state.limits, state.categories, state.kept])
+    const filter = JSON.stringify([state.limits, state.categories, state.kept, state.fixed])
     if (filter !== filtered || everything) {
       filtered = filter
       left = Logic.left(data, state)
-      ranking = Logic.ranked(data, left.mask)
-      verdict = Logic.verdict(data, ranking)
-      cautionsLater()
+      ranking = Logic.ranked(data, left.mask, state.fixed ? data.whole.frame : null)
+      relaxLater()
     }
+    verdict = Logic.verdict(data, ranking, chosenRow())
+    if (!dragging) showSince()
     order = Logic.order(data, ranking, state)
     if (selected.size) {
       const shown = new Set(order)
@@ -140,6 +141,8 @@ const page = (() => {
     if (!waits("verdict")) showVerdict()
     if (!waits("compare")) showCompare()
     showPreference()
+    showSnapshots()
+    $("fixed").checked = state.fixed
     showCharts(everything)
     if (!waits("designs")) table.show()
     if (!waits("steps")) showSteps()
@@ -163,25 +166,34 @@ const page = (() => {
     }
   }
 
-  // Cautions take longer than a frame and wait until the hand rests.
+  // What each limit costs takes longer than a frame and waits until the hand rests.
   let thinking = 0
-  function cautionsLater() {
+  function relaxLater() {
     clearTimeout(thinking)
-    $("cautions").replaceChildren()
     thinking = setTimeout(() => {
       thinking = 0
-      if (!verdict) return
-      $("cautions").replaceChildren(...Logic.stretched(data, ranking).map(outliers),
-        ...Logic.cautions(data, ranking).map((text) => make("p.caution", {}, readable(text))))
+      showRelaxations()
     }, 200 + 10 * step.last) // longer where a ranking takes long, so that it comes between no two steps
   }
 
-  // Penalties and the like, which the ranks must count, but a reader would not.
-  function outliers({column, count, worst, ends}) {
-    const limit = limitOf(column) ?? [null, null]
-    return make("p.caution", {}, `${count === 1 ? "1 Pareto-optimal design is" : `${countText(count)} Pareto-optimal designs are`} far from all others in ` +
-      `${column.name} (${readable(Logic.short(worst))}): perhaps a failure. Its range, by which all are ranked, is stretched. `,
-    button(`Leave ${count === 1 ? "it" : "them"} out`, () => setLimit(column, ends.map((end, k) => end ?? limit[k]), true)))
+  function showRelaxations() {
+    const found = Logic.relaxations(data, state, ranking, left)
+    show("relax", found.length)
+    $("relax-table").replaceChildren(make("tbody", {}, found.map(({name, end, value, back, text}) => make("tr", {},
+      make("td", {}, readable(text)), make("td", {}, back ? button(value === null ? "Remove limit" : "Relax", () => {
+        const limit = [...state.limits[name]]
+        limit[end] = value
+        setLimit(data.by.get(name), limit, true)
+      }, {"aria-label": `${value === null ? "Remove" : "Relax"} the ${end ? "upper" : "lower"} limit on ${name}`}) : null)))))
+    const stuck = !ranking.count && found.every(({back}) => back === 0)
+    if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
+  }
+
+  // What the last change of the limits has done; announced, too.
+  function showSince() {
+    const now = {count: ranking.count, best: ranking.best[0] ?? -1, filter: filtered}
+    if (before && now.filter !== before.filter) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
+    before = now
   }
 
   // Designs.
@@ -190,6 +202,7 @@ const page = (() => {
   const isPrototype = (row) => row >= data.n
   const called = (row) => data.names[row]
   const chosenRow = () => rowOf(state.chosen)
+  const proposedRow = () => ranking.best[0] ?? -1
   const isPinned = (row) => state.pins.includes(called(row))
 
   function look(row) {
@@ -226,48 +239,49 @@ const page = (() => {
 
   const percent = (share) => {
     const value = 100 * Math.abs(share)
-    if (!Number.isFinite(value)) return "–"
-    return value === 0 ? "0 %" : value < 1 ? "< 1 %" : value > 9999 ? "> 9999 %" : `${Math.round(value)} %`
+    return !Number.isFinite(value) ? "–" : value === 0 ? "0 %" : value < 1 ? "< 1 %" : `${Math.round(value)} %`
   }
 
+  // The chosen design, or else the best compromise, which is proposed only.
   function showVerdict() {
-    $("verdict-table").hidden = !verdict
+    const chosen = chosenRow()
+    renew($("verdict-title"), chosen >= 0 ? "Chosen" : "Proposed: best compromise within the limits")
+    show("verdict-table", verdict)
+    const clear = chosen < 0 ? null : button("Clear choice", () => change({chosen: null}))
     if (!verdict) {
-      renew($("verdict-words"), make("p.warning", {}, `No design is left: ${remedy()}`))
-      renew($("verdict-more"))
-      renew($("verdict-table"))
+      renew($("verdict-words"), make("p.warning", {}, "No design is left: widen the limits, or reset the page."),
+        ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
+      for (const id of ["verdict-more", "verdict-table", "verdict-variables"]) renew($(id))
     } else {
-      const {row, whole, ties} = verdict
-      const rank = ranking.rank[row]
+      const {row, proposed, instead, remarks, sentences} = verdict
+      const isBest = instead === ""
       renew($("verdict-words"),
-        make("p.best", {}, Charts.icon("6"), make("strong", {}, called(row)),
-          make("span.hint", {}, rank === 6 ? "rank 6, the highest" : rank > 0 ? `rank ${rank}` : ""), chooseButton(row), pinButton(row)),
-        // Of many objectives the table below says the same and is read faster.
-        ...verdict.sentences.slice(0, data.objectives.length > 6 ? 1 : 2).map((text) => make("p", {}, readable(text))),
-        ...(verdict.warning ? [make("p.warning", {}, verdict.warning)] : []))
+        make("p.best", {}, left.mask[row] ? Charts.icon(look(row)) : null, make("strong", {}, called(row)),
+          make(left.mask[row] ? "span.hint" : "span.warning", {}, isBest ? "the nearest to the ideal point" : rankText(row)),
+          clear ?? chooseButton(row), pinButton(row)),
+        ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
+        ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet: choose here, in the table or by a click in a chart.")] : []))
       renew($("verdict-table"), ...verdictRows())
       // Long numbers need the room of the bars.
       $("verdict-table").classList.toggle("long", verdict.objectives.some(({name, value}) => written(data.by.get(name), value).length > 10))
-      renew($("verdict-more"),
-        ...(whole ? [make("p.whole", {}, readable(whole.sentence), " ", pinButton(whole.row))] : []),
-        ...(ties.length > 1 ? [make("p", {}, `Equally good: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${countText(ties.length - 5)} more` : ""}.`)] : []))
+      // Of many objectives the table says the same and is read faster.
+      const words = sentences.slice(0, data.objectives.length > 6 ? 1 : 2)
+      const ties = ranking.best.filter((other) => other !== proposed)
+      renew($("verdict-more"), ...words.map((text) => make("p", {}, readable(text))),
+        ...remarks.map((text) => make("p.caution", {}, readable(text))),
+        ...(ties.length ? [make("p", {}, `As near to the ideal point: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${countText(ties.length - 5)} more` : ""}.`)] : []))
+      const parts = data.columns.filter((column) => column.role === "variable")
+        .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
+      renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
     }
-    const row = chosenRow()
-    const where = verdict && row === verdict.row ? "the best compromise" : rankText(row)
-    renew($("chosen"), ...(row < 0
-      ? ["No design is chosen yet.", make("span.screen", {}, " Choose one here, in the table or by a click in a chart.")]
-      : ["Chosen: ", make("strong", {}, called(row)), " ", make(left.mask[row] ? "span" : "span.warning", {}, `(${where})`),
-        " ", button("Clear choice", () => change({chosen: null}))]))
-    const described = row >= 0 ? row : verdict?.row ?? -1
-    const parts = described < 0 ? [] : data.columns.filter((column) => column.role === "variable")
-      .map((column) => `${column.name} = ${cellText(column, described)}${column.unit ? ` ${column.unit}` : ""}`)
-    renew($("chosen-variables"), parts.length ? `Variables of ${called(described)}: ${parts.join(", ")}.` : "")
+    show("cautions", data.cautions.length)
+    renew($("cautions").firstElementChild, left.count < data.n ? "Of all designs, without limits:" : "")
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
   }
 
   function verdictRows() {
-    const heads = [["", "Objective"], [".number", "Value"], [".number", "Best left"], [".number", "From its best"], [".share", "Share of range"]]
+    const heads = [["", "Objective"], [".number", "Value"], [".number", "Best left"], [".number", "From its best"], [".share", "of range"]]
     const rows = verdict.objectives.map(({name, value, best, away, share}) => {
       const column = data.by.get(name)
       const weak = verdict.weakest.includes(name)
@@ -279,16 +293,6 @@ const page = (() => {
         make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, percent(share))))
     })
     return [make("thead", {}, make("tr", {}, heads.map(([name, text]) => make(`th${name}`, {scope: "col"}, text)))), make("tbody", {}, rows)]
-  }
-
-  // What to do where nothing is left: the limit without which most would come back is the one to
-  // widen, or if more than one stands in the way of all, that which rejects most.
-  function remedy() {
-    const {rejects, only} = left
-    const [most] = [...rejects.keys()].sort((a, b) => only.get(b) - only.get(a) || rejects.get(b) - rejects.get(a))
-    if (most === undefined) return "reset the page."
-    const alone = only.get(most)
-    return `widen the limits, first of all that on ${most}, which ${alone ? `alone rejects ${countText(alone)}` : `rejects ${countText(rejects.get(most))}`}.`
   }
 
   function showCounts() {
@@ -321,7 +325,7 @@ const page = (() => {
     const rows = parts.map(({row}) => row)
     $("compare-table").hidden = rows.length < 2
     renew($("compare-hint"), ...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
-      : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, ", in per cent of its value / of the range"), "."]))
+      : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
     // By what the reader has asked for, so that nothing changes places under a limit that is dragged.
     $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 2)
     if (rows.length < 2) return renew($("compare-table"))
@@ -341,27 +345,24 @@ const page = (() => {
       make("tbody", {}, objectives.map((objective) => compareRow(data.by.get(objective.name), objective))))
   }
 
-  function compareRow(column, {values, better, differences, percent: shares, share}) {
+  function compareRow(column, {values, better, differences, share}) {
     return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), values.map((value, k) => {
       const text = make("div", {}, written(column, value))
       if (k === 0) return make("td.number", {}, text)
       if (better[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
       return make("td.number", {}, text,
         make(better[k] > 0 ? "div.gain" : "div.loss", {}, `${apart(column, differences[k])} ${better[k] > 0 ? "better" : "worse"}`),
-        make("div.hint.shares", {}, `${percent(shares[k] / 100)} / ${percent(share[k])}`))
+        make("div.hint.shares", {}, percent(share[k])))
     }))
   }
 
   const takeOut = (name) => change({pins: state.pins.filter((other) => other !== name), base: state.base === name ? null : state.base})
 
-  // For the chosen design, or else the best, the cheapest step to improve each objective.
   function showSteps() {
-    const chosen = chosenRow()
-    const row = chosen >= 0 && left.mask[chosen] && ranking.pareto[chosen] ? chosen : verdict?.row ?? -1
-    const {steps} = row < 0 ? {steps: []} : row === verdict.row ? verdict : Logic.explain(data, ranking, row)
-    $("steps").hidden = steps.length === 0
+    const {row, steps} = verdict ?? {steps: []}
+    show("steps", steps.length)
     if (steps.length === 0) return
-    renew($("steps-title"), `Cheapest step to improve each objective of ${called(row)}`)
+    renew($("steps-title"), `Better than ${called(row)} in an objective`)
     renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
       make("th", {scope: "row"}, Charts.broken(next.names.join(", "))),
       make("td", {}, make("strong", {}, called(next.row)), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
@@ -456,14 +457,9 @@ const page = (() => {
   }
 
   function noteOf(column) {
-    const {rejects, relax} = left
-    const {low, high} = relax.get(column.name) ?? {}
-    return [
-      rejects.has(column.name) ? `rejects ${countText(rejects.get(column.name))}` : "",
-      low ? `from ${written(column, low.value)} on it would bring back ${countText(low.back)}` : "",
-      high ? `up to ${written(column, high.value)} it would bring back ${countText(high.back)}` : "",
-      column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : "",
-    ].filter(Boolean).join("; ")
+    const out = left.rejected.get(column.name)
+    return [out ? `rejects ${countText(out.reduce((sum, one) => sum + one, 0))}` : "",
+      column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; ")
   }
 
   function showLimits() {
@@ -531,7 +527,7 @@ const page = (() => {
       $("limit-groups").append(make("details", {open, ontoggle: (event) => event.target.open && soon()},
         make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b.hint", {})), columns.map(limitControl)))
     }
-    const ranks = [["6", "rank 6, best"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
+    const ranks = [["6", "rank 6, nearest to the ideal"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
     const boxes = ranks.map(([value]) => make("input", {type: "checkbox", value, onchange: () => {
       const on = boxes.slice(0, -1).filter((box) => box.checked).map((box) => Number(box.value))
       change({dominated: boxes.at(-1).checked, ranks: on.length === ranks.length - 1 ? null : on})
@@ -541,6 +537,7 @@ const page = (() => {
     if (data.total > data.n) $("ranks").append(make("p.key", {}, Charts.icon("prototype"), "prototype, always shown"))
     $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned"))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
+    $("cautions").append(make("p.hint", {}), ...data.cautions.map((text) => make("p.caution", {}, readable(text))))
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -603,13 +600,14 @@ const page = (() => {
   let axesDrawn = ""
   let drawn = []
   const plots = []
+  let hues = null // colours by row; null for those of the ranks
 
   // The ends of an axis: the range of the Pareto set, or of what is left.
   function scaleOf(column) {
     if (scales.has(column)) return scales.get(column)
     let [low, high] = column.texts ? [0, column.texts.length - 1] : column.range
     if (column.role === "geometric") [low, high] = endsOf(data.whole, column)
-    if (state.axes.zoom && !column.texts) {
+    if (state.zoom && !column.texts) {
       const [least, most] = endsOf(ranking, column)
       if (least < most) [low, high] = [least, most]
     }
@@ -633,9 +631,9 @@ const page = (() => {
     const marks = []
     for (let row = data.n; row < data.total; row++) marks.push({row, look: "prototype"})
     for (const name of state.pins) marks.push({row: rowOf(name), look: "pinned"})
-    if (verdict) marks.push({row: verdict.row, look: "6"})
+    if (ranking.count) marks.push({row: proposedRow(), look: "6"})
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
-    return {context, left: drawn, marks, selected, look, scale: scaleOf, limit: limitOf,
+    return {context, left: drawn, marks, selected, look, hues, scale: scaleOf, limit: limitOf,
       values: (column) => Logic.values(data, ranking, column), everything: () => [...order]}
   }
 
@@ -646,16 +644,16 @@ const page = (() => {
       context = sample((row) => dominated || data.whole.pareto[row])
       contextOf = dominated
     }
-    const key = JSON.stringify(state.axes)
+    const key = JSON.stringify([state.axes, state.zoom])
     const moved = key !== axesDrawn
-    const rescaled = moved || everything || (state.axes.zoom && !dragging)
+    const rescaled = moved || everything || (state.zoom && !dragging)
     if (rescaled) scales = new Map()
     if (moved) {
       axesDrawn = key
       parallel.setAxes(axesShown().map((name) => data.by.get(name)))
       showAxes()
     }
-    $("zoom").setAttribute("aria-pressed", String(state.axes.zoom))
+    $("zoom").setAttribute("aria-pressed", String(state.zoom))
     const shown = (row) => left.mask[row] && (ranking.pareto[row] ? !state.ranks || state.ranks.includes(ranking.rank[row]) : dominated)
     drawn = sample(shown)
     const number = order.length - (data.total - data.n)
@@ -680,46 +678,29 @@ const page = (() => {
   // The axes of the parallel coordinates: the user's, or the objectives and the first others.
   const usual = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
     .slice(0, Math.max(data.objectives.length, 8)).map((column) => column.name)
-  const axesOrder = () => (state.axes.order.length ? state.axes.order : usual)
-  function axesShown() {
-    const shown = axesOrder().filter((name) => !state.axes.hidden.includes(name))
-    return shown.length ? shown : axesOrder() // an address may hide all
-  }
+  const axesShown = () => (state.axes?.length ? state.axes : usual)
 
-  function moveAxis({name}, steps) {
-    const shown = axesShown()
-    const from = shown.indexOf(name)
-    const to = Math.min(shown.length - 1, Math.max(0, from + steps))
-    if (from < 0 || from === to) return
-    const order = axesOrder().filter((other) => other !== name)
-    order.splice(order.indexOf(shown[to]) + (to > from ? 1 : 0), 0, name)
-    change({axes: {...state.axes, order}})
-    update()
-  }
-
-  function hideAxis({name}, hide) {
-    const order = axesOrder()
-    const others = state.axes.hidden.filter((other) => other !== name)
-    if (hide && axesShown().length <= 1) return
-    change({axes: {...state.axes, order: order.includes(name) ? order : [...order, name], hidden: hide ? [...others, name] : others}})
-    update()
-  }
-
-  // A list of all columns to show, hide and order the axes by.
   function showAxes() {
     const shown = axesShown()
-    const names = new Set([...axesOrder(), ...data.columns.map((column) => column.name)])
+    const names = new Set([...shown, ...data.columns.map((column) => column.name)])
     $("axes-list").replaceChildren(...[...names].map((name) => {
-      const column = data.by.get(name)
       const on = shown.includes(name)
-      const mover = (text, side, steps) => button(text, () => moveAxis(column, steps), {disabled: !on, "aria-label": `Move ${column.label} to the ${side}`})
-      const box = make("input", {type: "checkbox", checked: on, onchange: () => hideAxis(column, on)})
-      return make("li", {}, make("label", {}, box, column.label), mover("←", "left", -1), mover("→", "right", 1))
+      const tick = () => change({axes: on ? shown.filter((other) => other !== name) : [...shown, name]})
+      return make("li", {}, make("label", {}, make("input", {type: "checkbox", checked: on, onchange: tick}), data.by.get(name).label))
     }))
+  }
+
+  // A design under the pointer is marked in all charts and in the table.
+  function mark(row) {
+    if (row === hovered) return
+    hovered = row
+    for (const chart of [parallel, ...plots]) chart.mark(row)
+    table.mark()
   }
 
   function hover(row, x, y) {
     const tip = $("tip")
+    mark(row)
     tip.hidden = row < 0
     if (tip.hidden) return
     tip.replaceChildren(make("strong", {}, called(row)), ` ${rankText(row)}`, make("table", {}, limitable.slice(0, 16).map((column) =>
@@ -729,11 +710,27 @@ const page = (() => {
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
   }
 
-  const parallel = Charts.parallel($("parallel-chart"), {limit: setLimit, pick: choose, hover})
+  const brushed = (column, limit, done) =>
+    setLimit(column, limit.map((end) => (end === null ? null : rounded(column, end))), done)
+  const parallel = Charts.parallel($("parallel-chart"), {limit: brushed, pick: choose, hover})
+
+  const MOST_HUES = 8
+  function buildColours() {
+    const columns = data.columns.filter(({texts}) => texts && texts.length <= MOST_HUES)
+    $("colour").append(make("option", {}, "rank"), ...columns.map(({label}) => make("option", {}, label)))
+    show("colours", false)
+    $("colour").addEventListener("change", () => {
+      const column = columns[$("colour").selectedIndex - 1]
+      hues = column ? (row) => Charts.hue(column.values[row]) : null
+      show("colours", column)
+      $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
+        make("span.key", {}, make("i", {style: `background: ${Charts.hue(k)}`}), text || "(missing)")))
+      soon()
+    })
+  }
 
   function buildScatter(section, name, x, y) {
     const columns = {x, y}
-    const factors = make("span.hint", {})
     const area = make("div.plot", {role: "img"})
     const choice = (axis) => {
       const element = make("select", {"aria-label": `${name}, ${axis} axis`}, GROUPS.map(([role, label]) => {
@@ -748,14 +745,9 @@ const page = (() => {
       })
       return make("label", {}, axis, element)
     }
-    section.append(make("div.bar", {}, choice("y"), choice("x"), factors), area)
+    section.append(make("div.bar", {}, choice("y"), choice("x")), area)
     const plot = Charts.scatter(area, {
       select: selectRows, pick: choose, hover,
-      factors: (across, up) => {
-        const {x, y} = columns
-        const better = x.role === "objective" && y.role === "objective" ? `better: ${"↙↘↖↗"[x.maximize + 2 * y.maximize]}` : ""
-        factors.textContent = [up && `y ${up}`, across && `x ${across}`, better].filter(Boolean).join(" ")
-      },
     })
     const setAxes = () => {
       area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
@@ -796,7 +788,7 @@ const page = (() => {
     const prefix = `${data.label.replaceAll("_", " ")} `
     const short = (row) => called(row).startsWith(prefix) ? called(row).slice(prefix.length) : called(row)
     const columns = [
-      {text: data.label, width: longest(data.names), order: null, cell: short, kind: ""},
+      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: short, kind: ""},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
@@ -828,7 +820,7 @@ const page = (() => {
 
     function line(k) {
       const row = order[k]
-      const marks = {chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
+      const marks = {hovered: row === hovered, chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
       const classes = Object.keys(marks).filter((mark) => marks[mark]).map((mark) => `.${mark}`).join("")
       const cells = columns.map((column, j) => cellOf(j === 0 ? {...column, kind: ".label"} : column, "gridcell", j === 1 ? Charts.icon(look(row)) : null, column.cell(row)))
       const element = make(`div.row${classes}`, {role: "row", id: `row-${k}`, "aria-rowindex": k + 2, "aria-selected": selected.has(row), "data-k": k}, cells)
@@ -860,6 +852,17 @@ const page = (() => {
       show()
     }
 
+    // The first design whose name holds a text.
+    function find(text) {
+      const k = text ? order.findIndex((row) => called(row).toLowerCase().includes(text.toLowerCase())) : -1
+      if (k >= 0) go(k)
+      return k
+    }
+
+    function markHovered() {
+      for (const line of body.children) line.classList.toggle("hovered", order[Number(line.dataset.k)] === hovered)
+    }
+
     const toggle = (row) => selectRows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
     const byPage = () => Math.max(1, Math.floor(box.clientHeight / HEIGHT) - 2)
     const keys = {
@@ -882,6 +885,11 @@ const page = (() => {
       event.ctrlKey || event.metaKey ? toggle(order[cursor]) : choose(order[cursor])
       show()
     })
+    body.addEventListener("pointermove", (event) => {
+      const line = event.target.closest(".row")
+      mark(line ? order[Number(line.dataset.k)] : -1)
+    })
+    body.addEventListener("pointerleave", () => mark(-1))
     let scrolled = false
     box.addEventListener("scroll", () => {
       if (scrolled) return
@@ -896,7 +904,7 @@ const page = (() => {
       view.height = box.clientHeight
       if (order) show()
     }).observe(box)
-    return {show, current: () => order[cursor] ?? -1}
+    return {show, find, mark: markHovered, current: () => order[cursor] ?? -1}
   })()
 
   // Files.
@@ -907,10 +915,42 @@ const page = (() => {
     setTimeout(() => URL.revokeObjectURL(link.href), 10000)
   }
 
+  const decision = () => Logic.decision(data, state, ranking, new Date().toISOString())
+  const isSaved = () => { saved = JSON.stringify(state) }
+
   function saveDecision() {
     const name = `${data.file}-decision.json`
-    download(Logic.decisionFile(data, state, ranking, verdict, new Date().toISOString()), "application/json", name)
+    download(`${JSON.stringify(decision(), null, 1)}\n`, "application/json", name)
+    isSaved()
     say([`Saved as ${name}. Open it here again by "Open decision…", or with the commands page, rank and report by --decision ${name}.`])
+  }
+
+  // The page as it was made, with the decision in place of what it opened with.
+  function savePage() {
+    const copy = asWritten.cloneNode(true)
+    const script = copy.querySelector("#payload")
+    const content = {...JSON.parse(script.textContent), opens_with: decision()}
+    script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
+    download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
+    isSaved()
+    say([`Saved as ${data.file}.html: this page, with limits, choice, comparison, snapshots and reason inside.`])
+  }
+
+  // Snapshots: states under names, in the decision and in the saved page.
+  function showSnapshots() {
+    renew($("snapshot-count"), state.snapshots.length ? String(state.snapshots.length) : "")
+    renew($("snapshot-list"), ...state.snapshots.map((one) => {
+      const others = state.snapshots.filter((other) => other !== one)
+      return make("li", {}, make("span", {}, one.name),
+        button("Go back", () => take({...Logic.checked(data, {...one.state, snapshots: state.snapshots})}), {"aria-label": `Go back to ${one.name}`}),
+        button("×", () => change({snapshots: others}), {"aria-label": `Delete ${one.name}`}))
+    }))
+  }
+  function keepSnapshot() {
+    const {snapshots, ...rest} = state
+    const name = $("snapshot-name").value.trim() || `Snapshot ${snapshots.length + 1}`
+    $("snapshot-name").value = ""
+    change({snapshots: [...snapshots.filter((one) => one.name !== name), {name, state: rest}]})
   }
 
   async function openDecision() {
@@ -946,15 +986,22 @@ const page = (() => {
     }
     const clicks = {
       undo: goes(-1), redo: goes(1), reset, keep, save: saveDecision, export: exportCsv, print: () => print(),
-      open: () => $("file").click(), zoom: () => change({axes: {...state.axes, zoom: !state.axes.zoom}}),
-      "by-preference": () => change({order: {by: state.order.by === "preference" ? "rank" : "preference", down: false}}),
+      open: () => $("file").click(), zoom: () => change({zoom: !state.zoom}),
+      "save-page": savePage, snapshot: keepSnapshot, skip: () => $("verdict").focus(),
+      "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
       choose: () => choose(table.current()), pin: () => pin(table.current()), clear: () => selectRows([]),
     }
     for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
     $("file").addEventListener("change", openDecision)
     $("preferences").addEventListener("toggle", soon)
+    $("fixed").addEventListener("change", () => change({fixed: $("fixed").checked}))
+    $("search").addEventListener("input", () => {
+      $("search").setAttribute("aria-invalid", String(table.find($("search").value) < 0 && $("search").value !== ""))
+    })
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
     $("reason").addEventListener("change", () => { commit(); remember() }) // no key that is held
+    addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { Charts.dye(); update(true) })
     addEventListener("beforeprint", dateRecord)
     addEventListener("hashchange", takeHash)
     addEventListener("pagehide", remember)
@@ -981,13 +1028,14 @@ const page = (() => {
   const header = document.querySelector("header")
   new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
   buildLimits()
+  buildColours()
   buildPreferences()
   const mus = data.columns.filter((column) => column.role === "geometric")
   const [first, second] = [data.objectives, limitable.filter((column) => column.role === "variable" && !column.texts)]
   buildScatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
   buildScatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
   wire()
-  past[++at] = JSON.stringify(state)
+  past[++at] = saved = JSON.stringify(state)
   if (location.hash.length > 1) takeHash()
   say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks,
     ...[...$("messages").querySelectorAll("p")].map((p) => p.textContent)])

@@ -34,6 +34,20 @@ SENTENCES = {
     "equal": "equal in all objectives",
     "against": "{design} against {other}: {difference}.",
     "step": "Towards {objectives}: {design} is {difference}.",
+    # Of the decision page: chosen against proposed, and what limits have done.
+    "instead": "{design} instead of {other}: {difference}.",
+    "far": "In {objectives} it is {share} of the range away from the best.",
+    "without limits": "Without limits {design} would be proposed: {difference}.",
+    "moved": "{design} keeps to the limits and would be proposed without them: {difference}. They "
+    "have moved the best and worst values by which designs are ranked; fixed ranges leave these.",
+    "relaxed": "{limit} brings back {back}. {outcome}",
+    "without limit": "Without {limit} {back} would come back. {outcome}",
+    "none back": "{limit}: without it nothing would come back, as other limits reject the same.",
+    "same proposed": "{design} is proposed still.",
+    "new proposed": "{design} would be proposed instead of {other}: {difference}.",
+    "first proposed": "{design} would be proposed.",
+    "new": "Proposed is now {design} instead of {other}: {difference}.",
+    "nearest": "No limit brings a design back by itself. Together these do: {changes} ({design}).",
     # Cautions.
     "alone": "All Pareto-optimal designs have the same values: the objectives do not conflict.",
     "constant": "Equal for all Pareto-optimal designs, and without weight: {objectives}.",
