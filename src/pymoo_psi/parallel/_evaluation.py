@@ -35,6 +35,8 @@ Result = tuple[int, Any, float]  # a design's index, its values, the seconds of 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs lasts: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
+# What is raised in this process as it comes: ends of the program, and errors that name a design.
+_AS_THEY_ARE = (KeyboardInterrupt, SystemExit, GeneratorExit, EvaluationError)
 _LONGEST_REASON = 400  # characters: some lines of a terminal or a cell of a table
 
 
@@ -97,6 +99,7 @@ def evaluate_here(
     enough: Callable[[int], bool] = lambda left: False,
     *,
     moment: float = MOMENT,
+    in_worker: bool = False,
 ) -> Iterator[Result]:
     """Evaluate designs in this process until none waits or there is enough.
 
@@ -108,6 +111,8 @@ def evaluate_here(
             design and after every measurement.
         moment: Seconds of work between two measurements; 0 gives the values of each design
             before the next one is evaluated.
+        in_worker: Whether an interrupt can only come from the model, and all that it raises is to
+            be the ``original`` of an error.
 
     Raises:
         EvaluationError: A design raised; the results before it are given first.
@@ -125,12 +130,13 @@ def evaluate_here(
                     index, design = waiting.popleft()
                     found.append((index, f(design)))
                     now = perf_counter()
-            except Exception as error:
-                failure = error
-                if not isinstance(error, EvaluationError):
+            except BaseException as error:
+                failure = error  # an interrupt, unless it can only be the model's
+                if in_worker and isinstance(error, KeyboardInterrupt) and hasattr(f, "lost"):
+                    found.append((index, f.lost(design, one_line(error))))
+                    failure = None
+                elif in_worker or not isinstance(error, _AS_THEY_ARE):
                     failure = EvaluationError(design, one_line(error), error)
-            except BaseException as error:  # an interrupt
-                failure = error
         seconds = (perf_counter() - began) / max(len(found), 1)
         cost.add(seconds)
         for index, values in found:
@@ -143,24 +149,13 @@ def evaluate_chunk(f: Function, chunk: Waiting) -> Iterator[Result]:
     """Evaluate designs one after the other, in a worker.
 
     It stops early where they take longer than expected: those that are left are for others.
-
-    Raises:
-        EvaluationError: Whatever ended an evaluation.
     """
-    began = now = perf_counter()
-    while chunk and now - began < 2 * CHUNK:
-        start = perf_counter()
-        index, design = chunk.popleft()
-        try:
-            with same_folder():
-                values = f(design)
-        except BaseException as error:
-            # An interrupt can only come from the model here, elsewhere from the user, too.
-            if not isinstance(error, KeyboardInterrupt) or not hasattr(f, "lost"):
-                raise EvaluationError(design, one_line(error), error) from error
-            values = f.lost(design, one_line(error))
-        now = perf_counter()
-        yield index, values, now - start
+    end = perf_counter() + 2 * CHUNK
+
+    def late(left: int) -> bool:
+        return perf_counter() > end
+
+    return evaluate_here(f, chunk, enough=late, moment=0.0, in_worker=True)
 
 
 def sendable(error: EvaluationError) -> EvaluationError:

@@ -1,10 +1,10 @@
 """Worker processes of our own, for what an executor cannot do: end one evaluation alone.
 
 An executor treats a worker that dies or hangs as its own end, or ends the worker but not what the
-model has started in it. Here each worker has its own pipe and reports every design it finishes, so
-the pool knows which design a worker is at and for how long: that one is recorded, its worker is
-replaced, and nothing else is touched. How a worker ends with all it has started is described in
-``_worker``.
+model has started in it. Here each worker has its own channel and reports every design it finishes,
+so the pool knows which design a worker is at and for how long: that one is recorded, its worker is
+replaced, and nothing else is touched. How a worker ends with all it has started, and why a model
+cannot speak in its place, is described in ``_worker``.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
 one. Pebble has the limit and replaces a dead worker alone, and a task costs it little; but a solver
@@ -125,27 +125,30 @@ class _Worker:
 
     Attributes:
         process: What Popen started: the guard of the process that evaluates.
-        pipe: The connection to it.
-        started: Whether a message has come from it.
+        channel: The connection to it.
+        started: Whether it has loaded a function.
         loaded: The pickled function that it has, or is loading.
-        ready: Whether it is loading nothing.
+        loading: How many functions it is still to load.
         at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
     """
 
     def __init__(self, threads: int) -> None:
-        self.pipe, theirs = connection.Pipe()
-        self.started, self.loaded, self.ready = False, b"", True
+        self.started, self.loaded, self.loading = False, b"", 0
         self.at: Waiting = deque()
         self.deadline = math.inf
+        mark = os.urandom(16)
+        ours, theirs = socket.socketpair()
+        self.channel = _worker.Channel(ours, mark)
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         with theirs:
+            handle = theirs.fileno()
             self.process = subprocess.Popen(
-                [spawn.get_executable(), *flags, _worker.__file__, str(theirs.fileno())],
+                [spawn.get_executable(), *flags, _worker.__file__, str(handle), mark.hex()],
                 stdin=subprocess.DEVNULL,
                 env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
-                pass_fds=(theirs.fileno(),),
+                pass_fds=(handle,),
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
@@ -153,40 +156,41 @@ class _Worker:
         self.send(sys.path, sys.argv)
 
     def load(self, function: bytes, timeout: float) -> None:
-        """Let it load a pickled function, or tell that it still has it, and be ready.
+        """Let it load a pickled function, unless it has it.
 
-        No designs are sent before: while this process waits for space in a pipe that nobody
-        empties, it cannot watch the time.
+        No designs are sent before it has: while this process waits for space in a channel that
+        nobody empties, it cannot watch the time.
         """
-        self.ready, self.deadline = False, monotonic() + max(timeout, _START)
-        self.send("function", None if self.loaded == function else function)
-        self.loaded = function
+        if self.loaded != function:
+            self.loaded, self.loading = function, self.loading + 1
+            self.deadline = monotonic() + max(timeout, _START)
+            self.send("function", function)
 
     def send(self, kind: Any, content: Any) -> None:
         """Send a message; a process that is gone is noticed when it is waited for."""
         # by value from __main__, which is another module there
         data = cloudpickle.dumps((kind, content))
         with suppress(OSError):
-            self.pipe.send_bytes(data)
+            self.channel.send(data)
 
-    def receive(self) -> tuple[str, Any]:
-        """Return the kind and the content of the next message; "died" if the process has ended."""
+    def receive(self) -> Iterator[tuple[str, int, Any]]:
+        """Give kind, number and content of what has arrived; "died" if the process has ended."""
         try:
-            kind, content = cloudpickle.loads(self.pipe.recv_bytes())
+            arrived = self.channel.receive()
         except (EOFError, OSError):  # closed, or reset
-            return "died", None
-        except Exception as error:
-            return "unsent", one_line(error)
-        return kind, content
+            yield "died", -1, None
+            return
+        for number, data in arrived:
+            try:
+                kind, content = cloudpickle.loads(data)
+            except Exception as error:
+                kind, content = "unsent", one_line(error)
+            yield kind, number, content
 
     def disconnect(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
-        if not self.pipe.closed:
-            # a disconnection reaches the guard even if a fork holds the pipe open
-            same = os.dup(self.pipe.fileno())
-            with suppress(OSError), socket.socket(fileno=same) as pipe:
-                pipe.shutdown(socket.SHUT_RDWR)
-            self.pipe.close()
+        with suppress(OSError), self.channel.socket as own:
+            own.shutdown(socket.SHUT_RDWR)  # it reaches the guard though a fork holds it open
 
     def end(self, patience: float = 0.0) -> str:
         """Let the process end by itself or else kill it; return how it came to its end."""
@@ -223,20 +227,21 @@ class _Run:
             while len(self.workers) < min(self.n_workers, busy):
                 self._hire()
             for worker in self.workers:
-                if worker.ready and not worker.at and self.waiting:
+                if not worker.loading and not worker.at and self.waiting:
                     self._feed(worker)
             now = monotonic()
             due = min(worker.deadline for worker in self.workers)
-            pipes = [worker.pipe for worker in self.workers]
-            heard = connection.wait(pipes, max(0.0, min(_POLL, due - now)))
+            sockets = [worker.channel.socket for worker in self.workers]
+            heard = connection.wait(sockets, max(0.0, min(_POLL, due - now)))
             for worker in list(self.workers):
                 # What has arrived counts, be this process late to read it.
-                if worker.pipe in heard:
-                    yield from self._handle(worker, *worker.receive())
-                elif now > worker.deadline:
-                    yield from self._handle(worker, "overdue", None)
+                messages = list(worker.receive()) if worker.channel.socket in heard else []
+                if not messages and now > worker.deadline:
+                    messages = [("overdue", -1, None)]
                 elif not heard and worker.process.poll() is not None:
-                    yield from self._handle(worker, "died", None)
+                    messages = [("died", -1, None)]
+                for message in messages:
+                    yield from self._handle(worker, *message)
 
     def _hire(self) -> None:
         """Take a worker that is idle, or start one."""
@@ -244,11 +249,7 @@ class _Run:
             worker = self.idle.pop(0)
         except IndexError:  # other threads take them, too
             worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
-        if worker.ready:
-            worker.load(self.pickled, self.timeout)
-        elif worker.loaded != self.pickled:
-            worker.end()  # still loading the function of another run
-            return
+        worker.load(self.pickled, self.timeout)
         self.workers.append(worker)
 
     def _feed(self, worker: _Worker) -> None:
@@ -257,18 +258,21 @@ class _Run:
         worker.deadline = monotonic() + self.timeout
         worker.send("designs", worker.at)
 
-    def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
+    def _handle(self, worker: _Worker, kind: str, number: int, content: Any) -> Iterator[Result]:
         """Process a message of a worker, or its end."""
+        if worker not in self.workers:  # it is replaced
+            return
         if kind == "ready":
-            worker.ready = worker.started = True
-            worker.deadline = math.inf
+            worker.loading -= 1
+            worker.started = True
+            worker.deadline = worker.deadline if worker.loading else math.inf
         elif kind == "left":
             self._give_back(worker)
         elif kind == "raised":
             raise content
         elif kind == "unusable":
             raise _cannot_load(content)
-        elif kind in ("died", "overdue"):
+        elif kind in ("died", "overdue") or not worker.at or number != worker.at[0][0]:
             yield from self._replace(worker, overdue=kind == "overdue")
         else:
             index, design = worker.at.popleft()

@@ -1,16 +1,16 @@
 """A worker process, seen from inside: a guard, and its child that evaluates what it is sent.
 
-The pool runs this file as a script. The guard only waits for the end of its child or of the pipe
+The pool runs this file as a script. The guard only waits for the end of its child or of the channel
 to the pool, and then kills the child with all that a model has started in it. A thread in the
 worker would do but for a model that holds the interpreter's lock in C code; a signal at the death
 of the parent (Linux) would come at the end of the thread that started the worker, and not reach
 what the model started. On Linux the guard finds these also where they left the worker's group.
 
-Messages to the worker: ``("function", pickled)``, where None is the function it has;
-``("designs", Waiting)``; ``("leave", None)``. Messages from it: ``("ready", None)``, or
-``("unusable", text)`` for a function that cannot be loaded; for each design, in turn and as soon as
-it is done, ``("done", Result)``, ``("raised", error)`` or ``("unsent", text)`` if its values cannot
-be; ``("left", None)`` where the designs that are left of a chunk are for others.
+Messages to the worker: ``("function", pickled)``; ``("designs", Waiting)``; ``("leave", None)``.
+Messages from it: ``("ready", None)``, or ``("unusable", text)`` for a function that cannot be
+loaded; with the number of each design, in turn and as soon as it is done, ``("done", Result)``,
+``("raised", error)`` or ``("unsent", text)`` if its values cannot be; ``("left", None)`` where the
+designs that are left of a chunk are for others.
 """
 
 from __future__ import annotations
@@ -21,9 +21,12 @@ import os
 import pickle
 import select
 import signal
+import socket
+import struct
 import sys
 import threading
-from multiprocessing import connection
+import zlib
+from collections.abc import Iterator
 from typing import Any
 
 # From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
@@ -34,16 +37,72 @@ _PR_SET_CHILD_SUBREAPER = 36
 # stays small: so nothing heavy is imported here, nor anything from the current folder.
 
 
-def main(handle: int) -> None:
-    """Serve the other end of an inherited pipe until the pool says so or is gone."""
+class Channel:
+    """Messages through a socket that a model may write into, or close: it inherits descriptors.
+
+    Each message begins with a mark of random bytes and carries the number of a design. What is
+    between two messages is skipped, so that it changes no value and nobody waits for its end.
+
+    Args:
+        own: The socket.
+        mark: 16 bytes, the same at both ends.
+    """
+
+    _HEAD = struct.Struct(">QqI")  # size, number of a design, checksum
+
+    def __init__(self, own: socket.socket, mark: bytes) -> None:
+        self.socket, self._mark, self._arrived = own, mark, bytearray()
+        self._inode = os.fstat(own.fileno()).st_ino
+
+    def send(self, content: bytes, number: int = -1) -> None:
+        """Send a message.
+
+        Raises:
+            OSError: The other end is gone, or the model has closed this one.
+        """
+        if os.fstat(self.socket.fileno()).st_ino != self._inode:
+            raise OSError("the descriptor is another file's now")
+        head = self._HEAD.pack(len(content), number, zlib.crc32(content))
+        self.socket.sendall(self._mark + head + content)
+
+    def receive(self) -> list[tuple[int, bytes]]:
+        """Wait for some bytes; return the messages that are complete, with their numbers.
+
+        Raises:
+            EOFError: The other end is gone, or a message has arrived damaged.
+            OSError: The model has closed this end.
+        """
+        arrived = self._arrived
+        found: list[tuple[int, bytes]] = []
+        if not (some := self.socket.recv(2**18)):
+            raise EOFError
+        arrived += some
+        while (at := arrived.find(self._mark)) >= 0:
+            del arrived[:at]
+            begin = len(self._mark) + self._HEAD.size
+            if len(arrived) < begin:
+                return found
+            size, number, checksum = self._HEAD.unpack_from(arrived, len(self._mark))
+            if len(arrived) < begin + size:
+                return found
+            content = bytes(arrived[begin : begin + size])
+            if zlib.crc32(content) != checksum:
+                raise EOFError
+            found.append((number, content))
+            del arrived[: begin + size]
+        del arrived[: 1 - len(self._mark)]  # the rest may be the beginning of a mark
+        return found
+
+
+def main(handle: int, mark: bytes) -> None:
+    """Serve the other end of an inherited socket until the pool says so or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
     _guard(handle)
-    pipe = connection.Connection(handle)
-    os.register_at_fork(after_in_child=pipe.close)  # a fork of the model has nothing to say
-    sys.path[:], sys.argv[:] = pickle.loads(pipe.recv_bytes())
+    channel = Channel(socket.socket(fileno=handle), mark)
+    os.register_at_fork(after_in_child=channel.socket.close)  # a model's fork has nothing to say
     with contextlib.suppress(EOFError, OSError):
-        _serve(pipe)
+        _serve(channel)
 
 
 def _guard(handle: int) -> None:
@@ -96,28 +155,36 @@ def _prctl(option: int, value: int) -> None:
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
-def _serve(pipe: connection.Connection) -> None:
+def _messages(channel: Channel) -> Iterator[bytes]:
+    while True:
+        for _, content in channel.receive():
+            yield content
+
+
+def _serve(channel: Channel) -> None:
+    messages = _messages(channel)
+    sys.path[:], sys.argv[:] = pickle.loads(next(messages))
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
     from pymoo_psi.parallel._evaluation import evaluate_chunk, one_line, sendable
 
-    def send(kind: str, content: Any = None) -> None:
+    def send(kind: str, content: Any = None, number: int = -1) -> None:
         try:
             data = pickle.dumps((kind, content))
         except Exception:  # cloudpickle takes twice as long, and pickles more
             data = cloudpickle.dumps((kind, content))
-        pipe.send_bytes(data)
+        channel.send(data, number)
 
     function: Any = None
-    while True:
-        kind, content = cloudpickle.loads(pipe.recv_bytes())
+    for message in messages:
+        kind, content = cloudpickle.loads(message)
         if kind == "leave":
             return
         if kind == "function":
             try:
-                function = function if content is None else cloudpickle.loads(content)
+                function = cloudpickle.loads(content)
             except BaseException as error:  # a module may exit when it is imported
                 send("unusable", one_line(error))
             else:
@@ -126,9 +193,11 @@ def _serve(pipe: connection.Connection) -> None:
         try:
             for result in evaluate_chunk(function, content):
                 try:
-                    send("done", result)
-                except Exception as error:  # before a byte is sent, or as the pool is gone
-                    send("unsent", one_line(error))
+                    send("done", result, result[0])
+                except OSError:  # the pool is gone
+                    return
+                except Exception as error:  # before a byte is sent
+                    send("unsent", one_line(error), result[0])
         except EvaluationError as error:
             send("raised", sendable(error))
         if content:
@@ -136,4 +205,4 @@ def _serve(pipe: connection.Connection) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), bytes.fromhex(sys.argv[2]))
