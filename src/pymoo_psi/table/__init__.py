@@ -80,9 +80,8 @@ from pymoo_psi.table._designs import (
     design_matrix,
     values_in_order,
 )
-from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
-from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._formulation import Expression, Formulation
 from pymoo_psi.table._layout import (
     RESERVED,
     Bounds,
