@@ -14,7 +14,15 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, QMCSampling, SphereChute, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import (
+    PSI,
+    QMCSampling,
+    Restricted,
+    SphereChute,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+)
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 
 
@@ -87,6 +95,36 @@ def test_another_problem_is_refused(tmp_path, other, options, message):
     with pytest.raises(StudyMismatchError, match=message):
         run(other, 16, path, **options)
     assert path.read_bytes() == before
+
+
+class Scaled(Counted):
+    """A model with a constant, which it takes as an argument and keeps."""
+
+    def __init__(self, k=1, name="a", table=(1.0, 2.0)):
+        super().__init__()
+        self.k, self.table, self._seen = k, np.array(table), name
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["F"] = [self.k * f for f in out["F"]]
+
+
+@pytest.mark.parametrize("wrap", [lambda p: p, lambda p: Restricted(p, {"x1": (0.2, 0.8)})])
+def test_the_arguments_of_a_problem_are_part_of_what_it_is(tmp_path, wrap):
+    path = tmp_path / "s.db"
+    run(wrap(Scaled()), 16, path)
+    for other, message in [({"k": 2}, "parameters.k"), ({"table": (1.0, 3.0)}, "table")]:
+        with pytest.raises(StudyMismatchError, match=message):
+            run(wrap(Scaled(**other)), 16, path)
+    again = Scaled(k=1, name="b", table=[1.0, 2.0])  # a name that it does not keep says nothing
+    run(wrap(again), 16, path)
+    assert again.seen == []
+
+
+def test_a_missing_key_is_said_as_such(tmp_path):
+    run(Counted(), 8, tmp_path / "s.db", study_key="v2")
+    with pytest.raises(StudyMismatchError, match="begun with study_key='v2', and none is given"):
+        run(Counted(), 8, tmp_path / "s.db")
 
 
 def test_failed_designs_are_recorded_and_retried(tmp_path):
@@ -173,6 +211,9 @@ class Logged(ElementwiseProblem):
     def __init__(self, log):
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
         self.log = log
+
+    def fingerprint(self):
+        return {}  # its arguments change no value
 
     def _evaluate(self, x, out, *args, **kwargs):
         with open(self.log, "a") as log:

@@ -42,10 +42,11 @@ Example:
     >>> res.algorithm.evaluator.n_eval
     1000
 
-A study refuses another problem: another name, bounds, number of objectives or constraints. What it
-cannot see is the inside of the model: after a change of a constant or of the program it wants
-another ``study_key`` (or the problem a method ``fingerprint()`` that returns its constants as a
-dictionary), or old and new results would stand in one table. Failed designs stay failed until
+A study refuses another problem: another name, bounds, number of objectives or constraints, or
+other numbers and texts as arguments that the problem keeps as attributes (a method
+``fingerprint()`` of it may return another dictionary of what counts). What it cannot see is the
+inside of the model: after a change of a constant or of the program it wants another ``study_key``,
+or old and new results would stand in one table. Failed designs stay failed until
 ``PSI(..., retry="failed")`` tries them once more.
 
 Many machines share an investigation without talking to each other: each tests its share of the

@@ -53,8 +53,9 @@ class RunOptions:
             file; :meth:`TestTable.read_study` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
             study with another key is refused. The study itself compares name, variables, bounds
-            and numbers of objectives and constraints, and what a method ``fingerprint()`` of the
-            problem returns; it cannot see into the model.
+            and numbers of objectives and constraints, and the numbers and texts that the problem
+            was made with and keeps, or what its method ``fingerprint()`` returns; it cannot see
+            into the model.
         retry: Numbers of test points that the study holds as failed and that are to be evaluated
             once more; ``"failed"`` for all of them.
         on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong

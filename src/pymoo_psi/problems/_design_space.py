@@ -13,6 +13,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi.problems._pymoo import own_parameters
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -283,18 +284,17 @@ def problem_layout(
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     """Return what is known of a problem without its bounds, as plain values.
 
-    Name, variables, sizes and bounds are not everything, such as a constant of the model.
-    A problem adds to it by a method ``fingerprint()`` that returns a mapping, as the chute does
-    with its parameters.
+    Name, variables, sizes and bounds are not everything, such as a constant of the model: numbers
+    and texts that the problem was made with count too, or else what a method ``fingerprint()`` of
+    it returns, as the chute's does.
     """
-    own = getattr(problem, "fingerprint", None)
     return {
         "problem": problem.name(),
         "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
         "objectives": problem.n_obj,
         "inequality constraints": problem.n_ieq_constr,
         "equality constraints": problem.n_eq_constr,
-        "parameters": own() if callable(own) else {},
+        "parameters": own_parameters(problem),
     }
 
 

@@ -71,13 +71,39 @@ def call_of(made: object) -> str:
 
     Arguments with their default values, and those that it does not keep, are left out.
     """
-    shown = []
+    shown = ", ".join(f"{name}={value!r}" for name, value in _arguments_of(made).items())
+    return f"{type(made).__name__}({shown})"
+
+
+def _arguments_of(made: object) -> dict[str, Any]:
+    found = {}
     for name, parameter in inspect.signature(type(made)).parameters.items():
         value = getattr(made, name, parameter.default)
-        value = value.tolist() if isinstance(value, np.ndarray) else value
+        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
         if value is not parameter.default and value != parameter.default:
-            shown.append(f"{name}={value!r}")
-    return f"{type(made).__name__}({', '.join(shown)})"
+            found[name] = value
+    return found
+
+
+def own_parameters(problem: Any) -> dict[str, Any]:
+    """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
+
+    These are the arguments of its class that it keeps as attributes of the same name, but for
+    default values and what pymoo's ``Problem`` takes.
+    """
+    if callable(own := getattr(problem, "fingerprint", None)):
+        return dict(own())
+    while isinstance(problem, WrappedProblem):
+        problem = problem.wrapped
+    pymoos = inspect.signature(Problem).parameters
+    plain = {n: v for n, v in _arguments_of(problem).items() if n not in pymoos}
+    return {n: v for n, v in plain.items() if _is_plain(v)}
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_plain, value))
+    return isinstance(value, (bool, int, float, str))
 
 
 def seed_ties(algorithm: Any) -> None:
