@@ -1,0 +1,27 @@
+// A wall bracket: a plate on the wall, an arm that carries the load, a rib below it. In mm.
+SetFactory("OpenCASCADE");
+width = {width}; arm = {arm}; plate = {plate}; rib = {rib}; depth = {depth};
+length = 120; height = 100; eps = 1e-3;
+Box(1) = {0, -width / 2, -height, plate, width, height};
+Box(2) = {0, -width / 2, -arm, length, width, arm};
+Point(101) = {0, -rib / 2, 0};
+Point(102) = {plate + depth, -rib / 2, 0};
+Point(103) = {plate + depth, -rib / 2, -arm};
+Point(104) = {plate, -rib / 2, -arm - 0.6 * depth};
+Point(105) = {0, -rib / 2, -arm - 0.6 * depth};
+Line(101) = {101, 102}; Line(102) = {102, 103}; Line(103) = {103, 104};
+Line(104) = {104, 105}; Line(105) = {105, 101};
+Curve Loop(101) = {101, 102, 103, 104, 105};
+Plane Surface(101) = {101};
+prism[] = Extrude {0, rib, 0} { Surface{101}; };
+whole[] = BooleanUnion{ Volume{1}; Delete; }{ Volume{2, prism[1]}; Delete; };
+wall[] = Surface In BoundingBox{-eps, -width, -height - eps, eps, width, eps};
+tip[] = Surface In BoundingBox{length - eps, -width, -height, length + eps, width, eps};
+Physical Volume("BODY") = {whole[]};
+Physical Surface("WALL") = {wall[]};
+Physical Surface("TIP") = {tip[]};
+Mesh.ElementOrder = 2;
+Mesh.SecondOrderLinear = 1;
+Mesh.MeshSizeMax = 7;
+Mesh.MeshSizeMin = 3;
+Mesh.SaveGroupsOfNodes = 1;
