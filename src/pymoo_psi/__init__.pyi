@@ -35,6 +35,7 @@ from .pareto import representatives as representatives
 from .problems import FailureTolerant as FailureTolerant
 from .problems import Identification as Identification
 from .problems import ProgramProblem as ProgramProblem
+from .problems import Required as Required
 from .problems import Restricted as Restricted
 from .problems import Robust as Robust
 from .problems import SphereChute as SphereChute

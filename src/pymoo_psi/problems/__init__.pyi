@@ -24,8 +24,10 @@ from ._pymoo import call_of as call_of
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
+from ._requirements import Required as Required
 from ._requirements import Requirement as Requirement
 from ._requirements import requirements_of as requirements_of
+from ._requirements import violations as violations
 from ._restricted import Restricted as Restricted
 from ._robust import Robust as Robust
 from ._robust import evaluated as evaluated

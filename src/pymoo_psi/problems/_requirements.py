@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
+from pymoo_psi.problems._design_space import design_space, own_names
+from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 Array = NDArray[np.float64]
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
@@ -36,6 +38,15 @@ class Requirement:
     def columns(self) -> list[str]:
         """The names that its expressions use; empty of a function."""
         return [] if callable(self.rule) else [n for term in self._terms()[0] for n in term.columns]
+
+    @property
+    def text(self) -> str:
+        """What a table calls it."""
+        return (
+            self.name
+            if callable(self.rule) or self.rule == self.name
+            else f"{self.name}: {self.rule}"
+        )
 
     def violation(self, columns: Columns) -> Array:
         """Return ``(n,)`` by how much designs violate the rule, <= 0 where they meet it.
@@ -92,3 +103,92 @@ def requirements_of(given: Any, variables: Sequence[str]) -> tuple[Requirement, 
         for column in each.columns:
             known_name(f"a name in {where}", column, variables)
     return tuple(found)
+
+
+class Required(WrappedProblem):
+    """Any pymoo problem whose model runs only for designs that meet requirements.
+
+    Each requirement is one more inequality constraint, the last columns of ``G``. A design that
+    violates one has infinite objectives and 0 for all other constraints, and the model does not
+    see it. PSI, ``SurrogatePSI`` and ``investigate`` make this of a problem by themselves where it
+    has an attribute ``requirements`` or where they are given some.
+
+    Args:
+        problem: A pymoo problem.
+        requirements: Rules by name, or a list of rules: inequalities of expressions of the
+            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``, or functions that
+            take ``(n,)`` columns by name and return ``(n,)`` truth values. The problem's attribute
+            unless given.
+
+    Attributes:
+        required: The requirements.
+
+    Raises:
+        ArgumentValueError: A rule cannot be read, or uses what is no variable.
+        ArgumentTypeError: A rule is neither a text nor a function, or ``problem`` is no problem.
+
+    Example:
+        >>> import numpy as np
+        >>> from pymoo.problems import get_problem
+        >>> problem = Required(get_problem("zdt1", n_var=2), ["x1 + x2 >= 0.5"])
+        >>> problem.evaluate(np.array([[0.1, 0.1], [0.5, 0.0]]), return_values_of=["F", "G"])
+        (array([[ inf,  inf], [0.5 , 0.29...]]), array([[0.3], [0. ]]))
+    """
+
+    _same_front = False
+
+    def __init__(self, problem: Any, requirements: Any = None) -> None:
+        require_problem(problem)
+        if requirements is None:
+            requirements = getattr(problem, "requirements", None)
+        self._space = design_space(problem)
+        self._names = [*own_names(problem, self._space).values()]
+        self.required = requirements_of(requirements, self._names)
+        n = problem.n_ieq_constr
+        super().__init__(problem, n_ieq_constr=n + len(self.required))
+        self.requirements = None  # they are constraints here
+        texts = {f"g{n + k}": each.text for k, each in enumerate(self.required, 1)}
+        self.names = {**(getattr(problem, "names", None) or {}), **texts}
+
+    def violations(self, designs: Any) -> Array:
+        """Return ``(n, k)`` by how much n designs violate the k requirements, <= 0 where met.
+
+        Args:
+            designs: As the problem takes them.
+        """
+        return violations(self.required, self._names, self._space.to_matrix(designs))
+
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+        """Evaluate the designs that meet the requirements; pymoo calls this from ``evaluate``."""
+        above = self.violations(X)
+        rows = np.flatnonzero((above <= 0).all(axis=1))
+        widths = {"F": self.n_obj, "G": self.wrapped.n_ieq_constr, "H": self.n_eq_constr}
+        found = self.wrapped.do(X[rows], [*widths], *args, **kwargs) if len(rows) else {}
+        out = {
+            name: np.full((len(X), width), np.inf if name == "F" else 0.0)
+            for name, width in widths.items()
+        }
+        for name, values in found.items():
+            if name not in out:  # what else the model gives, nothing where it did not run
+                out[name] = np.full(len(X), None, dtype=object)
+            for row, value in zip(rows, values, strict=True):
+                out[name][row] = value
+        out["G"] = np.column_stack([out["G"], above])
+        out.update(dict.fromkeys(set(return_values_of) - set(out)))
+        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
+        return formatted
+
+
+def violations(
+    required: Sequence[Requirement], names: Sequence[str], matrix: NDArray[Any]
+) -> Array:
+    """Return ``(n, k)`` by how much designs violate requirements.
+
+    Args:
+        required: The k requirements.
+        names: What they call the variables.
+        matrix: ``(n, n_var)`` designs.
+    """
+    # lists, as a matrix of several kinds of variables holds objects
+    columns = {n: np.array(c.tolist()) for n, c in zip(names, matrix.T, strict=True)}
+    return np.column_stack([each.violation(columns) for each in required])

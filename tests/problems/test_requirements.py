@@ -1,0 +1,123 @@
+"""Requirements: a model never runs for a design that violates one."""
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Choice, Integer, Real
+from pymoo.optimize import minimize
+
+from pymoo_psi import FailureTolerant, JoblibRunner, PsiError, Required, Restricted, nsga3
+
+
+def model(x, y):
+    assert y <= 2 * x, "the model ran for a design that violates a requirement"
+    return [x, 1 / (0.1 + x) + y]
+
+
+class Plain(ElementwiseProblem):
+    def __init__(self, **kwargs):
+        self.names = {"x1": "width", "x2": "height"}
+        self.requirements = {"slender": "height <= 2*width"}
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=[1.0, 3.0], **kwargs)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"], out["G"] = model(*x), [x[0] + x[1] - 2.0]
+        out["heat"] = x[0] * x[1]
+
+
+class Vectorised(Plain):
+    def __init__(self):
+        super().__init__()
+        self.elementwise = False
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.array([model(*x) for x in X])
+        out["G"] = X.sum(axis=1, keepdims=True) - 2.0
+
+
+class Mixed(ElementwiseProblem):
+    def __init__(self):
+        self.requirements = ["teeth <= 2*module + 10", "module >= 1"]
+        kinds = {"teeth": Integer(bounds=(8, 30)), "module": Real(bounds=(0, 8))}
+        super().__init__(vars={**kinds, "steel": Choice(options=["a", "b"])}, n_obj=2)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        assert x["teeth"] <= 2 * x["module"] + 10
+        assert x["module"] >= 1
+        out["F"] = [x["teeth"], x["module"]]
+
+
+@pytest.mark.parametrize("algorithm", [NSGA2(pop_size=20), SMSEMOA(pop_size=20)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        Plain,
+        Vectorised,
+        lambda: FailureTolerant(Plain()),
+        lambda: Restricted(Plain(), {"width": (0.1, 0.9)}),
+        lambda: Plain(elementwise_runner=JoblibRunner(2)),
+    ],
+)
+def test_algorithms_of_pymoo_find_designs_that_meet_them(algorithm, make):
+    result = minimize(Required(make()), algorithm, ("n_eval", 100), seed=1)
+    assert (result.X[:, 1] <= 2 * result.X[:, 0]).all()
+    np.testing.assert_allclose(result.F[:, 0], result.X[:, 0])
+
+
+def test_nsga3_runs_none_that_violates_one():
+    result = nsga3(Required(Mixed()), n_evaluations=100, seed=1)
+    assert len(result.F)
+
+
+def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():
+    X = np.random.default_rng(1).random((50, 2)) * [1, 3]
+    met = X[:, 1] <= 2 * X[:, 0]
+    for problem in (Plain(), Vectorised()):
+        out = Required(problem).evaluate(X, return_as_dictionary=True)
+        for name in ("F", "G"):
+            expected = problem.evaluate(X[met], return_as_dictionary=True)[name]
+            np.testing.assert_array_equal(out[name][met][:, : expected.shape[1]], expected)
+        assert np.isinf(out["F"][~met]).all()
+        assert (out["G"][~met, 0] == 0).all()
+        np.testing.assert_allclose(out["G"][:, 1], X[:, 1] - 2 * X[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    [
+        ("x1 <= x2", [True, False, True]),
+        ("x1 >= x2", [False, True, True]),
+        ("1 <= x1/x2 <= 2", [False, True, False]),
+        ("2 >= x1 + x2 >= 1", [True, False, False]),
+        (lambda columns: columns["x1"] > columns["x2"], [False, True, False]),
+    ],
+)
+def test_a_rule_is_what_it_says(rule, expected):
+    problem = Required(Problem(n_var=2, n_obj=1, xl=0.0, xu=3.0), [rule])
+    X = np.array([[0.5, 1.0], [2.0, 1.0], [0.0, 0.0]])  # 0/0 is no number and meets nothing
+    assert (problem.violations(X) <= 0)[:, 0].tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("rules", "match"),
+    [
+        (["width <= hieght"], "did you mean 'height'"),
+        (["width < height"], "inequality"),
+        (["width"], "inequality"),
+        (["0 <= width >= 1"], "inequality"),
+        (["width <= "], "arithmetic"),
+        ("width <= 1", "a list of rules"),
+        ({"a": 3}, "text, or a function"),
+    ],
+)
+def test_wrong_rules_are_refused(rules, match):
+    with pytest.raises(PsiError, match=match):
+        Required(Plain(), rules)
+
+
+def test_a_function_must_say_so_of_each_design():
+    problem = Required(Plain(), [lambda columns: True])
+    with pytest.raises(PsiError, match="truth values of shape"):
+        problem.evaluate(np.array([[0.5, 0.5]]))
