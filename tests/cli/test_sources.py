@@ -170,7 +170,7 @@ def test_reasons_and_cautions_are_the_librarys(sources, normalize):
     why = explain(frame, int(ranking.salukvadze[0]), **more)
     said = [str(caution) for caution in cautions(ranking)]
     assert all(sentence in printed for sentence in why.sentences[:2])
-    assert all(f"Caution: {text}" in printed for text in said)
+    assert all(f"Attention: {text}" in printed for text in said)
     content = json.loads(Path("o.json").read_text("utf-8"))
     assert content["reasons"] == list(why.sentences[: len(content["reasons"])])
     assert content["cautions"] == said
@@ -295,7 +295,7 @@ def test_tests_are_analyzed_as_by_the_library(sources):
     assert sources("solve", "bnh", *sought)[0] == 0
     for words in ([], ["--limits", "f1<=100"]):
         printed = joined(sources("analyze", "sought.db", *words)[1])
-        assert "Caution: an algorithm has chosen the tests" in printed
+        assert "Attention: an algorithm has chosen the tests" in printed
         assert "Convergence not available: an algorithm has chosen the tests" in printed
     code, _, err = sources("analyze", "cars.csv", *OBJECTIVES)
     assert (code, "--variables must be named" in err) == (2, True)

@@ -96,8 +96,8 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     why = explain(own, optimum, maximize=["stiffness"], units={"mass": "kg"})
     said = lines(beam, "The choice")
     assert set(why.sentences) <= set(said)
-    told = [line for line in said if line.startswith("Caution: ")]
-    assert told == [f"Caution: {caution}" for caution in cautions(beam.ranking)]
+    told = [line for line in said if line.startswith("Attention: ")]
+    assert told == [f"Attention: {caution}" for caution in cautions(beam.ranking)]
     assert np.array_equal(rows[[optimum]], np.flatnonzero(table.pareto(LIMITS))[
         table.ranking(LIMITS).salukvadze
     ])  # fmt: skip
@@ -134,10 +134,10 @@ def test_cautions_say_that_they_are_about_the_optimum():
     table = dataclasses.replace(table, layout=layout, extra={"version": labels})
     own = decision_report(table)
     best = labels[own.ranking.salukvadze[0]]
-    cautions = [line for line in lines(own, "The choice") if line.startswith("Caution: ")]
+    cautions = [line for line in lines(own, "The choice") if line.startswith("Attention: ")]
     other = lines(decision_report(table, design=1), "The choice")
-    mark = f"Caution on {best}, the optimum: "
-    assert [line.replace(mark, "Caution: ") for line in other if mark in line] == cautions != []
+    mark = f"Attention to {best}, the optimum: "
+    assert [line.replace(mark, "Attention: ") for line in other if mark in line] == cautions != []
 
 
 def test_counts_add_up(beam):

@@ -1,8 +1,8 @@
 """The command ``pymoo-psi``: its commands with their options, and how it ends.
 
-A command here only collects what was typed and hands it to the function that runs it. That
-function is imported when it is called, and with it NumPy, pymoo and the like: so ``--help`` and the
-completion of words answer at once.
+A command is a class whose fields are its options, and whose bases are options that several take.
+The function that runs it is imported when it is called, and with it NumPy, pymoo and the like: so
+``--help`` and the completion of words answer at once.
 
 Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
 says what), 130 interrupted.
@@ -10,29 +10,21 @@ says what), 130 interrupted.
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import Enum
+from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypeVar, get_type_hints
 
 import typer
 
-from pymoo_psi.cli._options import (
-    Asked,
-    Jobs,
-    Opening,
-    Overwrite,
-    Preferences,
-    Source,
-    grouped,
-    option,
-    path_option,
-)
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
@@ -57,6 +49,22 @@ however long, unless COLUMNS says how wide lines may be.""",
 )
 
 
+def path_in(text: str | Path) -> Path:
+    """Return what is typed as a path, ``~`` replaced, which shells leave in ``--out=~/x.csv``."""
+    if not os.fspath(text):  # as $FILE gives that is not set; to Path it is "."
+        raise typer.BadParameter("a file or folder must have a name, got ''")
+    return Path(os.path.expanduser(text))
+
+
+def _path(metavar: str, help: str, *names: str) -> Any:
+    return typer.Option(*names, metavar=metavar, help=help, parser=path_in)
+
+
+def _option(metavar: str, help: str) -> Any:
+    """Return an option, or one that may be given several times where its type is a list."""
+    return typer.Option(metavar=metavar, help=help)
+
+
 # An option's choices are an enumeration to typer (literals only since 0.19, StrEnum is of Python
 # 3.11 on). They repeat names of the library, as its import would keep --help waiting.
 AlgorithmName = Enum(
@@ -77,17 +85,131 @@ ProblemName: TypeAlias = Annotated[
         "dtlz2 --n-obj 4.",
     ),
 ]
+SourceFile: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="A study, a folder of shares, or a table: CSV, .xlsx, .parquet, JSON of 'rank'.",
+        parser=path_in,
+    ),
+]
+Names: TypeAlias = list[str] | None
+Text: TypeAlias = str | None
+File: TypeAlias = Path | None
+Jobs: TypeAlias = Annotated[int, _option("N", "Processes; -1: one per core.")]
 Title: TypeAlias = Annotated[str | None, typer.Option(help="Heading [the file's name].")]
+Preferences: TypeAlias = Annotated[
+    Names,
+    _option(
+        "P",
+        "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, "
+        "chebyshev, knee or tradeoff.",
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """What every command takes that writes."""
+
+    force: Annotated[
+        bool, typer.Option("--force", help="Overwrite what this command has not written, too.")
+    ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked(Command):
+    """What is asked of a table: objectives, directions, limits, computed columns."""
+
+    objectives: Annotated[
+        Names, _option("A,B,…", "Columns with objectives [f1,f2,… or all numeric].")
+    ] = None
+    maximize: Annotated[Names, _option("A,…", "Objectives of which more is better.")] = None
+    limits: Annotated[
+        Names, _option('"A<=2.5,1<=X<=2"', "Limits on any columns of numbers; in quotation marks.")
+    ] = None
+    compute: Annotated[Names, _option('"NAME=A/B"', "One more column, computed from others.")] = (
+        None
+    )
+    relax: Annotated[Names, _option("G,…", "Constraints that need not hold.")] = None
+    formulation: Annotated[
+        File,
+        _path(
+            "FILE.json",
+            "All this from a file: a decision of the page, or Formulation.to_json; further "
+            "options add to it.",
+            "--formulation",
+            "--decision",
+        ),
+    ] = None
+    no_normalize: Annotated[
+        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
+    ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening(Asked):
+    """How a source is opened: what its columns are, and how its numbers are written."""
+
+    variables: Annotated[Names, _option("X,Y,…", "Columns with design variables [x1,x2,…].")] = None
+    units: Annotated[Names, _option("A=KG,B=S", "Units of columns.")] = None
+    decimal: Annotated[
+        Text, _option('"."|","', "Decimal mark of the file [found from its numbers].")
+    ] = None
+    thousands: Annotated[Text, _option("MARK", "Mark between thousands [as for --decimal].")] = None
+    encoding: Annotated[Text, _option("NAME", "Of a text, such as cp1252 [UTF-8].")] = None
+    skip_rows: Annotated[
+        Text, _option("1,3,…", "Lines to leave out: titles, units; or 'hidden' ones.")
+    ] = None
+    sheet: Annotated[Text, _option("NAME", "Sheet of a workbook [the only one].")] = None
+    drop_incomplete: Annotated[
+        bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
+    ] = False
+
+
+Kind = TypeVar("Kind")
 
 
 def _command(
-    *examples: str, more: str = "", of_problem: bool = False
-) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Make a function a command whose help ends with examples, which can be pasted."""
+    module: str, *examples: str, more: str = "", of_problem: bool = False
+) -> Callable[[type[Kind]], type[Kind]]:
+    """Make a class of options a command, run by the function ``run_…`` of a module.
+
+    Its help ends with examples, which can be pasted.
+    """
     epilog = "\n  ".join(["\b\nExamples:", *examples]) + (f"\n\n{more}" if more else "")
     # Options that a command of a problem does not know are the problem's.
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if of_problem else None
-    return lambda function: app.command(epilog=epilog, context_settings=settings)(grouped(function))
+
+    def registered(kind: type[Kind]) -> type[Kind]:
+        name, hints = kind.__name__.lower(), get_type_hints(kind, include_extras=True)
+
+        def command(**given: Any) -> int:
+            try:
+                run = getattr(import_module(f"pymoo_psi.cli.{module}"), f"run_{name}")
+                return int(run(kind(**given)))
+            except KeyboardInterrupt as stop:
+                if not stop.args:  # nothing has been said of what is kept
+                    print_error("pymoo-psi: interrupted; no file is left half-written")
+                return _INTERRUPTED
+
+        # Its own options come first in the help, those of its bases behind them.
+        fields = [field for each in kind.__mro__ for field in inspect.get_annotations(each)]
+        parameters = [
+            inspect.Parameter(
+                field,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=getattr(kind, field, inspect.Parameter.empty),
+                annotation=hints[field],
+            )
+            for field in fields
+        ]
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        command.__annotations__ = {field: hints[field] for field in fields}
+        app.command(name, help=kind.__doc__, epilog=epilog, context_settings=settings)(command)
+        return kind
+
+    return registered
 
 
 @app.callback()
@@ -121,6 +243,7 @@ _CHUTE = (
 
 
 @_command(
+    "_solve",
     "pymoo-psi solve bnh --points 256 --out front.csv",
     'pymoo-psi solve bnh --points 256 --limits "f1<=60, x1<=2" --study bnh.db',
     "pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500",
@@ -128,211 +251,159 @@ _CHUTE = (
     more=_CHUTE,
     of_problem=True,
 )
-def solve(
-    context: typer.Context,
-    problem: ProblemName,
-    *,
-    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi,
+@dataclass(frozen=True, kw_only=True)
+class Solve(Asked):
+    """Find the Pareto set of a problem and rank it by efficiency."""
+
+    context: typer.Context
+    problem: ProblemName
+    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi
     points: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Designs to evaluate [4096, of surrogate 256]."),
-    ] = None,
+        _option("N", "Designs to evaluate [4096, of surrogate 256]."),
+    ] = None
     sampling: Annotated[
         SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
-    ] = SamplingName.lptau,
-    seed: Annotated[int, typer.Option(metavar="S", help="Seed; psi by lptau needs none.")] = 1,
-    jobs: Jobs = 1,
-    asked: Asked,
+    ] = SamplingName.lptau
+    seed: Annotated[int, _option("S", "Seed; psi by lptau needs none.")] = 1
+    jobs: Jobs = 1
     box: Annotated[
-        list[str] | None, option('"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value.")
-    ] = None,
+        Names, _option('"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value.")
+    ] = None
     timeout: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Seconds a design may take; then it has failed."),
-    ] = None,
-    study: Annotated[
-        Path | None, path_option("FILE.db", "Keep every test here; a run continues it.")
-    ] = None,
+        _option("S", "Seconds a design may take; then it has failed."),
+    ] = None
+    study: Annotated[File, _path("FILE.db", "Keep every test here; a run continues it.")] = None
     share: Annotated[
-        str | None,
-        typer.Option(metavar="K/N", help="Test the K-th of N parts; --study is their folder."),
-    ] = None,
+        Text,
+        _option("K/N", "Test the K-th of N parts; --study is their folder."),
+    ] = None
     study_key: Annotated[
-        str | None,
-        typer.Option(metavar="K", help="What else the study depends on: the model's version."),
-    ] = None,
+        Text,
+        _option("K", "What else the study depends on: the model's version."),
+    ] = None
     retry: Annotated[
-        str | None,
-        typer.Option(metavar="failed|1,2", help="Test failed designs of the study once more."),
-    ] = None,
-    out: Annotated[Path | None, path_option("FILE.csv", "Write the Pareto set here.")] = None,
-    force: Overwrite = False,
-) -> int:
-    """Find the Pareto set of a problem and rank it by efficiency."""
-    from pymoo_psi.cli._problem import load_problem
-    from pymoo_psi.cli._solve import Search, run_solve
-
-    if points is None:
-        points = 256 if algorithm is AlgorithmName.surrogate else 4096
-    search = Search(
-        algorithm.value, points, sampling.value, seed, jobs, study, study_key, share, retry
-    )
-    search.run_options(asked)  # wrong ones are refused before a model is imported
-    wanted = load_problem(problem, context, jobs, timeout, box)
-    return run_solve(wanted, search, asked, out, force=force)
+        Text,
+        _option("failed|1,2", "Test failed designs of the study once more."),
+    ] = None
+    out: Annotated[File, _path("FILE.csv", "Write the Pareto set here.")] = None
 
 
 @_command(
+    "_rank",
     "pymoo-psi solve bnh --points 256 --out front.csv",
     'pymoo-psi rank front.csv --limits "f1<=60" --prefer knee --out ranked.csv',
     "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2 --top 3",
     more="""In a list, a name with a comma stands in quotation marks: --objectives
 '"time, s",mass'.""",
 )
-def rank(
-    file: Source,
-    asked: Asked,
-    opening: Opening,
-    out: Annotated[Path | None, path_option("FILE", "Write all designs, .csv or .json.")] = None,
-    figure: Annotated[
-        Path | None, path_option("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")
-    ] = None,
-    force: Overwrite = False,
-    top: Annotated[int, typer.Option(metavar="N", help="Designs to print.")] = 12,
-    prefer: Preferences = None,
-    representatives: Annotated[
-        int | None, typer.Option(metavar="K", help="Print K designs that stand for all.")
-    ] = None,
-) -> int:
+@dataclass(frozen=True, kw_only=True)
+class Rank(Opening):
     """Rank the designs of any Pareto set by efficiency."""
-    from pymoo_psi.cli._rank import run_rank
 
-    return run_rank(
-        file, asked, opening,
-        prefer=prefer, n_representatives=representatives, out=out, figure=figure, force=force,
-        top=top,
-    )  # fmt: skip
-
-
-@_command(
-    "pymoo-psi solve bnh --points 256 --out front.csv",
-    'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
-)
-def page(
-    file: Source,
-    asked: Asked,
-    opening: Opening,
-    title: Title = None,
-    prototype: Annotated[
-        Path | None, path_option("FILE", "Existing designs to compare with.")
-    ] = None,
-    out: Annotated[Path, path_option("FILE.html", "Write the page here.")] = Path("page.html"),
-    force: Overwrite = False,
-) -> int:
-    """Make a page to decide on a Pareto set: one file, works offline."""
-    from pymoo_psi.cli._documents import run_page
-
-    return run_page(file, asked, opening, prototype=prototype, title=title, out=out, force=force)
-
-
-@_command(
-    "pymoo-psi solve bnh --points 256 --study bnh.db",
-    'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
-)
-def report(
-    file: Source,
-    asked: Asked,
-    opening: Opening,
-    title: Title = None,
-    prefer: Preferences = None,
-    design: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Test point, or row, that is chosen [the optimum]."),
-    ] = None,
-    out: Annotated[Path, path_option("FILE.html", "Write the report here.")] = Path("report.html"),
-    force: Overwrite = False,
-) -> int:
-    """Report on tests and the choice: one file to read and print."""
-    from pymoo_psi.cli._documents import run_report
-
-    return run_report(
-        file, asked, opening, prefer=prefer, design=design, title=title, out=out, force=force
+    file: SourceFile
+    out: Annotated[File, _path("FILE", "Write all designs, .csv or .json.")] = None
+    figure: Annotated[File, _path("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")] = (
+        None
+    )
+    top: Annotated[int, _option("N", "Designs to print.")] = 12
+    prefer: Preferences = None
+    representatives: Annotated[int | None, _option("K", "Print K designs that stand for all.")] = (
+        None
     )
 
 
 @_command(
-    "pymoo-psi solve bnh --points 256 --study bnh.db",
-    'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
+    "_documents",
+    "pymoo-psi solve bnh --points 256 --out front.csv",
+    'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
 )
-def analyze(
-    file: Source,
-    asked: Asked,
-    opening: Opening,
-    out: Annotated[
-        Path | None, path_option("DIR", "Folder for tables (CSV) and pictures (PNG).")
-    ] = None,
-    force: Overwrite = False,
-) -> int:
-    """Say which variables matter, what is feasible, if tests suffice."""
-    from pymoo_psi.cli._documents import run_analyze
+@dataclass(frozen=True, kw_only=True)
+class Page(Opening):
+    """Make a page to decide on a Pareto set: one file, works offline."""
 
-    return run_analyze(file, asked, opening, out, force=force)
+    file: SourceFile
+    title: Title = None
+    prototype: Annotated[File, _path("FILE", "Existing designs to compare with.")] = None
+    out: Annotated[Path, _path("FILE.html", "Write the page here.")] = Path("page.html")
 
 
 @_command(
+    "_documents",
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
+)
+@dataclass(frozen=True, kw_only=True)
+class Report(Opening):
+    """Report on tests and the choice: one file to read and print."""
+
+    file: SourceFile
+    title: Title = None
+    prefer: Preferences = None
+    design: Annotated[
+        int | None,
+        _option("N", "Test point, or row, that is chosen [the optimum]."),
+    ] = None
+    out: Annotated[Path, _path("FILE.html", "Write the report here.")] = Path("report.html")
+
+
+@_command(
+    "_documents",
+    "pymoo-psi solve bnh --points 256 --study bnh.db",
+    'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
+)
+@dataclass(frozen=True, kw_only=True)
+class Analyze(Opening):
+    """Say which variables matter, what is feasible, if tests suffice."""
+
+    file: SourceFile
+    out: Annotated[File, _path("DIR", "Folder for tables (CSV) and pictures (PNG).")] = None
+
+
+@_command(
+    "_experiments",
     "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
     "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four",
     more=_CHUTE,
     of_problem=True,
 )
-def compare(
-    context: typer.Context,
-    problem: ProblemName,
+@dataclass(frozen=True, kw_only=True)
+class Compare(Command):
+    """Compare PSI with NSGA-III and others at equal cost."""
+
+    context: typer.Context
+    problem: ProblemName
     evaluations: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N,N,…",
-            help="Numbers of evaluations; 256,1024,4096, with surrogates 64,128,256.",
-        ),
-    ] = None,
-    seeds: Annotated[
-        int, typer.Option(metavar="N", help="Runs of each that draws at random.")
-    ] = 11,
+        Text, _option("N,N,…", "Numbers of evaluations [256,1024,4096, of surrogate 64,128,256].")
+    ] = None
+    seeds: Annotated[int, _option("N", "Runs of each that draws at random.")] = 11
     algorithms: Annotated[
         str,
-        typer.Option(
-            metavar="A,B,…",
-            help="Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, ….",
-        ),
-    ] = "psi,psi-scrambled,nsga3,psi+nsga3",
+        _option("A,B,…", "Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, …."),
+    ] = "psi,psi-scrambled,nsga3,psi+nsga3"
     reference: Annotated[
-        Path | None, path_option("FILE.npz", "Measure against the reference of another comparison.")
-    ] = None,
-    jobs: Annotated[int, typer.Option(metavar="N", help="Runs at a time; -1: one per core.")] = 1,
+        File, _path("FILE.npz", "Measure against the reference of another comparison.")
+    ] = None
+    jobs: Annotated[int, _option("N", "Runs at a time; -1: one per core.")] = 1
     out: Annotated[
-        Path | None,
-        path_option("DIR", "Write tables, figures, runs here; a later call goes on from them."),
-    ] = None,
-    force: Overwrite = False,
-) -> int:
-    """Compare PSI with NSGA-III and others at equal cost."""
-    from pymoo_psi.cli._experiments import run_compare
-    from pymoo_psi.cli._problem import load_problem
-
-    return run_compare(
-        load_problem(problem, context), evaluations, seeds, algorithms,
-        reference=reference, jobs=jobs, out=out, force=force,
-    )  # fmt: skip
+        File,
+        _path("DIR", "Write tables, figures, runs here; a later call goes on from them."),
+    ] = None
 
 
 @_command(
+    "_documents",
     "pymoo-psi solve bnh --points 64 --study parts --share 1/2",
     "pymoo-psi solve bnh --points 64 --study parts --share 2/2",
     "pymoo-psi export parts --out whole.db",
     'pymoo-psi solve bnh --points 64 --study part.db --box "x1=0:2"',
     "pymoo-psi export whole=whole.db part=part.db --out both.csv",
 )
-def export(
+@dataclass(frozen=True, kw_only=True)
+class Export(Opening):
+    """Write tests as one table for other programs, or as one study."""
+
     sources: Annotated[
         list[str],
         typer.Argument(
@@ -340,51 +411,32 @@ def export(
             help="Tests of one problem: studies, folders of shares, tables. With a name they are "
             "experiments of other bounds or samplings.",
         ),
-    ],
-    asked: Asked,
-    opening: Opening,
-    out: Annotated[
-        Path, path_option("FILE", "Write here, .csv, .parquet, or .db, a study to continue.")
-    ],
-    force: Overwrite = False,
-) -> int:
-    """Write tests as one table for other programs, or as one study."""
-    from pymoo_psi.cli._documents import run_export
-
-    return run_export(sources, asked, opening, out, force=force)
+    ]
+    out: Annotated[Path, _path("FILE", "Write here, .csv, .parquet, or .db, a study to continue.")]
 
 
 @_command(
+    "_experiments",
     "pymoo-psi reproduce",
     "pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03",
 )
-def reproduce(
-    out: Annotated[Path, path_option("DIR", "Folder for tables (CSV) and figures.")] = Path(
+@dataclass(frozen=True, kw_only=True)
+class Reproduce(Command):
+    """Compute the tables of the chute's paper, and compare with them."""
+
+    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures.")] = Path(
         "reproduction"
-    ),
-    points: Annotated[int, typer.Option(metavar="Q", help="Test points per case.")] = 4096,
+    )
+    points: Annotated[int, _option("Q", "Test points per case.")] = 4096
     mu: Annotated[
         list[float] | None,
-        typer.Option(metavar="MU", help="Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
-    ] = None,
-    c: Annotated[
-        float, typer.Option(metavar="C", help="Initial speed over √(gL), of 1 m/s for L = 1 m.")
-    ] = 0.3193,
-    r: Annotated[float, typer.Option(metavar="R", help="Radius over L, the horizontal way.")] = 0.1,
-    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None,
-    jobs: Jobs = 1,
-    figures: Annotated[
-        FigureFormat, typer.Option(help="Format of the figures.")
-    ] = FigureFormat.png,
-    force: Overwrite = False,
-) -> int:
-    """Compute the tables of the chute's paper, and compare with them."""
-    from pymoo_psi.cli._experiments import run_reproduce
-
-    models = [each.value for each in ModelName if model in (None, each)]
-    return run_reproduce(
-        out, points, jobs, figures.value, mu=mu or (), c=c, r=r, models=models, force=force
-    )
+        _option("MU", "Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
+    ] = None
+    c: Annotated[float, _option("C", "Initial speed over √(gL), of 1 m/s for L = 1 m.")] = 0.3193
+    r: Annotated[float, _option("R", "Radius over L, the horizontal way.")] = 0.1
+    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None
+    jobs: Jobs = 1
+    figures: Annotated[FigureFormat, typer.Option(help="Format of the figures.")] = FigureFormat.png
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -417,13 +469,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         message = "out of memory; reduce --points"
     except (KeyboardInterrupt, typer.Abort):
-        code = _INTERRUPTED
+        return _INTERRUPTED
     if message is not None:
         # A message of pymoo or of a user's model may have several lines; scripts count on one.
-        _print_error(f"pymoo-psi: error: {' '.join(message.split())}")
+        print_error(f"pymoo-psi: error: {' '.join(message.split())}")
         return 2
-    if code == _INTERRUPTED:  # which later versions of typer return
-        _print_error("pymoo-psi: interrupted")
     return code if isinstance(code, int) else 0
 
 
@@ -432,16 +482,20 @@ def _show_warning(
 ) -> None:
     """Show a warning of this package in one line; those of a user's model as Python does."""
     if category is UserWarning:
-        _print_error(f"pymoo-psi: warning: {message}")
+        print_error(f"pymoo-psi: warning: {message}")
     else:
-        _print_error(warnings.formatwarning(message, category, filename, lineno).rstrip())
+        print_error(warnings.formatwarning(message, category, filename, lineno).rstrip())
 
 
-def _print_error(line: str) -> None:
-    # What steers a terminal may come out of untrusted input.
-    shown = re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", line)
+def printable(text: str) -> str:
+    """Return a text without the characters that steer a terminal: it may be untrusted input."""
+    return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", text)
+
+
+def print_error(line: str) -> None:
+    """Print a line on standard error, or nothing where that cannot be written to."""
     try:
-        print(shown, file=sys.stderr, flush=True)
+        print(printable(line), file=sys.stderr, flush=True)
     except OSError:  # then the code says it; Python would try again at its end, and exit with 120
         sys.stderr = None
 

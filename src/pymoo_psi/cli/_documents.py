@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -14,18 +13,18 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.cli._options import Asked, Opening
-from pymoo_psi.cli._output import (
-    print_frame,
-    require_output,
-    require_results,
-    say,
-    say_sentences,
-    write_csv,
+from pymoo_psi.cli._app import Analyze, Export, Page, Report
+from pymoo_psi.cli._output import print_frame, require_output, require_results, say, write_csv
+from pymoo_psi.cli._rank import (
+    decision_remarks,
+    limits_of,
+    preferences_in,
+    require_free_names,
+    say_source,
 )
-from pymoo_psi.cli._rank import decision_remarks, preferences_in, require_free_names, say_source
+from pymoo_psi.cli._source import formulation_of, opened
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
-from pymoo_psi.table import STATUSES, Formulation, TestTable
+from pymoo_psi.table import STATUSES, Formulation, TestTable, read_table
 
 # Objectives up to which hypervolumes take seconds: of 300 designs one second with seven of them,
 # but hours with eight, and of 40 designs hours with fifteen.
@@ -34,58 +33,40 @@ _SHOWN = 12  # variables printed, those with the largest indices; all are in the
 _HTML = (".html", ".htm")
 
 
-def run_page(
-    path: Path,
-    asked: Asked,
-    opening: Opening,
-    *,
-    prototype: Path | None,
-    title: str | None,
-    out: Path,
-    force: bool,
-) -> int:
+def run_page(options: Page) -> int:
     """Write the page and say where it is. Its reader can move the limits that it opens with."""
     from pymoo_psi.page import decision_page
 
-    require_output(out, _HTML, path, prototype, asked.formulation, by="page", force=force)
-    formulation = asked.read()
+    path, out, prototype = options.file, options.out, options.prototype
+    inputs = (path, prototype, options.formulation)
+    require_output(out, _HTML, *inputs, by="page", force=options.force)
+    formulation = formulation_of(options)
     question = replace(formulation, limits={}, page={})
-    table = opening.table(path, question)
+    table = opened(path, options, question)
     require_free_names(table.layout.columns)
     former = None
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
-        written = replace(opening, variables=None, units=None, skip_rows=None, sheet=None)
+        written = replace(options, variables=None, units=None, skip_rows=None, sheet=None)
         layout = table.layout
         more = [name for name in layout.objectives if name in layout.maximize]
         same = replace(question, objectives=layout.objectives, maximize=more, relaxed=())
         try:
-            former = written.table(prototype, same)
+            former = opened(prototype, written, same)
         except PsiError as error:
             raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
     opens = replace(formulation, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
-    page = decision_page(table, opens, prototype=former, title=title or path.stem)
+    page = decision_page(table, opens, prototype=former, title=options.title or path.stem)
     # What the table was asked is repeated in the decisions that the page saves.
     limits = page.formulation.limits
-    page = replace(page, formulation=replace(formulation, limits=limits))
-    page.save(out)
+    replace(page, formulation=replace(formulation, limits=limits)).save(out)
     say_source(path, table, formulation)
     size, objectives = counted(len(page.table), "design"), ", ".join(table.layout.objectives)
     say(f"{size} by {objectives}: open {out} in a browser")
     return 0
 
 
-def run_report(
-    path: Path,
-    asked: Asked,
-    opening: Opening,
-    *,
-    prefer: Sequence[str] | None,
-    design: int | None,
-    title: str | None,
-    out: Path,
-    force: bool,
-) -> int:
+def run_report(options: Report) -> int:
     """Write the report and say where it is.
 
     Returns:
@@ -94,13 +75,14 @@ def run_report(
     from pymoo_psi.report import decision_report
     from pymoo_psi.study import Study
 
-    require_output(out, _HTML, path, asked.formulation, by="report", force=force)
-    formulation = asked.read()
+    path, out, design = options.file, options.out, options.design
+    require_output(out, _HTML, path, options.formulation, by="report", force=options.force)
+    formulation = formulation_of(options)
     # What each limit costs is reported, so that they are not among the constraints.
-    table = opening.table(path, replace(formulation, limits={}))
+    table = _sampled(path, opened(path, options, replace(formulation, limits={})))
     require_free_names(table.layout.columns)
     normalize = formulation.normalize
-    selectors = preferences_in(prefer, table.layout.objectives, normalize=normalize)
+    selectors = preferences_in(options.prefer, table.layout.objectives, normalize=normalize)
     limited = table.under(Formulation(limits=formulation.limits))
     decided = decision_remarks(path, limited, formulation)
     if design is not None:
@@ -119,13 +101,23 @@ def run_report(
         normalize=normalize,
         design=design,
         selectors=selectors or None,
-        title=title or path.stem,
+        title=options.title or path.stem,
         about=[*about, *table.remarks, *decided],
     )
     report.save(out)
     say_source(path, limited, formulation)
+    for line in report.cautions:
+        say(line)
     say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
+
+
+def _sampled(path: Path, table: TestTable) -> TestTable:
+    """Return a table under a formulation with what is known of the sampling of its tests."""
+    if table.problem is None and (path.is_file() or path.is_dir()):  # no pipe, which is empty now
+        with suppress(PsiError):
+            return replace(table, problem=read_table(path).problem)
+    return table
 
 
 def _numbered(table: TestTable, design: int) -> int:
@@ -139,9 +131,7 @@ def _numbered(table: TestTable, design: int) -> int:
     return int(table.numbers[found.index(design)])
 
 
-def run_analyze(
-    path: Path, asked: Asked, opening: Opening, out: Path | None, *, force: bool
-) -> int:
+def run_analyze(options: Analyze) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     from pymoo_psi.plots import (
         literal,
@@ -154,35 +144,29 @@ def run_analyze(
         convergence,
         failures_caution,
         feasibility_rules,
-        read_table,
         sensitivities,
         uneven,
     )
 
-    formulation = asked.read()
-    table = opening.table(path, formulation)
+    path, out, formulation = options.file, options.out, formulation_of(options)
+    table = _sampled(path, opened(path, options, formulation))
     layout = table.layout
     if not layout.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
     if out is not None:
         files = ["sensitivities.csv", "convergence.*", "sensitivities.*", "feasibility.*"]
-        require_results(out, files, force=force)
+        require_results(out, files, force=options.force)
     # The distance to a limit says nothing that the column does not.
-    limits = tuple(f"{name}{sign}" for name in formulation.limits for sign in ("<=", ">="))
-    columns = [name for name in layout.columns if name not in layout.variables]
-    found = sensitivities(table, [name for name in columns if not name.startswith(limits)])
-    rules = feasibility_rules(table)
-    why = uneven(table)
-    # A table under a formulation is of no known problem, but its tests are still of a sampling.
-    if path.is_file() or path.is_dir():  # what a pipe has given it does not give again
-        with suppress(PsiError):
-            why = uneven(read_table(path))
+    columns = [*layout.objectives, *layout.constraints, *layout.outputs]
+    made = limits_of(table, formulation)
+    found = sensitivities(table, [name for name in columns if name not in made])
+    rules, why = feasibility_rules(table), uneven(table)
     few = len(layout.objectives) <= _VOLUME
     steps = convergence(table) if few and not why else None
     if out is not None:
-        write_csv(found.reset_index(), out / "sensitivities.csv")
         title = literal(path.name, 60)
         figures: dict[str, Any] = {"sensitivities": plot_sensitivities(found, title=title)}
+        write_csv(found.reset_index(), out / "sensitivities.csv")
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
             figures["convergence"] = plot_convergence(steps, title=title)
@@ -191,6 +175,10 @@ def run_analyze(
         save_figures(figures.items(), out, 200, ".png")
 
     say_source(path, table, formulation, ranked=False)
+    if why:
+        say(f"Attention: {why}; sensitivities suppose an even sample, so that these are rough.")
+    if caution := failures_caution(table):
+        say(f"Attention: {caution}")
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]
     cells = [
@@ -202,44 +190,31 @@ def run_analyze(
     print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
     if left_out := len(largest) - len(shown):
         say(f"({left_out} variables with smaller ones not shown)")
-    if why:
-        say(f"Caution: {why}; sensitivities suppose an even sample, so that these are rough.")
-    if caution := failures_caution(table):
-        say(f"Caution: {caution}")
     say("Where designs are feasible:")
     for rule in rules.rules:
         say(f"  {rule}")
     if steps is not None:
-        print_frame(
-            steps.to_frame().reset_index().round(4), "What the first tests would have decided"
-        )
-        say_sentences([steps.verdict()])
-    elif few:
-        say(f"Convergence not available: {why}.")
+        decided = steps.to_frame().reset_index().round(4)
+        print_frame(decided, "What the first tests would have decided")
+        say(steps.verdict())
     else:
-        say(f"Convergence not available: more than {_VOLUME} objectives; --objectives names fewer.")
+        more = f"more than {_VOLUME} objectives; --objectives names fewer"
+        say(f"Convergence not available: {why if few else more}.")
     if out is not None:
         say(f"Tables and pictures written to {out}")
     return 0
 
 
-def run_export(
-    sources: Sequence[str], asked: Asked, opening: Opening, out: Path, *, force: bool
-) -> int:
+def run_export(options: Export) -> int:
     """Write the tests of one or several sources as one table or study.
 
-    Args:
-        sources: Files or folders; several are merged by numbers of test points, as of one problem.
-            If one is given as ``name=path``, they are experiments of other bounds or samplings,
-            each under its name or that of its file.
-        asked: What is asked of each.
-        opening: How they are opened.
-        out: The file to write: CSV or Parquet, or a new study.
-        force: Whether to overwrite any file.
+    Several are merged by numbers of test points, as of one problem. If one is given as
+    ``name=path``, they are experiments of other bounds or samplings, each under its name or that
+    of its file.
     """
     files: dict[str, Path] = {}
     named = False
-    for source in sources:
+    for source in options.sources:
         name, equals, file = source.partition("=")
         # A file may have a sign in its name, and is meant where it is there.
         if not equals or Path(source).exists():
@@ -250,26 +225,23 @@ def run_export(
         if not name or not file or key in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
         files[key] = Path(file).expanduser()
+    out, suffix = options.out, options.out.suffix.lower()
     suffixes = (".csv", ".parquet", ".db")
-    require_output(out, suffixes, *files.values(), by="export", force=force)
-    formulation = asked.read()
-    tables = {name: opening.table(path, formulation) for name, path in files.items()}
-    if named:
-        table = TestTable.combined(tables)
-    else:
-        table = TestTable.empty()
-        for name, each in tables.items():
-            try:
-                table = table.merge(each) if len(tables) > 1 else each
-            except PsiError as error:
-                remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
-                raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
-    write = {".csv": table.to_csv, ".parquet": table.to_parquet, ".db": table.to_study}
-    write[out.suffix.lower()](out)
+    require_output(out, suffixes, *files.values(), by="export", force=options.force)
+    formulation = formulation_of(options)
+    tables = {name: opened(path, options, formulation) for name, path in files.items()}
+    table = TestTable.combined(tables) if named else TestTable.empty()
+    for name, each in () if named else tables.items():
+        try:
+            table = table.merge(each) if len(tables) > 1 else each
+        except PsiError as error:
+            remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
+            raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
+    {".csv": table.to_csv, ".parquet": table.to_parquet, ".db": table.to_study}[suffix](out)
     for name, each in tables.items():
         for remark in each.remarks:
             say(f"{name}: {remark}" if len(tables) > 1 else remark)
-    if out.suffix.lower() == ".db" and table.problem is None:
+    if suffix == ".db" and table.problem is None:
         say("It is unknown of which problem the tests are: no run continues the study.")
     counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
     say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")

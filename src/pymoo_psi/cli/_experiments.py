@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import shlex
 import shutil
-from collections.abc import Sequence
+import sys
 from pathlib import Path
 from tempfile import mkdtemp
 
-import numpy as np
 import pandas as pd
-from pymoo.core.problem import Problem
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.chute import ChuteParameters
+from pymoo_psi.cli._app import Compare, ModelName, Reproduce
 from pymoo_psi.cli._output import (
+    keeping,
     print_frame,
     progress,
     require_folder,
@@ -23,7 +23,8 @@ from pymoo_psi.cli._output import (
     say,
     write_csv,
 )
-from pymoo_psi.cli._text import counts_in
+from pymoo_psi.cli._solve import load_problem
+from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, report
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
@@ -45,47 +46,44 @@ f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the pla
 to U: distance to the ideal point U, plain, as in the paper (solve and rank: --no-normalize)"""
 
 
-def run_compare(
-    problem: Problem,
-    evaluations: str | None,
-    seeds: int,
-    algorithms: str,
-    *,
-    reference: Path | None,
-    jobs: int,
-    out: Path | None,
-    force: bool,
-) -> int:
+def run_compare(options: Compare) -> int:
     """Compare, write all there is to a folder, and print the medians and the conclusions."""
+    problem, out = load_problem(options.problem, options.context), options.out
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
-    budgets = None if evaluations is None else counts_in("--evaluations", evaluations, rule)
-    integer("--seeds", seeds, minimum=1)
-    job_count("--jobs", jobs)
+    given = options.evaluations
+    budgets = None if given is None else counts_in("--evaluations", given, rule)
+    integer("--seeds", options.seeds, minimum=1)
+    job_count("--jobs", options.jobs)
     folder = None
     if out is not None:
         files = ["reference.npz", "runs.csv", "summary.csv", "tests.csv", "report.md"]
-        folder = require_results(out, files, force=force)
+        folder = require_results(out, files, force=options.force)
     # Before the runs, so that a wrong file is refused at once.
-    known = None if reference is None else Reference.load(reference)
+    known = None if options.reference is None else Reference.load(options.reference)
     # Runs without a folder for results are kept, too, until all are done.
     place = folder or Path(mkdtemp(prefix="comparison_"))
-    try:
-        result = compare(
-            problem,
-            n_evaluations=budgets,
-            seeds=seeds,
-            algorithms=list(dict.fromkeys(word.strip() for word in algorithms.split(","))),
-            reference=known,
-            folder=place / "runs",
-            n_jobs=jobs,
-        )
-    except KeyboardInterrupt:
-        kept = counted(len([*place.glob("runs/*.db")]), "run")
+
+    def kept() -> str:
+        runs = counted(len([*place.glob("runs/*.db")]), "run")
         where = "" if folder else f" with --out {shlex.quote(str(place))}"
-        say(f"{kept} kept; the same command{where} goes on from there.")
-        raise
-    if folder is None:
-        shutil.rmtree(place, ignore_errors=True)
+        return f"{runs} kept; the same command{where} continues"
+
+    try:
+        # The bar is the library's; in a log there are lines of progress.
+        with keeping(kept), progress(f"runs on {problem.name()}", None, bar=False) as show:
+            result = compare(
+                problem,
+                n_evaluations=budgets,
+                seeds=options.seeds,
+                algorithms=list(dict.fromkeys(map(str.strip, options.algorithms.split(",")))),
+                reference=known,
+                folder=place / "runs",
+                n_jobs=options.jobs,
+                on_run=lambda run, ready, total: show(ready, str(run.task), total=total),
+            )
+    finally:
+        if folder is None and not isinstance(sys.exc_info()[1], KeyboardInterrupt):
+            shutil.rmtree(place, ignore_errors=True)
     summary = result.summary()
     if folder is not None:  # before anything is printed, which may fail
         write_csv(result.to_frame(), folder / "runs.csv")
@@ -113,29 +111,21 @@ def run_compare(
     return 0
 
 
-def run_reproduce(
-    out: Path,
-    points: int,
-    jobs: int,
-    figures: str,
-    *,
-    mu: Sequence[float],
-    c: float,
-    r: float,
-    models: Sequence[str],
-    force: bool,
-) -> int:
+def run_reproduce(options: Reproduce) -> int:
     """Compute, print, compare and write the tables; return 1 if the paper is not matched."""
+    out, points, jobs = options.out, options.points, options.jobs
     integer("--points", points, minimum=1)
     job_count("--jobs", jobs)
     files = ["table_6_1.csv", "table_6_2.csv", "continuous_optima.csv", "convergence.*", "figure_*"]
-    require_results(out, files, force=force)
+    require_results(out, files, force=options.force)
+    models = [each.value for each in ModelName if options.model in (None, each)]
     # The full model's are the results; those of the other one only check print.
     folders = {model: out / model if model == "rolling" else out for model in models}
     for folder in folders.values():
         folder.mkdir(exist_ok=True)
         require_folder(folder, str(folder))
-    coefficients = tuple(mu or PAPER_MU)
+    suffix, c, r = f".{options.figures.value}", options.c, options.r
+    coefficients = tuple(options.mu or PAPER_MU)
     # A set of figures for each model, beside the cases.
     with progress("cases", len(models) * (len(coefficients) + 1)) as show:
         done = 0
@@ -153,7 +143,7 @@ def run_reproduce(
         )
 
         def draw(model: str) -> str:
-            save_paper_figures(result, folders[model], model=model, suffix=f".{figures}")
+            save_paper_figures(result, folders[model], model=model, suffix=suffix)
             return model
 
         # Figures take most of the time, so that a second process is worth its start.
@@ -167,7 +157,8 @@ def run_reproduce(
     write_csv(table_6_2, out / "table_6_2.csv", remark=chute)
     write_csv(optima, out / "continuous_optima.csv", remark=chute)
 
-    say(_verdict(result))
+    verdict, matched = _verdict(result)
+    say(verdict)
     say(f"{counted(points, 'LPτ test point')} for each of {counted(len(result.cases), 'case')}.")
     print_frame(_stacked(table_6_1, optima), "Table 6.1: Salukvadze optima")
     print_frame(_stacked(table_6_2), "Table 6.2: designs of rank 5 with f4 below the optimum's")
@@ -179,16 +170,15 @@ def run_reproduce(
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
         write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
-        save_figures([("convergence", plot_points(result))], out, 200, f".{figures}")
-        for line in _enough(result):
-            say(line)
+        save_figures([("convergence", plot_points(result))], out, 200, suffix)
+        for case, steps in zip(result.cases, result.convergences, strict=True):
+            say(f"{case.model} model, mu = {case.mu:g}: {steps.verdict()}")
     written = [f"of the {model} model to {folder}" for model, folder in folders.items()]
     say(f"Tables written to {out}, figures {' and '.join(written)}.")
     if len(coefficients) > 1:
         shown = shown_case(result, models[0]).mu
         say(f"Figures 3 to 8 are of mu = {shown:g}; for those of another give it as the only --mu.")
-    # Other numbers of points have optima of their own, which say nothing about the paper's.
-    return 0 if not _compared(result) or all(result.agreement().values()) else 1
+    return 0 if matched else 1
 
 
 def _by_tests(result: Reproduction) -> pd.DataFrame:
@@ -196,29 +186,6 @@ def _by_tests(result: Reproduction) -> pd.DataFrame:
     pairs = zip(result.cases, result.convergences, strict=True)
     frames = {(case.model, case.mu): rows.to_frame().reset_index() for case, rows in pairs}
     return pd.concat(frames, names=["model", "mu"]).reset_index(["model", "mu"])
-
-
-def _enough(result: Reproduction) -> list[str]:
-    """Say for each model whether more points would change the optimum by more than 1 %."""
-    lines = []
-    for model in dict.fromkeys(case.model for case in result.cases):
-        pairs = zip(result.cases, result.convergences, strict=True)
-        found = [(case, rows) for case, rows in pairs if case.model == model]
-        gains = np.array([rows.gains() for _, rows in found])
-        if np.isnan(gains).any():
-            lines.append(f"{model} model: {result.n_points} points are too few to tell.")
-            continue
-        nearer, larger = 100 * gains.max(axis=0)
-        left = max(100 * (1 - c.refined.distance / c.refined.start_distance) for c, _ in found)
-        moved = max(100 * rows.moved[-1] for _, rows in found)
-        answer = "not enough" if max(nearer, larger) > 1 else "enough, to 1 %"
-        lines.append(
-            f"{model} model: {result.n_points} points are {answer}. Twice as many would bring the "
-            f"optimum about {nearer:.2g} % nearer to U at most, and {larger:.2g} % hypervolume; "
-            f"the last doubling moved it by up to {moved:.2g} % of a criterion's range, and the "
-            f"continuous optimum is up to {left:.2g} % nearer."
-        )
-    return lines
 
 
 def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.DataFrame:
@@ -246,21 +213,15 @@ def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.Data
     ).round(4)
 
 
-def _compared(result: Reproduction) -> bool:
-    return result.n_points == PAPER_POINTS and result.comparable()
-
-
-def _verdict(result: Reproduction) -> str:
-    """Say what of the paper is matched, or that nothing is compared."""
-    if not _compared(result):
+def _verdict(result: Reproduction) -> tuple[str, bool]:
+    """Say what of the paper is matched, or that nothing is compared; and whether all is well."""
+    # Other numbers of points have optima of their own, which say nothing about the paper's.
+    if result.n_points != PAPER_POINTS or not result.comparable():
         known = ", ".join(map(str, PAPER_MU))
-        return (
-            f"Not compared: the paper has {PAPER_POINTS} points of the rolling model with "
-            f"mu = {known}, c = {_PAPER.c} and r = {_PAPER.r}."
-        )
+        paper = f"{PAPER_POINTS} points of the rolling model with mu = {known}"
+        return f"Not compared: the paper has {paper}, c = {_PAPER.c} and r = {_PAPER.r}.", True
     agreement = result.agreement()
     held = "; ".join(text for text, holds in agreement.items() if holds)
     missed = "; ".join(text for text, holds in agreement.items() if not holds)
-    return f"Matched under rolling: {held or 'nothing'}." + (
-        f" NOT matched: {missed}." if missed else ""
-    )
+    matched = f"Matched under rolling: {held or 'nothing'}."
+    return f"{matched} NOT matched: {missed}." if missed else matched, not missed

@@ -10,7 +10,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from tempfile import TemporaryFile
 from time import monotonic
@@ -19,22 +19,16 @@ from typing import Any
 import pandas as pd
 from rich.cells import cell_len
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import Progress, TextColumn
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._output import write_csv as write_columns
 from pymoo_psi._validation import Received, invalid
+from pymoo_psi.cli._app import print_error, printable
 from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import Layout, designs_head
 
-_EVERY = 60.0  # seconds between the lines of a log that show that a run goes on
+_FIRST, _EVERY = 10.0, 60.0  # seconds until the first line of a log, and between later ones
 
 
 def width() -> int | None:
@@ -43,30 +37,19 @@ def width() -> int | None:
     return shutil.get_terminal_size().columns if narrow else None
 
 
-def printable(text: str) -> str:
-    """Return a text without the characters that steer a terminal: it may be untrusted input."""
-    return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", text)
-
-
 def say(line: str) -> None:
     """Print a line, wrapped where there is a width."""
     columns = width()
     _print(line if columns is None else wrapped([line], columns))
 
 
-def _print(line: str) -> None:
+def _print(text: str) -> None:
     try:  # flushed, or errors of the stream would show when Python ends
-        print(printable(line), flush=True)
+        print(printable(text), flush=True)
     except BrokenPipeError:
         pass
     except OSError as error:  # a full disk
         raise OSError(error.errno, error.strerror, "standard output") from None
-
-
-def say_sentences(sentences: Sequence[str]) -> None:
-    """Print sentences in lines of at most 80 columns, in a pipe, too."""
-    if sentences:
-        _print(wrapped(sentences, min(80, width() or 80)))
 
 
 def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
@@ -74,22 +57,19 @@ def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
 
     A table that is wider than the terminal is continued below, its first ``lead`` columns repeated.
     """
-    if frame.empty:
-        say(f"{title.rstrip(':')}: none")
+    say(title if len(frame) else f"{title.rstrip(':')}: none")
+    if not len(frame):
         return
-    say(title)
     columns = [_cells(str(name), column.tolist()) for name, column in frame.items()]
     first, rest, columns_wide = columns[:lead], columns[lead:], width() or math.inf
     while rest:
         part = [*first, rest.pop(0)]
         while (
-            rest and sum(cell_len(cells[0]) + 2 for cells in [*part, rest[0]]) - 2 <= columns_wide
+            rest and sum(cell_len(cells[0]) + 2 for cells in [*part, rest[0]]) <= columns_wide + 2
         ):
             part.append(rest.pop(0))
-        for row in zip(*part, strict=True):
-            _print("  ".join(row).rstrip())
-        if rest:
-            _print("")
+        lines = ["  ".join(row).rstrip() for row in zip(*part, strict=True)]
+        _print("\n".join([*lines, ""] if rest else lines))
 
 
 def _cells(name: str, column: Sequence[Any]) -> list[str]:
@@ -110,36 +90,40 @@ def _text(cell: Any) -> str:
 
 
 @contextmanager
-def progress(description: str, total: int | None) -> Iterator[Callable[..., None]]:
+def progress(
+    description: str, total: int | None, *, bar: bool = True
+) -> Iterator[Callable[..., None]]:
     """Give a function ``show(done, note="", total=...)`` of the progress of the body.
 
-    It shows a bar on standard error; where that is no terminal, a line a minute, for a log.
+    It shows a bar on standard error; where that is no terminal, now and then a line, for a log.
     """
-    console, due = Console(stderr=True), monotonic() + _EVERY
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=10),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-        console=console,
-        disable=not console.is_terminal or console.is_dumb_terminal,
-        transient=True,
-    )
-    with nullcontext() if bar.disable else bar:
-        task = bar.add_task(description, total=total, note="")
+    console, due = Console(stderr=True), monotonic() + _FIRST
+    columns = (*Progress.get_default_columns(), TextColumn("{task.fields[note]}"))
+    silent = not console.is_terminal or console.is_dumb_terminal
+    shown = Progress(*columns, console=console, disable=silent or not bar, transient=True)
+    with nullcontext() if shown.disable else shown:
+        task = shown.add_task(description, total=total, note="")
 
         def show(done: int, note: str = "", total: int | None = total) -> None:
             nonlocal due
-            bar.update(task, completed=done, total=total, note=note)
-            if bar.disable and monotonic() >= due:
+            count = f"{done} of {total}{f', {note}' if note else ''}"
+            shown.update(task, completed=done, total=total, note=count)
+            if silent and monotonic() >= due:
                 due = monotonic() + _EVERY
-                with suppress(OSError):
-                    line = f"{description}: {done} of {total}{f', {note}' if note else ''}"
-                    print(line, file=sys.stderr, flush=True)
+                print_error(f"{description}: {count}")
 
         yield show
+
+
+@contextmanager
+def keeping(kept: Callable[[], str]) -> Iterator[None]:
+    """Say in a line what is kept, and how to go on, if the user or SIGTERM stops the body."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        print_error(f"pymoo-psi: interrupted; {kept()}")
+        stop.args = ("reported",)
+        raise
 
 
 _HEAD = 65_536  # bytes at an end of a file, in which its names of columns are

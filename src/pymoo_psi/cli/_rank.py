@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,16 +12,10 @@ import pandas as pd
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, integer, invalid, known_name
-from pymoo_psi.cli._options import Asked, Opening
-from pymoo_psi.cli._output import (
-    print_frame,
-    require_output,
-    say,
-    say_sentences,
-    write_csv,
-    write_json,
-)
-from pymoo_psi.cli._text import names_in, number_in, pairs_in
+from pymoo_psi.cli._app import Rank
+from pymoo_psi.cli._output import print_frame, require_output, say, write_csv, write_json
+from pymoo_psi.cli._source import formulation_of, names_in, number_in, opened, pairs_in
+from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
     EfficiencyRanking,
@@ -30,7 +25,6 @@ from pymoo_psi.pareto import (
     measured_in,
     percent,
     representatives,
-    wrapped,
 )
 from pymoo_psi.selection import (
     CompromiseProgramming,
@@ -43,8 +37,7 @@ from pymoo_psi.selection import (
 )
 from pymoo_psi.table import Formulation, TestTable
 
-_COLUMNS = "rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point."
-_LINES = 7  # of reasons: what a reader takes in at a glance
+_REASONS = 4  # sentences that a reader takes in at a glance
 _METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
 
 
@@ -68,9 +61,7 @@ def designs_frame(
     """
     layout = designs.layout
     number = "test_point" if layout.label is None else "row"
-    # Constraints that limits have made repeat a column.
-    limits = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
-    constraints = [name for name in layout.constraints if not name.startswith(limits)]
+    constraints = [name for name in layout.constraints if name not in limits_of(designs, asked)]
     names = (*layout.variables, *layout.objectives, *constraints, *layout.outputs)
     columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
     if layout.experiments:
@@ -82,10 +73,38 @@ def designs_frame(
     return pd.DataFrame(columns).iloc[ranking.order]
 
 
+def limits_of(table: TestTable, asked: Formulation) -> list[str]:
+    """Return the constraints that limits have made, which repeat a column."""
+    made = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
+    return [name for name in table.layout.constraints if name.startswith(made)]
+
+
 def best_designs(frame: pd.DataFrame, n: int) -> pd.DataFrame:
     """Return the first n designs of :func:`designs_frame` as they are printed."""
     names = [*frame.columns.drop(["rank", "mu1", "mu2", "mu3"]), "rank", "mu1"]
     return frame[names].head(n).round({"mu1": 4})
+
+
+def most_violated(table: TestTable) -> str:
+    """Say which constraint or limit most designs violate, and how many violate it alone."""
+    violated, names = table.violations()
+    computed = int((table.status != "failed").sum())
+    if not violated.any():
+        return f"{computed} of {counted(len(table), 'design')} could be computed"
+    rejects = violated.sum(axis=0)
+    j = int(rejects.argmax())
+    alone = int((violated[:, j] & (violated.sum(axis=1) == 1)).sum())
+    return (
+        f"Infeasible: {int(violated.any(axis=1).sum())} of {computed} that were computed; "
+        f"{names[j]} rejects most: {int(rejects[j])}, {alone} of them alone"
+    )
+
+
+def idle_limits(table: TestTable, asked: Formulation) -> list[str]:
+    """Return a remark on limits that reject none of the designs: a unit may be mistaken."""
+    violated, names = table.violations()
+    idle = [name for name in limits_of(table, asked) if not violated[:, names.index(name)].any()]
+    return [f"Every design keeps {', '.join(idle)}: nothing is rejected by it."] if idle else []
 
 
 def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool = True) -> None:
@@ -95,15 +114,10 @@ def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool
         say(remark)
     if not asked.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
-    for name in layout.objectives:
-        values = table.column(name)
-        if name in asked.maximize and len(values) and (values < 0).all():
-            hint = "if its sign is turned, as in F of pymoo, leave --maximize out, or turn it back"
-            say(f"{name} is maximized, and negative throughout: {hint}.")
     if (n := int((table.status == "ok").sum())) < len(table):
         rest = "; the others are left out" if ranked else ""
         say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
-    for line in decision_remarks(path, table, asked):
+    for line in (*idle_limits(table, asked), *decision_remarks(path, table, asked)):
         say(line)
 
 
@@ -114,66 +128,56 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
         ArgumentValueError: The decision is about other directions or units.
     """
     layout, page = table.layout, asked.page
-    if page:
-        for name in layout.objectives:
-            was, unit = page.get("units", {}).get(name), layout.units.get(name)
-            other = name in layout.maximize and name not in asked.maximize
-            if other or (was and unit and was != unit):
-                what = "maximized" if other else f"in {unit}"
-                rule = "about the same directions and units as the designs"
-                raise invalid("--decision", rule, Received(f"{name} {what} in {path}"))
+    for name in layout.objectives if page else ():
+        was, unit = page.get("units", {}).get(name), layout.units.get(name)
+        other = name in layout.maximize and name not in asked.maximize
+        if other or (was and unit and was != unit):
+            what = "maximized" if other else f"in {unit}"
+            rule = "about the same directions and units as the designs"
+            raise invalid("--decision", rule, Received(f"{name} {what} in {path}"))
     remarks = [f"Reason: {asked.reason}"] if asked.reason else []
     if asked.chosen is None:
         return remarks
+    chosen = f"Warning: {asked.chosen}, the chosen design,"
     if asked.chosen not in table.names:
-        return [*remarks, f"Warning: {asked.chosen}, the chosen design, is not among these."]
-    row = table.names.index(asked.chosen)
-    before = page.get("values", {})
+        return [*remarks, f"{chosen} is not among these."]
+    row, before = table.names.index(asked.chosen), page.get("values", {})
     changed = [
         f"{name} was {before[name]} and is {table.column(name)[row]:.6g}"
         for name in layout.objectives
         if name in before and before[name] != table.column(name)[row]
     ]
     if changed:
-        what = f"Warning: {asked.chosen}, the chosen design, has changed: {', '.join(changed)}."
-    elif not table.eligible()[row]:
-        what = f"Warning: {asked.chosen}, the chosen design, is beyond the limits."
-    else:
-        what = f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}."
-    return [*remarks, what]
+        return [*remarks, f"{chosen} has changed: {', '.join(changed)}."]
+    if not table.eligible()[row]:
+        return [*remarks, f"{chosen} is beyond the limits."]
+    return [*remarks, f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}."]
 
 
-def run_rank(
-    path: Path,
-    asked: Asked,
-    opening: Opening,
-    *,
-    prefer: Sequence[str] | None,
-    n_representatives: int | None,
-    out: Path | None,
-    figure: Path | None,
-    force: bool,
-    top: int,
-) -> int:
+def run_rank(options: Rank) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
-    integer("--top", top, minimum=1)
-    if n_representatives is not None:
-        integer("--representatives", n_representatives, minimum=1)
-    inputs = (path, asked.formulation)
+    path, out, figure = options.file, options.out, options.figure
+    integer("--top", options.top, minimum=1)
+    if options.representatives is not None:
+        integer("--representatives", options.representatives, minimum=1)
+    inputs, force = (path, options.formulation), options.force
     require_output(out, (".csv", ".json"), *inputs, by="rank", force=force)
     suffixes = (".png", ".pdf", ".svg")
     require_output(figure, suffixes, *inputs, by="figure", force=force, option="--figure")
-    formulation = asked.read()
-    table = opening.table(path, formulation)
+    formulation = formulation_of(options)
+    table = opened(path, options, formulation)
+    if not table.eligible().any():
+        raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     rows, ranking = table.ranked(normalize=formulation.normalize)
     designs = table.rows(rows)
-    selectors = preferences_in(prefer, designs.layout.objectives, normalize=formulation.normalize)
-    frame, units = designs_frame(designs, ranking, formulation), designs.layout.units
+    layout, units = designs.layout, designs.layout.units
+    selectors = preferences_in(options.prefer, layout.objectives, normalize=formulation.normalize)
+    frame = designs_frame(designs, ranking, formulation)
     if out is not None:  # before anything is printed, which may fail
         if out.suffix.lower() == ".json":
             write_json(_content(path, designs, ranking, frame), out)
         else:
-            write_csv(frame, out, designs.layout)
+            write_csv(frame, out, layout)
     if figure is not None:
         _draw(ranking, units, path.name, figure)
 
@@ -182,25 +186,40 @@ def run_rank(
     more = "; …" if len(ranking.salukvadze) > 5 else ""
     size = f"{counted(len(designs), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
     say(f"{path}: {size}; Salukvadze optimum: {best}{more}")
-    for name, ideal, nadir in zip(
-        designs.layout.objectives, ranking.ideal, ranking.nadir, strict=True
-    ):
-        way = "maximize" if name in designs.layout.maximize else "minimize"
+    for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
+        way = "maximize" if name in layout.maximize else "minimize"
         unit = f" {units[name]}" if name in units else ""
         say(f"  {way} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
-    print_frame(best_designs(frame, top), "The best by rank of efficiency:")
-    say_choice(ranking, units)
+    say_best(frame, options.top, "The best by rank of efficiency:", ranking, units)
     if selectors:
         optimum = int(ranking.salukvadze[0])
         for entry, chosen in compare_selectors(ranking, selectors).chosen.items():
-            say_sentences([f"{entry}: {alternative(ranking, chosen, optimum, units)}"])
-    if n_representatives is not None:
-        _say_representatives(ranking, n_representatives)
+            say(f"{entry}: {alternative(ranking, chosen, optimum, units)}")
+    if options.representatives is not None:
+        _say_representatives(ranking, options.representatives)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     if figure is not None:
         say(f"Figure written to {figure}")
     return 0
+
+
+def say_best(
+    frame: pd.DataFrame,
+    n: int,
+    title: str,
+    ranking: EfficiencyRanking,
+    units: Mapping[str, str],
+) -> None:
+    """Print the best n designs, what speaks against relying on them first, then why the optimum."""
+    for caution in cautions(ranking):
+        say(f"Attention: {caution}")
+    print_frame(best_designs(frame, n), title)
+    option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
+    say("rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point.")
+    say(f"{measured_in(ranking)}{option}.")
+    for reason in _reasons(ranking, units):
+        say(reason)
 
 
 def _draw(ranking: EfficiencyRanking, units: Mapping[str, str], title: str, path: Path) -> None:
@@ -219,11 +238,6 @@ def _content(
 ) -> dict[str, Any]:
     """Return a ranking as plain values; what is no finite number is None, as JSON has none."""
     layout = designs.layout
-    columns = {
-        name: [None if cell is None or cell in (np.inf, -np.inf) or cell != cell else cell
-               for cell in frame[name].tolist()]
-        for name in frame
-    }  # fmt: skip
     return {
         "file": path.name,
         "objectives": list(layout.objectives),
@@ -236,29 +250,18 @@ def _content(
         "cautions": [str(caution) for caution in cautions(ranking)],
         "salukvadze_rows": designs.numbers[ranking.salukvadze].tolist(),
         "designs": [
-            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+            {
+                name: None if isinstance(cell, float) and not math.isfinite(cell) else cell
+                for name, cell in design.items()
+            }
+            for design in frame.to_dict("records")
         ],
     }
 
 
 def _reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
-    """Return why the optimum, in sentences that fill a few lines; the first two in any case."""
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
-    said: list[str] = []
-    for sentence in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences:
-        if len(said) >= 2 and len(wrapped([*said, sentence]).splitlines()) > _LINES:
-            break
-        said.append(sentence)
-    return said
-
-
-def say_choice(ranking: EfficiencyRanking, units: Mapping[str, str]) -> None:
-    """Print how it was measured, why the optimum, and what speaks against relying on it."""
-    option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
-    say(_COLUMNS)
-    say(f"{measured_in(ranking)}{option}.")
-    say_sentences(_reasons(ranking, units))
-    say_sentences([f"Caution: {caution}" for caution in cautions(ranking)])
+    return [*explain(ranking, int(ranking.salukvadze[0]), units=units).sentences[:_REASONS]]
 
 
 def _say_representatives(ranking: EfficiencyRanking, k: int) -> None:
@@ -304,22 +307,18 @@ def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSel
     if method == "order":
         *order, last = names_in([text])
         if last.startswith("tolerance=") and last not in names:
-            tolerance = number_in("--prefer", last.removeprefix("tolerance="), "a tolerance")
+            more = {"tolerance": number_in("--prefer", last[10:], "a tolerance")}
         else:
-            order, tolerance = [*order, last], None
+            order, more = [*order, last], {}
         for name in order:
             known_name("--prefer", name, names)
-        return (
-            Lexicographic(order) if tolerance is None else Lexicographic(order, tolerance=tolerance)
-        )
+        return Lexicographic(order, **more)
     if method == "chebyshev" and not colon:
         return CompromiseProgramming(np.inf, normalize=normalize)
     form = f"with a number for every objective, such as {method}:" + ",".join(
         f'"{name}=1"' if "," in name else f"{name}=1" for name in names
     )
-    given = pairs_in("--prefer", [text], form)
-    for name in given:
-        known_name("--prefer", name, names)
+    given = pairs_in("--prefer", [text], form, names)
     if missing := [name for name in names if name not in given]:
         raise invalid("--prefer", form, Received(entry), f"{missing[0]} has none")
     values = [number_in("--prefer", given[name], form) for name in names]

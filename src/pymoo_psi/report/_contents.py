@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import re
+from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
+from matplotlib import rc_context
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import boolean, counted, integer, invalid
@@ -30,7 +35,6 @@ from pymoo_psi.plots import (
     plot_sensitivities,
     plot_table,
 )
-from pymoo_psi.report._parts import Items, Part, Picture, Section, Table
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import (
     Limits,
@@ -46,8 +50,6 @@ from pymoo_psi.table import (
     values_in_order,
 )
 
-Rows = NDArray[np.intp]
-
 _REASONS = 12  # of failures that are listed one by one
 _PAIRS = 5  # objectives in pairs of which axes on paper are still readable
 _FEW = 5  # representatives, side by side on paper
@@ -55,22 +57,63 @@ _FEW = 5  # representatives, side by side on paper
 # are an investigation of their own.
 _ENOUGH = 8192
 _VOLUME = 5  # objectives up to which a hypervolume takes seconds
+_MARKS = 1000  # of a line that are drawn as an image, or they would fill the file
+_DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
+# A number, with or without its share: columns of such cells stand to the right.
+_NUMBER = re.compile(r"[-+−]?[\d.,]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
 
-_GLOSSARY = (
-    "Design: one set of values of all variables. Objective: a quantity by which designs are "
-    "compared, less or more of which is better.",
-    "Feasible: computed without failure, with every constraint met and every limit kept.",
-    "Pareto optimal: feasible, and no other feasible design is at least as good in every objective "
-    "and better in one. Only such designs are worth choosing.",
-    "Range of an objective: from its best to its worst value among the Pareto-optimal designs.",
-    "Ideal point U: the best value of each objective, as a rule of different designs. No design "
-    "reaches it.",
-    "Salukvadze optimum: the Pareto-optimal design nearest to the ideal point.",
-    "Rank of efficiency: from 6, the optimum, down to 0; a higher one is nearer to the ideal "
-    "point, or to the line from there to the worst values.",
-    "Knee: where the Pareto set bulges most towards the ideal point. Chebyshev: the design whose "
-    "worst objective, in units of the ranges, is the least bad.",
-)
+
+class Table(NamedTuple):
+    """A table of texts: its head, its rows, and what it shows."""
+
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    caption: str = ""
+
+    @property
+    def numeric(self) -> list[bool]:
+        """Which columns hold numbers."""
+        return [all(map(_NUMBER.fullmatch, column)) for column in zip(*self.rows, strict=True)]
+
+
+class Items(NamedTuple):
+    """A list of texts; cautions are to be seen first."""
+
+    lines: Sequence[str]
+    cautions: bool = False
+
+
+class Picture(NamedTuple):
+    """What draws a figure of matplotlib, and in words what it shows."""
+
+    draw: Callable[[], Any]
+    caption: str
+
+    def image(self) -> str:
+        """Return the picture as the address of an image that holds it.
+
+        As an image of its own nothing drawn in it can reach the rest of the document.
+        """
+        figure = self.draw()
+        for line in figure.findobj(Line2D):
+            if np.size(line.get_xdata()) > _MARKS:
+                line.set_rasterized(True)
+        drawn = io.StringIO()
+        with rc_context({"svg.fonttype": "path"}):  # whatever fonts the reader has
+            figure.savefig(drawn, format="svg", dpi=_DPI, metadata={"Date": None})
+        # Texts are drawn; their comments could hold what no XML may.
+        svg = re.sub(r"<!--.*?-->", "", drawn.getvalue(), flags=re.DOTALL)
+        return f"data:image/svg+xml;base64,{b64encode(svg.encode('utf-8')).decode('ascii')}"
+
+
+Part: TypeAlias = str | Table | Items | Picture
+
+
+class Section(NamedTuple):
+    """A heading and what stands below it."""
+
+    title: str
+    parts: tuple[Part, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,20 +123,20 @@ class Case:
     Attributes:
         table: The tests.
         limits: Limits on their columns.
-        names: ``(n,)`` what the tests are called.
         rows: ``(k,)`` which of them are feasible with finite objectives, each design once.
         ranking: The ranking of these; ``None`` if there are none.
         chosen: Which of them is chosen.
         choices: What selectors choose of them, by name.
+        cautions: What speaks against relying on the optimum, the gravest first.
     """
 
     table: TestTable
     limits: Limits
-    names: Sequence[str]
-    rows: Rows
+    rows: NDArray[np.intp]
     ranking: EfficiencyRanking | None
     chosen: int
-    choices: Mapping[str, Rows]
+    choices: Mapping[str, NDArray[np.intp]]
+    cautions: tuple[str, ...]
 
     @classmethod
     def of(
@@ -105,18 +148,18 @@ class Case:
         selectors: Mapping[str, Any] | None,
     ) -> Case:
         """Rank the feasible designs, ask the selectors, and find the chosen design."""
-        names, normalize = table.names, boolean("normalize", normalize)
-        if not table.eligible(limits).any():
-            if design is not None:
-                raise invalid("design", "the number of a feasible test", design)
-            return cls(table, limits, names, np.zeros(0, dtype=np.intp), None, 0, {})
-        rows, ranking = table.ranked(limits, normalize=normalize)
-        chosen = int(ranking.salukvadze[0])
+        normalize, rows = boolean("normalize", normalize), np.zeros(0, dtype=np.intp)
+        ranking, chosen = None, 0
+        if table.eligible(limits).any():
+            rows, ranking = table.ranked(limits, normalize=normalize)
+            chosen = int(ranking.salukvadze[0])
         if design is not None:
             at = np.flatnonzero(table.numbers[rows] == integer("design", design, minimum=1))
             if len(at) == 0:
                 raise invalid("design", "the number of a feasible test", design)
             chosen = int(at[0])
+        if ranking is None:
+            return cls(table, limits, rows, None, 0, {}, ())
         if selectors is None:
             other = "plain distances" if normalize else "distances in units of the ranges"
             selectors = {
@@ -125,9 +168,13 @@ class Case:
                 other: SalukvadzeOptimum(normalize=not normalize),
             }
         choices = compare_selectors(ranking, selectors).chosen if selectors else {}
-        return cls(table, limits, names, rows, ranking, chosen, choices)
+        # They are about the optimum, which need not be what was chosen.
+        optimum = ranking.name_of(int(ranking.salukvadze[0]))
+        what = "" if chosen in ranking.salukvadze else f" to {optimum}, the optimum"
+        found = tuple(f"Attention{what}: {caution}" for caution in cautions(ranking))
+        return cls(table, limits, rows, ranking, chosen, choices, found)
 
-    @cached_property
+    @property
     def units(self) -> dict[str, str]:
         """Units of the objectives."""
         layout = self.table.layout
@@ -135,69 +182,62 @@ class Case:
 
     def amount(self, name: str, value: float) -> str:
         """Return a value of a column with its unit."""
-        unit = self.table.layout.units.get(name, "")
-        return f"{_number(value)} {unit}".strip()
+        return f"{_cell(value)} {self.table.layout.units.get(name, '')}".strip()
 
 
 def sections_of(case: Case) -> tuple[Section, ...]:
     """Return all sections that have something to say."""
-    makers: tuple[tuple[str, Callable[[Case], Iterator[Part]]], ...] = (
-        ("The choice", _choice),
-        ("What was tested", _tests),
-        ("Failures", _failures),
-        ("Limits and what each costs", _limits),
-        ("Where the designs lie", _places),
-        ("The Pareto set", _pareto),
-        ("What else could be chosen", _alternatives),
-        ("Whether more tests would change the choice", _enough),
-        ("First-order sensitivities, and where designs are feasible", _drives),
-        ("Glossary", lambda _: iter([Items(_GLOSSARY)])),
-    )
-    found = [Section(title, tuple(make(case))) for title, make in makers]
+    makers: dict[str, Callable[[Case], Iterator[Part]]] = {
+        "The choice": _choice,
+        "What was tested": _tests,
+        "Failures": _failures,
+        "Limits and what each costs": _limits,
+        "Where the designs lie": _places,
+        "The Pareto set": _pareto,
+        "What else could be chosen": _alternatives,
+        "Whether more tests would change the choice": _enough,
+        "First-order sensitivities, and where designs are feasible": _drives,
+    }
+    found = [Section(title, tuple(make(case))) for title, make in makers.items()]
     return tuple(section for section in found if section.parts)
 
 
+def _cell(value: Any) -> str:
+    """Return a value as a report shows it: numbers with five digits."""
+    if isinstance(value, (float, np.floating)):
+        return number(float(value), 5) if np.isfinite(value) else "—"
+    return str(value)
+
+
 def _choice(case: Case) -> Iterator[Part]:
-    table, ranking = case.table, case.ranking
-    layout = table.layout
+    table, ranking, layout = case.table, case.ranking, case.table.layout
     if ranking is None:
         failed = counted(len(table.reasons), "failure")
-        designs = counted(len(table), "design")
         yield (
-            f"None of {designs} is feasible, with {failed}, so that there is nothing to choose. "
-            "What each limit rejects, and how near designs come, is below."
+            f"None of {counted(len(table), 'design')} is feasible, with {failed}, so that there is "
+            "nothing to choose. What each limit rejects, and how near designs come, is below."
         )
         return
+    if case.cautions:
+        yield Items(case.cautions, cautions=True)
+    chosen = ranking.name_of(case.chosen)
     why = explain(ranking, case.chosen, units=case.units)
-    yield f"Chosen is {ranking.name_of(case.chosen)}."
+    yield f"Chosen is {chosen}."
     yield Items(why.sentences)
-    found = cautions(ranking)
-    optimum = case.chosen in ranking.salukvadze
-    if found:
-        # They are about the optimum, which need not be what was chosen.
-        what = "" if optimum else f" on {ranking.name_of(int(ranking.salukvadze[0]))}, the optimum"
-        yield Items(tuple(f"Caution{what}: {caution}" for caution in found), cautions=True)
     yield f"{measured_in(ranking)}."
+    columns = (ranking.objectives.values[case.chosen], ranking.ideal, ranking.nadir, why.behind)
+    shares = ["—" if np.isnan(share) else percent(share) for share in why.shares]
+    names = map(layout.label_of, layout.objectives)
     yield Table(
         ("objective", "chosen", "best", "worst", "behind", "of range"),
-        tuple(
-            (layout.label_of(name), *map(_number, numbers), _share(share))
-            for name, *numbers, share in zip(
-                layout.objectives, ranking.objectives.values[case.chosen], ranking.ideal,
-                ranking.nadir, why.behind, why.shares, strict=True,
-            )
-        ),
+        [*zip(names, *(map(_cell, column) for column in columns), shares, strict=True)],
         "Best and worst of the Pareto-optimal designs.",
-    )  # fmt: skip
-    row = case.rows[case.chosen]
-    others = (*layout.variables, *layout.outputs)
-    cells = tuple(
-        (case.table.layout.label_of(name), _value(table.column(name)[row])) for name in others
     )
-    if cells:
+    row, others = case.rows[case.chosen], (*layout.variables, *layout.outputs)
+    if others:
         what = "Variables and further outputs" if layout.outputs else "Variables"
-        shown = ranking.name_of(case.chosen)
-        yield Table(("name", "value"), cells, f"{what} of {shown}.")
+        cells = [(layout.label_of(name), _cell(table.column(name)[row])) for name in others]
+        yield Table(("name", "value"), cells, f"{what} of {chosen}.")
 
 
 def _tests(case: Case) -> Iterator[Part]:
@@ -218,14 +258,14 @@ def _tests(case: Case) -> Iterator[Part]:
         "feasible": feasible.sum(),
         "Pareto optimal": 0 if case.ranking is None else case.ranking.pareto.sum(),
     }
-    counts = tuple((name, f"{n}", percent(n / len(table))) for name, n in steps.items())
+    counts = [(name, f"{n}", percent(n / len(table))) for name, n in steps.items()]
     yield Table(("", "number", "share"), counts)
     if layout.variables:
         bounds = np.column_stack([layout.lower, layout.upper])
-        rows = tuple(
+        rows = [
             (layout.label_of(name), *map(_range, (ends[np.isfinite(ends)], x, x[feasible])))
             for name, ends, x in zip(layout.variables, bounds, table.X.T, strict=True)
-        )
+        ]
         head = ("variable", "bounds", "tested", "feasible")
         yield Table(head, rows, "Where variables lie: from the least to the greatest value.")
 
@@ -236,7 +276,7 @@ def _range(values: NDArray[Any]) -> str:
         return "—"
     if isinstance(values[0], (str, bool, np.bool_)):
         return ", ".join(map(str, values_in_order(values)))
-    return f"{_number(values.min())} to {_number(values.max())}"
+    return f"{_cell(values.min())} to {_cell(values.max())}"
 
 
 def _failures(case: Case) -> Iterator[Part]:
@@ -245,13 +285,13 @@ def _failures(case: Case) -> Iterator[Part]:
         return
     failed = counted(len(reasons), "design")
     yield f"{failed} of {len(case.table)} could not be computed, and count as infeasible."
-    at = dict(zip(case.table.numbers.tolist(), case.names, strict=True))
+    at = dict(zip(case.table.numbers.tolist(), case.table.names, strict=True))
     found = pd.DataFrame(
         {"reason": alike(reasons.values()), "first": [at[number] for number in reasons]}
     )
     groups = found.groupby("reason", sort=False)["first"].agg(["size", "first"])
     top = groups.sort_values("size", ascending=False, kind="stable").head(_REASONS).itertuples()
-    rows = tuple((f"{n}", reason[:400], first) for reason, n, first in top)
+    rows = [(f"{n}", reason[:400], first) for reason, n, first in top]
     yield Table(("designs", "reason", "first"), rows)
 
 
@@ -271,7 +311,7 @@ def _limits(case: Case) -> Iterator[Part]:
     head = ("constraint or limit", "rejects", "it alone", "without it the best values would be")
     if none:
         head = (*head[:3], "nearest value")
-    yield Table(head, tuple(rows))
+    yield Table(head, rows)
     notes = ["Designs may violate several; only those that one alone rejects are what it costs."]
     if layout.inequalities:
         notes.append("A constraint is met where its value is 0 or less.")
@@ -282,7 +322,7 @@ def _limits(case: Case) -> Iterator[Part]:
 
 def _limit(case: Case, name: str, lower: float, upper: float) -> str:
     """Return a limit as one writes it."""
-    low = f"{_number(lower)} ≤ " if np.isfinite(lower) and np.isfinite(upper) else ""
+    low = f"{_cell(lower)} ≤ " if np.isfinite(lower) and np.isfinite(upper) else ""
     if np.isfinite(upper):
         return f"{low}{name} ≤ {case.amount(name, upper)}"
     return f"{name} ≥ {case.amount(name, lower)}"
@@ -309,7 +349,7 @@ def _gain(case: Case, best: Sequence[float]) -> str:
     for j, name in enumerate(layout.objectives):
         now, then = best[2 * j : 2 * j + 2]
         if (now - then) * layout.sign[j] > 0:
-            gains.append(f"{name} {case.amount(name, then)} instead of {_number(now)}")
+            gains.append(f"{name} {case.amount(name, then)} instead of {_cell(now)}")
     return "; ".join(gains) or "no better in any objective"
 
 
@@ -359,14 +399,14 @@ def _alternatives(case: Case) -> Iterator[Part]:
         lines.insert(0, f"Salukvadze optimum: {optimum}")
     if lines:
         yield "By other preferences:"
-        yield Items(tuple(lines))
+        yield Items(lines)
     few = representatives(ranking, _FEW)
     if len(few.rows) < 2:
         return
     names = [ranking.name_of(int(row)) for row in few.rows]
     shares = ("stands for", *map(percent, few.shares))
     rows = [
-        (case.table.layout.label_of(name), *map(_number, values))
+        (case.table.layout.label_of(name), *map(_cell, values))
         for name, values in zip(
             case.table.layout.objectives, ranking.objectives.values[few.rows].T, strict=True
         )
@@ -378,31 +418,29 @@ def _alternatives(case: Case) -> Iterator[Part]:
 
 
 def _enough(case: Case) -> Iterator[Part]:
-    if case.ranking is None or (why := uneven(case.table)):
-        if case.ranking is not None:
-            yield f"Not available: {why}."
+    table, ranking = case.table, case.ranking
+    if ranking is None:
         return
-    if len(case.table.layout.objectives) > _VOLUME:
-        yield f"Not available: the volume of more than {_VOLUME} objectives takes too long."
-        return
+    why = uneven(table)
+    if not why and len(table.layout.objectives) > _VOLUME:
+        why = f"the volume of more than {_VOLUME} objectives takes too long"
     try:
-        steps = convergence(case.table, case.limits, normalize=case.ranking.frame.normalize)
+        steps = None if why else convergence(table, case.limits, normalize=ranking.frame.normalize)
     except PsiError as error:
-        yield f"Not available: {error}."
+        steps, why = None, str(error)
+    if steps is None:
+        yield f"Not available: {why}."
         return
     yield steps.verdict()
-    at = dict(zip(case.table.numbers.tolist(), case.names, strict=True))
+    at = dict(zip(table.numbers.tolist(), table.names, strict=True))
+    best = [at.get(found, "—") for found in steps.optimum.tolist()]
+    counts = (map(str, column) for column in (steps.tests, steps.feasible, steps.pareto))
+    ends = map(_cell, steps.mu1), map(percent, steps.hypervolume)
     yield Table(
         ("tests", "feasible", "Pareto optimal", "best design", "distance to U", "volume"),
-        tuple(
-            (f"{n}", f"{feasible}", f"{pareto}", at.get(best, "—"), _number(mu), percent(volume))
-            for n, feasible, pareto, best, mu, volume in zip(
-                steps.tests.tolist(), steps.feasible, steps.pareto, steps.optimum.tolist(),
-                steps.mu1, steps.hypervolume, strict=True,
-            )
-        ),
+        [*zip(*counts, best, *ends, strict=True)],
         "What the first tests would have chosen; the volume that their Pareto set dominates.",
-    )  # fmt: skip
+    )
 
 
 def _drives(case: Case) -> Iterator[Part]:
@@ -435,21 +473,9 @@ def _drives(case: Case) -> Iterator[Part]:
         return
     if rules.importance:
         yield "Where designs are feasible:"
-        yield Items(tuple(map(str, rules.rules)))
+        yield Items([*map(str, rules.rules)])
     else:
         yield "No condition on few variables separates feasible designs from others."
     if rules.importance and len(layout.variables) > 1:
         caption = "The two variables that decide most on feasibility."
         yield Picture(lambda: plot_feasibility(table, case.limits).figure, caption)
-
-
-def _number(value: float) -> str:
-    return number(float(value), 5) if np.isfinite(value) else "—"
-
-
-def _share(share: float) -> str:
-    return "—" if np.isnan(share) else percent(share)
-
-
-def _value(value: Any) -> str:
-    return _number(value) if isinstance(value, float) else str(value)

@@ -13,8 +13,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.report._contents import Case, sections_of
-from pymoo_psi.report._parts import Section
+from pymoo_psi.report._contents import Case, Section, sections_of
 from pymoo_psi.table import Limits, TestTable
 
 
@@ -27,6 +26,7 @@ class DecisionReport:
         about: Lines below the heading.
         sections: Its contents under headings: texts, tables and pictures.
         ranking: The ranking of the feasible designs; ``None`` if none is feasible.
+        cautions: What speaks against relying on the optimum, the gravest first.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -38,6 +38,7 @@ class DecisionReport:
     about: tuple[str, ...]
     sections: tuple[Section, ...]
     ranking: EfficiencyRanking | None
+    cautions: tuple[str, ...]
     _chosen: str
 
     def __str__(self) -> str:
@@ -139,4 +140,6 @@ def decision_report(
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
     case = Case.of(table, limits or {}, normalize, design, selectors)
     chosen = table.names[case.rows[case.chosen]] if case.ranking is not None else ""
-    return DecisionReport(title, tuple(about), sections_of(case), case.ranking, chosen)
+    return DecisionReport(
+        title, tuple(about), sections_of(case), case.ranking, case.cautions, chosen
+    )

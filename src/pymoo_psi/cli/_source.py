@@ -1,0 +1,185 @@
+"""What is typed of columns, limits, units and numbers, and the one way from options to a table.
+
+A list has commas between its entries; a name that holds one stands in quotation marks, as in
+``--objectives '"time, s",mass'``. An option that takes a list may be given several times.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pymoo_psi._validation import Received, instance, invalid, known_name
+from pymoo_psi.cli._app import Asked, Opening
+from pymoo_psi.page import kept_designs
+from pymoo_psi.table import Formulation, TestTable, read_table
+
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_LIMIT = re.compile(
+    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
+    re.DOTALL,
+)
+End = float | None
+
+
+def formulation_of(options: Asked) -> Formulation:
+    """Return the formulation in the file, and what the other options add to it.
+
+    Raises:
+        ArgumentValueError: An option cannot be read, or the file is none.
+        OSError: The file cannot be opened.
+    """
+    base, path = Formulation(), options.formulation
+    if path is not None:
+        base = Formulation.read_json(path)
+        for key in ("units", "values", "state"):  # of the page, whose file may be untrusted
+            instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
+    computed = {}
+    for entry in options.compute or ():
+        name, _, expression = (text.strip() for text in entry.partition("="))
+        if not (name and expression):
+            raise invalid("--compute", "of the form name=expression", entry)
+        computed[name] = expression
+    return replace(
+        base,
+        objectives=names_in(options.objectives) or base.objectives,
+        maximize=list(dict.fromkeys([*base.maximize, *names_in(options.maximize)])),
+        limits={**base.limits, **limits_in(options.limits)},
+        relaxed=list(dict.fromkeys([*base.relaxed, *names_in(options.relax)])),
+        computed={**base.computed, **computed},
+        normalize=base.normalize and not options.no_normalize,
+    )
+
+
+def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
+    """Return the table of a source under a formulation: every command opens it here.
+
+    Raises:
+        ArgumentValueError: It is no table, or an option does not fit it.
+        OSError: It cannot be opened.
+    """
+    rule = "numbers of lines to leave out, such as 1,3, or hidden"
+    skipped: list[int | str] = []
+    for part in options.skip_rows.split(",") if options.skip_rows is not None else ():
+        hidden = part.strip() == "hidden"
+        skipped += ["hidden"] if hidden else counts_in("--skip-rows", part, rule)
+    table = read_table(
+        path,
+        None if asked == Formulation() else asked,
+        variables=names_in(options.variables) or None,
+        drop_incomplete=options.drop_incomplete,
+        decimal=options.decimal,
+        thousands=options.thousands,
+        encoding=options.encoding,
+        skip_rows=skipped,
+        sheet=options.sheet,
+    )
+    layout = table.layout
+    if units := pairs_in("--units", options.units, "column=unit", layout.columns):
+        table = replace(table, layout=replace(layout, units={**layout.units, **units}))
+    if asked.page:  # designs that the page's reader has left out by hand
+        table = table.rows(kept_designs(table, asked))
+    return table
+
+
+def names_in(entries: Sequence[str] | None) -> list[str]:
+    """Return the entries of lists with commas; quotation marks keep a comma in a name.
+
+    Example:
+        >>> names_in(['"time, s",mass', "cost"])
+        ['time, s', 'mass', 'cost']
+    """
+    names: list[str] = []
+    for entry in entries or ():
+        # An empty entry stays an empty name, to be refused: --objectives "" is not "no option".
+        found = next(csv.reader([entry.replace("\n", " ")], skipinitialspace=True), [])
+        names += [name.strip() for name in found] or [""]
+    return names
+
+
+def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
+    """Return limits ``name<=2.5``, ``name>=2.5`` or ``1<=name<=2.5`` as ``(lower, upper)``.
+
+    Raises:
+        ArgumentValueError: A part is no limit, or a side of a column has two.
+
+    Example:
+        >>> limits_in(["f1<=2.5, yield>=0.8", "1<=x1<=2"])
+        {'f1': (None, 2.5), 'yield': (0.8, None), 'x1': (1.0, 2.0)}
+    """
+    limits: dict[str, tuple[End, End]] = {}
+    for part in names_in(entries):
+        found = _LIMIT.fullmatch(part)
+        if not found or not (found["left"] or found["right"]):
+            remedy = "use <= or >=, plain numbers with a decimal point, and no units"
+            rule = "of the form column<=number or number<=column<=number, joined by commas"
+            raise invalid("--limits", rule, Received(part or "nothing"), remedy)
+        ends: list[End] = [*limits.get(found["name"], (None, None))]
+        pairs = ((found["left"], found["first"], "<="), (found["right"], found["last"], ">="))
+        for sign, number, lower in pairs:
+            if sign is None:
+                continue
+            side = int(sign != lower)
+            if ends[side] is not None:
+                raise invalid("--limits", "given once for each side of a column", Received(part))
+            ends[side] = float(number)
+        limits[found["name"]] = (ends[0], ends[1])
+    return limits
+
+
+def pairs_in(
+    option: str, entries: Sequence[str] | None, form: str, names: Collection[str]
+) -> dict[str, str]:
+    """Return the values of entries ``name=value`` by name; both may hold the sign, too.
+
+    Raises:
+        ArgumentValueError: A part has another form, or a name is unknown or occurs twice.
+
+    Example:
+        >>> pairs_in("--units", ["mass=kg", '"time, s=s"'], "column=unit", ["mass", "time, s"])
+        {'mass': 'kg', 'time, s': 's'}
+    """
+    pairs: dict[str, str] = {}
+    for part in names_in(entries):
+        splits = [(part[: at.start()].strip(), part[at.end() :].strip())
+                  for at in re.finditer("=", part)]  # fmt: skip
+        known = [split for split in splits if split[0] in names]
+        name, value = (known or splits or [("", "")])[-1]
+        if not (name and value):
+            raise invalid(option, f"of the form {form}", Received(part or "nothing"))
+        if name in pairs:
+            raise invalid(option, f"given once for each name, as {form}", Received(part))
+        pairs[known_name(option, name, names)] = value
+    return pairs
+
+
+def number_in(option: str, text: str, form: str) -> float:
+    """Return a number with a decimal point.
+
+    Raises:
+        ArgumentValueError: The text is none.
+    """
+    if not re.fullmatch(NUMBER, text.strip()):
+        raise invalid(option, f"{form}, numbers with a decimal point", text)
+    return float(text)
+
+
+def counts_in(option: str, text: str, form: str) -> tuple[int, ...]:
+    """Return the whole numbers, each 1 or more, of a list with commas.
+
+    Raises:
+        ArgumentValueError: The text is something else; ``form`` says what it must be.
+
+    Example:
+        >>> counts_in("--retry", "1, 3", "numbers of test points")
+        (1, 3)
+    """
+    parts = [part.strip() for part in text.split(",")]
+    # \d would take the digits of every script; 18 of them always fit an int64.
+    if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
+        raise invalid(option, form, text)
+    return tuple(map(int, parts))
