@@ -28,6 +28,7 @@ import typer
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
+REPORTED = ("reported",)  # what an interrupt holds of which the user has been told
 
 # The base of all usage errors of the click that typer carries or depends on. An installed click's
 # own class would catch none of those of a typer that carries a copy.
@@ -189,7 +190,7 @@ def _command(
                 run = getattr(import_module(f"pymoo_psi.cli.{module}"), f"run_{name}")
                 return int(run(kind(**given)))
             except KeyboardInterrupt as stop:
-                if not stop.args:  # nothing has been said of what is kept
+                if stop.args != REPORTED:
                     print_error("pymoo-psi: interrupted; no file is left half-written")
                 return _INTERRUPTED
 

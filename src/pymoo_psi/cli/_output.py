@@ -24,7 +24,7 @@ from rich.progress import Progress, TextColumn
 from pymoo_psi._output import whole_file
 from pymoo_psi._output import write_csv as write_columns
 from pymoo_psi._validation import Received, invalid
-from pymoo_psi.cli._app import print_error, printable
+from pymoo_psi.cli._app import REPORTED, print_error, printable
 from pymoo_psi.pareto import wrapped
 from pymoo_psi.table import Layout, designs_head
 
@@ -122,7 +122,7 @@ def keeping(kept: Callable[[], str]) -> Iterator[None]:
         yield
     except KeyboardInterrupt as stop:
         print_error(f"pymoo-psi: interrupted; {kept()}")
-        stop.args = ("reported",)
+        stop.args = REPORTED
         raise
 
 
