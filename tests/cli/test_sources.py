@@ -321,3 +321,36 @@ def test_a_zero_whose_sign_was_turned_is_a_plain_zero(run, tmp_path):
     report = (tmp_path / "report.html").read_text("utf-8")
     for text in (printed, *re.findall(r"<(?:p|td)>(.*?)</", report)):
         assert not re.search(r"(?<!\w)-0(?![.\d])", text), text
+
+
+YIELDS = "name,price,yield\nA,5,80%\nB,4,70%\nC,3,60%\n"
+
+
+@pytest.mark.parametrize(
+    ("limits", "code", "said"),
+    [
+        ("yield>=65%", 0, "2 of 3 designs are feasible"),
+        ("60 %<=yield<=70%", 0, "2 of 3 designs are feasible"),
+        ("yield>=0.65", 0, "The limit yield>=0.65 rejects no design."),
+        ("price<=1e9", 0, "The limit price<=1000000000 rejects no design."),
+        ("price>=5.000", 2, "of numbers with one meaning"),
+        ("price<=80%", 2, "without %"),
+        ("price<=1", 2, "set.csv: no feasible design. Infeasible: 3 of 3"),
+    ],
+)
+def test_limits_are_read_as_the_numbers_of_a_file(run, tmp_path, limits, code, said):
+    (tmp_path / "set.csv").write_text(YIELDS)
+    for command in ("rank", "report"):
+        none = limits == "price<=1" and command == "report"  # which says what stands in the way
+        found, printed, err = run(command, "set.csv", "--limits", limits)
+        assert found == (1 if none else code)
+        assert none or said in printed + err
+
+
+def test_what_speaks_against_the_optimum_leads(run, tmp_path):
+    (tmp_path / "set.csv").write_text("a,b\n1,9\n9,1\n8,8\n")
+    for words in ("rank set.csv", "report set.csv", "solve models:Beam --points 48"):
+        printed = run(*words.split())[1]
+        assert "Attention: " in printed.partition("--  --")[0]
+    text = unescape((tmp_path / "report.html").read_text("utf-8"))
+    assert text.index("Attention: ") < text.index("Chosen is")

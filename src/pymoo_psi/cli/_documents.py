@@ -102,7 +102,7 @@ def run_report(options: Report) -> int:
         design=design,
         selectors=selectors or None,
         title=options.title or path.stem,
-        about=[*about, *table.remarks, *decided],
+        about=[*about, *limited.remarks, *decided],
     )
     report.save(out)
     say_source(path, limited, formulation)

@@ -100,13 +100,6 @@ def most_violated(table: TestTable) -> str:
     )
 
 
-def idle_limits(table: TestTable, asked: Formulation) -> list[str]:
-    """Return a remark on limits that reject none of the designs: a unit may be mistaken."""
-    violated, names = table.violations()
-    idle = [name for name in limits_of(table, asked) if not violated[:, names.index(name)].any()]
-    return [f"Every design keeps {', '.join(idle)}: nothing is rejected by it."] if idle else []
-
-
 def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool = True) -> None:
     """Print what is known of a source's rows, of its columns if none was named, of a decision."""
     layout = table.layout
@@ -117,7 +110,7 @@ def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool
     if (n := int((table.status == "ok").sum())) < len(table):
         rest = "; the others are left out" if ranked else ""
         say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
-    for line in (*idle_limits(table, asked), *decision_remarks(path, table, asked)):
+    for line in decision_remarks(path, table, asked):
         say(line)
 
 

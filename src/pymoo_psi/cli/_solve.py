@@ -46,7 +46,6 @@ from pymoo_psi.cli._app import Solve
 from pymoo_psi.cli._output import keeping, progress, require_output, say, write_csv
 from pymoo_psi.cli._rank import (
     designs_frame,
-    idle_limits,
     most_violated,
     require_free_names,
     say_best,
@@ -117,7 +116,7 @@ def run_solve(options: Solve) -> int:
     say_best(frame.rename(columns=layout.label_of), _SHOWN, title, ranking, layout.units)
     if out is None and len(frame) > _SHOWN:
         say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
-    for line in (*idle_limits(table, asked), *_failures(reasons)):
+    for line in (*table.remarks, *_failures(reasons)):
         say(line)
     if asked.limits and (box := feasible_box(table, problem)):
         say(f"Where the feasible designs lie: --box {shlex.quote(box)}")

@@ -19,11 +19,13 @@ from pymoo_psi.table import Formulation, TestTable, read_table
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _LIMIT = re.compile(
-    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
-    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
+    rf"(?:(?P<first>{NUMBER}\s*%?)\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}\s*%?))?",
     re.DOTALL,
 )
-End = float | None
+# Five or five thousand, as in a file: see the rule of numbers in read_table.
+_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}(?=\s*%?$)")
+End = float | str | None
 
 
 def formulation_of(options: Asked) -> Formulation:
@@ -105,11 +107,12 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
     """Return limits ``name<=2.5``, ``name>=2.5`` or ``1<=name<=2.5`` as ``(lower, upper)``.
 
     Raises:
-        ArgumentValueError: A part is no limit, or a side of a column has two.
+        ArgumentValueError: A part is no limit, a side of a column has two, or a number may have a
+            point between thousands.
 
     Example:
-        >>> limits_in(["f1<=2.5, yield>=0.8", "1<=x1<=2"])
-        {'f1': (None, 2.5), 'yield': (0.8, None), 'x1': (1.0, 2.0)}
+        >>> limits_in(["f1<=2.5, yield>=80%", "1<=x1<=2"])
+        {'f1': (None, 2.5), 'yield': ('80%', None), 'x1': (1.0, 2.0)}
     """
     limits: dict[str, tuple[End, End]] = {}
     for part in names_in(entries):
@@ -126,7 +129,11 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
             side = int(sign != lower)
             if ends[side] is not None:
                 raise invalid("--limits", "given once for each side of a column", Received(part))
-            ends[side] = float(number)
+            if _AMBIGUOUS.match(number):
+                remedy = f"write {number.replace('.', '')}, or one decimal more or less"
+                what = Received(f"{part}, with a decimal point or one between thousands")
+                raise invalid("--limits", "of numbers with one meaning", what, remedy)
+            ends[side] = number if number.endswith("%") else float(number)
         limits[found["name"]] = (ends[0], ends[1])
     return limits
 
