@@ -26,6 +26,7 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._validation import Received, integer, invalid, wrong_type
 from pymoo_psi.algorithms._sampling import uniform_sampling
+from pymoo_psi.parallel import progress_lines
 from pymoo_psi.problems import require_known_keywords, require_problem, seed_ties
 
 
@@ -161,7 +162,14 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
     )
 
 
-def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown: Any) -> Any:
+def run_within_budget(
+    algorithm: Any,
+    problem: Any,
+    n_evaluations: int,
+    *,
+    verbose: bool = False,
+    progress: bool = False,
+) -> Any:
     """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
 
     A termination is asked only after a generation, so the budget is kept here: the last
@@ -172,13 +180,15 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
         algorithm: A pymoo algorithm that is not set up yet.
         problem: A pymoo problem.
         n_evaluations: The budget, 1 or more.
-        **shown: ``verbose`` or ``progress``, as for ``minimize``.
+        verbose: As for ``minimize``.
+        progress: As for ``minimize``, and in a file a line a minute instead of a bar.
 
     Returns:
         The pymoo ``Result``.
     """
     seed_ties(algorithm)
-    algorithm.setup(problem, **shown)
+    lines = progress_lines(progress)
+    algorithm.setup(problem, verbose=verbose, progress=progress and lines is None)
     while algorithm.has_next():
         left = n_evaluations - algorithm.evaluator.n_eval
         infills = algorithm.infill()
@@ -192,6 +202,8 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **shown:
         if algorithm.evaluator.n_eval == n_evaluations:
             algorithm.termination.terminate()
         algorithm.advance(infills=infills)
+        if lines is not None:
+            lines(algorithm.evaluator.n_eval / n_evaluations)
     result = algorithm.result()
     result.algorithm = algorithm
     return result

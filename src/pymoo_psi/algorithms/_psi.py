@@ -26,7 +26,7 @@ from pymoo_psi._validation import Received, integer, invalid, job_count, known_n
 from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number, kept_tests
 from pymoo_psi.algorithms._run import run_options
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import progress_bar
+from pymoo_psi.parallel import progress_bar, progress_lines
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     evaluate_designs,
@@ -133,6 +133,9 @@ class PSI(Algorithm):
         problem, stop = untolerant(problem)
         if stop:
             self.options = replace(self.options, on_failure="raise")
+        self._lines = progress_lines(kwargs.get("progress", False))
+        if self._lines is not None:  # pymoo's bar would fill a file with what it rewrites
+            kwargs["progress"] = False
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -174,6 +177,8 @@ class PSI(Algorithm):
         try:
             # the rest of pymoo's `advance`, which would ask for the optimum of every block
             self._post_advance()
+            if self._lines is not None:
+                self._lines(self.n_tested / self._n_tests)
             if self.termination.has_terminated():
                 self.finalize()
         except BaseException:  # of a callback
@@ -389,7 +394,8 @@ def investigate(
             ``joblib.parallel_config`` names; -1 for as many as there are. The table does not
             depend on it. A problem that is evaluated one design at a time has a runner of its own,
             :class:`~pymoo_psi.JoblibRunner`.
-        progress: Show a progress bar, in a terminal or a notebook.
+        progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
+            standard error.
         **options: ``first``, ``sampling``, ``seed``, ``limits``, ``share``, ``study``,
             ``study_key``, ``retry``, ``on_failure``, ``names``, ``maximize``, ``units``,
             ``block_size``: see :class:`RunOptions`.

@@ -16,8 +16,8 @@ Example:
     200
 
 Other subpackages also use :func:`in_parallel` and :func:`in_order` for tasks,
-:func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
-:func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
+:func:`active_workers`, :func:`progress_bar`, :func:`progress_lines`, :func:`evaluate_here`,
+:func:`one_line`, :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
 from pymoo_psi.parallel._evaluation import (
@@ -29,7 +29,7 @@ from pymoo_psi.parallel._evaluation import (
     one_line,
     same_folder,
 )
-from pymoo_psi.parallel._progress import progress_bar
+from pymoo_psi.parallel._progress import progress_bar, progress_lines
 from pymoo_psi.parallel._runner import JoblibRunner, active_workers, in_order, in_parallel
 
 __all__ = [
@@ -44,5 +44,6 @@ __all__ = [
     "in_parallel",
     "one_line",
     "progress_bar",
+    "progress_lines",
     "same_folder",
 ]
