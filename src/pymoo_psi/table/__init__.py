@@ -93,6 +93,7 @@ from pymoo_psi.table._layout import (
     ends,
     excess,
     lacking,
+    typed_end,
     within,
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
@@ -137,6 +138,7 @@ __all__ = [
     "section_points",
     "sensitivities",
     "table_of",
+    "typed_end",
     "uneven",
     "values_in_order",
     "within",

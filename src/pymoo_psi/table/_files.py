@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
 from io import BytesIO, StringIO
@@ -110,13 +111,20 @@ def blocks_of(layout: Layout, columns: Mapping[str, Any], n: int) -> dict[str, N
     return blocks
 
 
-def layout_of(head: Mapping[str, Any], where: object) -> Layout:
-    """Return the layout in a head; see :func:`table_of` for the arguments."""
+@contextmanager
+def _described(where: object) -> Iterator[None]:
+    """Name the source in the errors of what is no table; readers have errors of many kinds."""
     try:
-        known = {name: head[name] for name in (*_LAYOUT, "lower", "upper", "kinds")}
-        return Layout(**known, **{name: head.get(name, value) for name, value in _OPTIONAL.items()})
-    except (PsiError, KeyError, TypeError) as error:
-        raise damaged(where, f"its head is damaged: {error}") from None
+        yield
+    except Exception as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        rule = "a table of tests, of to_csv or 'pymoo-psi export'"
+        raise ArgumentValueError(f"{where} must be {rule}: {what}") from None
+
+
+def _layout_of(head: Mapping[str, Any]) -> Layout:
+    known = {name: head[name] for name in (*_LAYOUT, "lower", "upper", "kinds")}
+    return Layout(**known, **{name: head.get(name, value) for name, value in _OPTIONAL.items()})
 
 
 def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
@@ -147,75 +155,62 @@ def table_of(
     Raises:
         ArgumentValueError: They are those of no table; the message says where.
     """
-    layout, extra = layout_of(head, where), head.get("extra", ())
-    if missing := [name for name in kinds_of_columns(layout, extra) if name not in columns]:
-        raise damaged(where, f"the columns {', '.join(map(repr, missing))} are missing")
-    numbers = np.asarray(columns["test_point"], dtype=np.int64)
-    # A reason is kept for what has failed only; "" stands for none in a column of texts.
-    texts = zip(numbers.tolist(), columns["status"], columns["reason"], strict=True)
-    reasons = {number: reason for number, status, reason in texts if status == "failed" and reason}
-    kinds = _kinds(layout)
-    X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
-    for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
-        X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
-    blocks = blocks_of(layout, columns, len(numbers))
-    if reasons or len(numbers):  # units of outputs that no test has brought say nothing any more
-        units = {name: unit for name, unit in layout.units.items() if name in layout.columns}
-        layout = replace(layout, units=units)
-    # The status is taken from the file, not derived: the table checks it against the constraints,
-    # and so finds a file in which one of both was edited.
-    status = np.array(list(columns["status"]), dtype=str)
-    carried = {name: choice_values(columns[name]) for name in extra}
-    former = head.get("prototype") or dict.fromkeys(("names", *"xfgh"), ())
-    try:
+    with _described(where):
+        layout, extra = _layout_of(head), head.get("extra", ())
+        if missing := [name for name in kinds_of_columns(layout, extra) if name not in columns]:
+            raise ValueError(f"the columns {', '.join(map(repr, missing))} are missing")
+        numbers = np.asarray(columns["test_point"], dtype=np.int64)
+        status, kinds = np.array(list(columns["status"]), dtype=str), _kinds(layout)
+        # A reason is kept for what has failed only; "" stands for none in a column of texts.
+        texts = zip(numbers.tolist(), status, columns["reason"], strict=True)
+        reasons = {n: reason for n, status, reason in texts if status == "failed" and reason}
+        X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
+        for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
+            X[:, j] = choice_values(columns[name]) if kind is Kind.CHOICE else columns[name]
+        if len(numbers):  # units of outputs that no test has brought say nothing any more
+            units = {name: unit for name, unit in layout.units.items() if name in layout.columns}
+            layout = replace(layout, units=units)
+        # The status is taken from the file, not derived: the table checks it against the
+        # constraints, and so finds a file in which one of both was edited.
         table: Any = make(
-            layout, numbers, X, **blocks, status=status, reasons=reasons,
-            problem=head.get("problem"), extra=carried,
+            layout, numbers, X, **blocks_of(layout, columns, len(numbers)), status=status,
+            reasons=reasons, problem=head.get("problem"),
+            extra={name: choice_values(columns[name]) for name in extra},
         )  # fmt: skip
+        former = head.get("prototype") or dict.fromkeys(("names", *"xfgh"), ())
         for name, *values in zip(*(former[key] for key in ("names", *"xfgh")), strict=True):
             table = table.with_prototype(*values, name=name)
-    except (PsiError, KeyError, TypeError, ValueError) as error:
-        raise damaged(where, f"{error}") from None
     return table  # type: ignore[no-any-return]
 
 
-def read_csv(path: Path, text: str | None = None) -> tuple[Head, Columns]:
-    """Return head and columns of a table, of its text if that has been read already.
+def read_csv(path: Path, content: str | bytes) -> tuple[Head, Columns]:
+    """Return head and columns of a table, of the text or bytes of a file.
 
     Raises:
         ArgumentValueError: It is no file of a table, or a damaged one.
-        OSError: It cannot be read.
     """
     import pandas as pd
 
-    try:
-        with (
-            # With or without the byte-order mark that spreadsheet programs put in front; newline=''
-            # leaves line breaks within quoted texts to the parser.
-            open(path, encoding="utf-8-sig", newline="")
-            if text is None
-            else StringIO(text, newline="") as file,
-            np.errstate(invalid="ignore"),  # of what is no integer, which is refused
-        ):
-            head, n, kinds = _parsed_head(path, comment_text(file.readline()))
-            types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
-            real = {inert(name): ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
-            # From 3.1 on pandas reads every digit by itself, and warns of being asked.
-            old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
-            exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
-            # By name, not by place: people rearrange columns and add their own, which are not read.
-            frame = pd.read_csv(
-                file, usecols=types.__contains__, dtype=types, keep_default_na=False,
-                na_values=real, **exact,
-            )  # fmt: skip
-    except (OSError, PsiError):
-        raise
-    except (ValueError, OverflowError, TypeError) as error:  # those of pandas and of UTF-8
-        raise damaged(path, str(error)) from None
-    columns = _complete(path, frame.rename(columns=written_text), n, kinds)
-    for name, kind in kinds.items():
-        if kind is Kind.CHOICE and name in columns:
-            columns[name] = np.fromiter(map(written_text, columns[name]), object)
+    with _described(path), np.errstate(invalid="ignore"):  # of what is no integer, and refused
+        # With or without the byte-order mark that spreadsheet programs put in front; newline=''
+        # leaves line breaks within quoted texts to the parser.
+        text = content if isinstance(content, str) else content.decode("utf-8-sig")
+        file = StringIO(text.removeprefix("\ufeff"), newline="")
+        head, n, kinds = _parsed_head(comment_text(file.readline()))
+        types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
+        real = {inert(name): ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
+        # From 3.1 on pandas reads every digit by itself, and warns of being asked.
+        old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+        exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
+        # By name, not by place: people rearrange columns and add their own, which are not read.
+        frame = pd.read_csv(
+            file, usecols=types.__contains__, dtype=types, keep_default_na=False,
+            na_values=real, **exact,
+        )  # fmt: skip
+        columns = _complete(frame.rename(columns=written_text), n, kinds)
+        for name, kind in kinds.items():
+            if kind is Kind.CHOICE and name in columns:
+                columns[name] = np.fromiter(map(written_text, columns[name]), object)
     return head, columns
 
 
@@ -236,33 +231,21 @@ def write_parquet(path: Path, head: Head, columns: Columns) -> None:
         frame.to_parquet(written, engine="pyarrow", index=False)
 
 
-def read_parquet(path: Path, content: bytes | None = None) -> tuple[Head, Columns]:
-    """Return head and columns of a table, of its bytes if these have been read already.
+def read_parquet(path: Path, content: bytes) -> tuple[Head, Columns]:
+    """Return head and columns of a table, of the bytes of a file.
 
     Raises:
         PsiError: pyarrow is not installed.
         ArgumentValueError: It is no file of a table, or a damaged one.
-        OSError: It cannot be read.
     """
     _require_pyarrow()
     import pandas as pd
 
-    if content is None:
-        with open(path, "rb") as file:
-            content = file.read()
-    try:
+    with _described(path):
         frame = pd.read_parquet(BytesIO(content), engine="pyarrow")
-    except Exception as error:  # pyarrow has errors of many kinds
-        raise damaged(path, f"it cannot be read as Parquet: {error}") from None
-    head, n, kinds = _parsed_head(path, comment_text(str(frame.attrs.get(_ATTRIBUTE, ""))))
-    return head, _complete(path, frame, n, kinds)
-
-
-def damaged(where: object, what: str) -> ArgumentValueError:
-    """Compose the error for what is no test table; the caller raises it."""
-    return ArgumentValueError(
-        f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {what}"
-    )
+        text = comment_text(str(frame.attrs.get(_ATTRIBUTE, "")))
+        head, n, kinds = _parsed_head(text)
+        return head, _complete(frame, n, kinds)
 
 
 def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
@@ -272,16 +255,22 @@ def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
     ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
     """
     # The types matter: a choice of 12 is another option than one of "12", and must come back so.
-    texts = (
-        c if isinstance(c, str) and not _is_json(c) else json.dumps(c, ensure_ascii=False)
-        for c in cells
-    )
-    return np.fromiter(texts, object)
+    plain = ((c, isinstance(c, str) and _option(c) is c) for c in cells)
+    return np.fromiter((c if p else json.dumps(c, ensure_ascii=False) for c, p in plain), object)
 
 
 def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
     """Return the options of the texts of :func:`choice_texts`."""
-    return np.fromiter((json.loads(text) if _is_json(text) else text for text in texts), object)
+    return np.fromiter(map(_option, texts), object)
+
+
+def _option(text: str) -> Any:
+    """Return what a text is in JSON, or the text itself."""
+    try:
+        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
 
 
 def comment_text(line: str) -> str:
@@ -297,7 +286,7 @@ def head_comment(head: Head, columns: Columns) -> str:
     return comment(marks | head)
 
 
-def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:
+def _parsed_head(text: str) -> tuple[Head, int, dict[str, Kind]]:
     """Return head, number of tests, and the kinds of the columns."""
     try:
         head = json.loads(text)
@@ -308,26 +297,26 @@ def _parsed_head(path: Path, text: str) -> tuple[Head, int, dict[str, Kind]]:
                 head["prototype"] = {"names": [one["name"]]} | {k: [one[k]] for k in "xfgh"}
             version = _FORMAT
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise damaged(path, "its head, one line of JSON, is missing or damaged") from None
+        raise ValueError("its head, one line of JSON, is missing or damaged") from None
     if version != _FORMAT:
-        raise damaged(path, f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
-    return head, n, kinds_of_columns(layout_of(head, path), head.get("extra", ()))
+        raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
+    return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
 
 
-def _complete(path: Path, frame: Any, n: int, kinds: Mapping[str, Kind]) -> Columns:
+def _complete(frame: Any, n: int, kinds: Mapping[str, Kind]) -> Columns:
     """Return the columns of a frame if no column or test is missing."""
     # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
     if len(frame) != n:
         what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
-        raise damaged(path, f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
+        raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
     columns = {}
     for name, kind in ((name, kind) for name, kind in kinds.items() if name in frame):
         # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
         if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
-            raise damaged(path, f"the column {name!r} holds other than {kind.value} values")
+            raise ValueError(f"the column {name!r} holds other than {kind.value} values")
         columns[name] = frame[name].to_numpy(dtype=DTYPES[kind])
         if kind is Kind.CHOICE and not all(isinstance(cell, str) for cell in columns[name]):
-            raise damaged(path, f"the column {name!r} holds other than texts, or rows are cut")
+            raise ValueError(f"the column {name!r} holds other than texts, or rows are cut")
     return columns
 
 
@@ -340,15 +329,3 @@ def _require_pyarrow() -> None:
 
 def _kinds(layout: Layout) -> tuple[Kind, ...]:
     return layout.kinds or (Kind.REAL,) * len(layout.variables)
-
-
-def _is_json(text: str) -> bool:
-    """Say whether a text is a number, true, false, null or a text of JSON."""
-    if text.lstrip()[:1] in ("[", "{"):  # no option; of these a long one is a RecursionError
-        return False
-    try:
-        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
-        json.loads(text)
-    except ValueError:
-        return False
-    return True

@@ -192,10 +192,11 @@ class Formulation:
                 raise ArgumentTypeError(f'{rule}, got a function; say it as text: "mass / stress"')
         blank = Formulation()
         # One line for each attribute: short enough to be read, and to be edited by hand.
+        content = {f.name: getattr(self, f.name) for f in fields(self)}
         lines = ",\n ".join(
-            f'"{f.name}": {json.dumps(getattr(self, f.name), ensure_ascii=False)}'
-            for f in fields(self)
-            if getattr(self, f.name) != getattr(blank, f.name)
+            f'"{name}": {json.dumps(value, ensure_ascii=False, allow_nan=False)}'
+            for name, value in content.items()
+            if value != getattr(blank, name)
         )
         with whole_file(path) as written:
             written.write_text(f"{{\n {lines}\n}}\n", encoding="utf-8")

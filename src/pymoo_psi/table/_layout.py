@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -41,6 +41,7 @@ Bounds: TypeAlias = dict[str, tuple[float, float]]
 open."""
 
 _PER_CENT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)\s*%")
+_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # further ones of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
@@ -363,6 +364,23 @@ def ends(name: str, limit: Any, unit: str = "%") -> tuple[float, float]:
     return float(low), float(high)
 
 
+def typed_end(text: str) -> float | str:
+    """Return an end of a limit as it is typed: a number, or a text in per cent.
+
+    Raises:
+        ArgumentValueError: The number is ambiguous, as in files: 5.000 may be 5 or 5000.
+
+    Example:
+        >>> typed_end("2.5"), typed_end("80%")
+        (2.5, '80%')
+    """
+    number = text.removesuffix("%").rstrip()
+    if _AMBIGUOUS.fullmatch(number):
+        remedy = f"write {number}0 or {number.replace('.', '')}"
+        raise invalid("a limit", "a number that can be read in one way", Received(text), remedy)
+    return float(text) if number == text else text
+
+
 def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
     """``(n,)`` which rows keep every limit; what is not finite keeps none.
 
@@ -371,28 +389,19 @@ def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mas
         column: Gives the ``(n,)`` values of a column by its name, in the original direction.
         n: How many rows there are.
     """
-    mask = np.ones(n, dtype=bool)
-    for low, high, values in _limited(bounds, column):
-        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
-        mask &= (low <= values) & (values <= high) & np.isfinite(values)
-    return mask
+    # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
+    return np.asarray(excess(bounds, column, n) == 0)
 
 
 def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
     """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
     total = np.zeros(n)
-    for low, high, values in _limited(bounds, column):
-        known = np.isfinite(values)
-        over = np.maximum(low - values[known], 0) + np.maximum(values[known] - high, 0)
-        total[known] += over
-        total[~known] = np.inf
-    return total
-
-
-def _limited(
-    bounds: Bounds, column: Callable[[str], NDArray[Any]]
-) -> Iterator[tuple[float, float, Array]]:
-    """Yield the ends and the values of each limit that is not open at both ends."""
     for name, (low, high) in bounds.items():
         if low > -np.inf or high < np.inf:
-            yield low, high, real_column(name, column(name))
+            values = real_column(name, column(name))
+            # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+            values = np.where(np.isfinite(values), values, np.nan)
+            with np.errstate(over="ignore"):
+                over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
+            total += np.where(np.isnan(over), np.inf, over)
+    return total

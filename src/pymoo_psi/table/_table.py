@@ -17,6 +17,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,7 +53,6 @@ from pymoo_psi.table._designs import (
     design_matrix,
     design_row,
     first_rows,
-    is_writable,
     joined_designs,
 )
 from pymoo_psi.table._files import (
@@ -179,9 +179,6 @@ class TestTable(Shown):
             rule = "ok where the constraints are met, infeasible where not, or failed"
             found = Received(f"{str(given[i])!r} for test point {numbers[i]}")
             raise invalid("status", rule, found)
-        if unknown := {*self.reasons}.difference(numbers[self.status == "failed"].tolist()):
-            found = Received(f"one for {min(unknown)}")
-            raise invalid("reasons", "given for failed test points", found)
         # Which outputs a model gives is known as soon as a test has not failed.
         for name in layout.units if (self.status != "failed").any() else ():
             known_name("units", name, layout.columns)
@@ -1016,7 +1013,7 @@ class TestTable(Shown):
             ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
             True
         """
-        return table_of(*read_csv(path), path, cls)
+        return table_of(*read_csv(path, Path(path).read_bytes()), path, cls)
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
@@ -1053,7 +1050,7 @@ class TestTable(Shown):
             ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
             True
         """
-        return table_of(*read_parquet(path), path, cls)
+        return table_of(*read_parquet(path, Path(path).read_bytes()), path, cls)
 
     @classmethod
     def read_study(cls, path: str | PathLike[str]) -> TestTable:
@@ -1125,7 +1122,10 @@ class TestTable(Shown):
         What failed is that with a reason and, unless the status is given, what meets its
         constraints without finite objectives.
         """
-        reasons = {number: _readable(str(text)) for number, text in reasons.items()}
+        # Without what no file can hold: reasons are only to be read.
+        texts = {n: str(text).encode("utf-8", "backslashreplace") for n, text in reasons.items()}
+        whys = {n: text.decode("utf-8").replace("\0", "␀") for n, text in texts.items()}
+        reasons = {n: why or "no reason given" for n, why in whys.items()}
         violates = self._violated().any(axis=1)
         if given is not None:
             failed = given == "failed"
@@ -1317,13 +1317,6 @@ def _require_distinct(numbers: NDArray[np.int64]) -> None:
     if (counts > 1).any():
         twice = Received(f"test point {values[counts > 1][0]} twice")
         raise invalid("the test points of a table", "distinct", twice)
-
-
-def _readable(reason: str) -> str:
-    """Return a reason without what no file can hold; it is only to be read."""
-    if not is_writable(reason):
-        reason = reason.replace("\0", "␀").encode("utf-8", "backslashreplace").decode("utf-8")
-    return reason or "no reason given"
 
 
 def _blank(column: NDArray[Any]) -> Mask:
