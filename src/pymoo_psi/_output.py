@@ -49,22 +49,23 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         mode = os.stat(path).st_mode
     except OSError:  # there is none yet; any other reason shows when the new one is written
         mode = None
-    if mode is not None and not stat.S_ISREG(mode):
-        yield Path(path)
-        return
+    replaced = mode is None or stat.S_ISREG(mode)
     # In the same folder, as os.replace() works within one file system only; by a name of its own
     # and not target's with a suffix, which may be as long as names can be; hidden from globs.
-    written = target.with_name(f".{secrets.token_hex(8)}.tmp")
+    written = target.with_name(f".{secrets.token_hex(8)}.tmp") if replaced else Path(path)
     try:
         yield written
-        if mode is not None:
+        if replaced and mode is not None:
             os.chmod(written, stat.S_IMODE(mode))  # before, so that it never has wider rights
-        os.replace(written, target)
+        if replaced:
+            os.replace(written, target)
     except BaseException as error:  # an interruption, too
-        if isinstance(error, OSError) and error.filename == str(written):
-            error.filename = str(path)  # the other name tells the user nothing
-        with suppress(FileNotFoundError):  # the body may not have come to write
-            os.unlink(written)
+        # The other name tells the user nothing, and a full disk comes without any.
+        if isinstance(error, OSError) and error.errno and error.filename in (None, str(written)):
+            error.filename = str(path)
+        if replaced:
+            with suppress(FileNotFoundError):  # the body may not have come to write
+                os.unlink(written)
         raise
 
 

@@ -138,19 +138,19 @@ def positive_number(name: str, value: object) -> float:
 
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
     """Return ``value``; it must be one of ``names``, and a near miss is pointed out."""
+    if isinstance(value, str) and value in names:
+        return value
     options = ", ".join(repr(option) for option in sorted(names))
     rule = f"one of {options}" if names else "left out, as there is nothing to choose from"
     if not isinstance(value, str):
         raise wrong_type(name, rule, value, remedy)
-    if value not in names:
-        # F1 for f1 differs in all its letters
-        folded = {option.casefold(): option for option in names}
-        near = difflib.get_close_matches(value.casefold(), folded, n=1)
-        hint = "; ".join(
-            part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
-        )
-        raise invalid(name, rule, value, hint)
-    return value
+    # F1 for f1 differs in all its letters
+    folded = {option.casefold(): option for option in names}
+    near = difflib.get_close_matches(value.casefold(), folded, n=1)
+    hint = "; ".join(
+        part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
+    )
+    raise invalid(name, rule, value, hint)
 
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:

@@ -86,13 +86,13 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
     (tmp_path / "b").mkdir()
     other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
     shares(tmp_path / "a", 2, 10, [1])
-    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db in the same .* upper.x is 1.0"):
+    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db belongs .* upper.x is 1.0"):
         shares(tmp_path / "a", 2, 10, [2], other)
     with pytest.raises(StudyMismatchError, match="is one of 2 shares, not of 3"):
         shares(tmp_path / "a", 3, 10, [2])
     shares(tmp_path / "b", 2, 10, [2], other)
     shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
-    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db and .*1-of-2.db belong to diff"):
+    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db belongs to another.*1-of-2.db"):
         read_folder(tmp_path / "a")
 
 

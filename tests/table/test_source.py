@@ -69,14 +69,14 @@ FILES = {
     "three decimals or thousands, commas": ("a,b\n1.250,3\n980,4\n", {}, "'1.250' .* settle it by"),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
     "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
-    "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', with the decimal mark ,, while others"),
+    "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number like the others"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     "spaces that are said": ("a;b\n1\u202f250;1\n2 500,500;2\n", {"thousands": " "}, {"a": [1250, 2500.5], "b": [1, 2]}),
     # Signs, units, what is no plain number
     "per cent": ("a,b\n85%,30\n90.5 %,2\n", {}, {"a": [85, 90.5], "b": [30, 2]}),
     "per cent beside shares": ("a,b\n85%,3\n0.9,4\n", {}, "'0.9' in the column 'a', in no unit"),
     "dates are text": ("day;a;b\n01.05.2024;1,5;2\n2024-05-02;2,5;3\n", {}, {"a": [1.5, 2.5], "b": [2, 3]}),
-    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', text among numbers; .* --skip-rows 3"),
+    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number like the others; .* --skip-rows 3"),
     "an unneeded column": ("a,b,c\n1,2,304L\n2,1,316L\n", {"objectives": ["a", "b"]}, {"a": [1, 2], "b": [2, 1]}),
     **{
         text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
@@ -102,7 +102,7 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "shares in per cent": (workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [0.85, 0.9], "b": [2, 1]}),
-    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "its cells reach from A1 to XFD1000, over four million; delete those beside"),
+    "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, r"hides 1 row \(4\); .* --skip-rows hidden"),
     "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": ["hidden", 1]}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
@@ -187,7 +187,7 @@ def test_names_tell_objectives_from_variables(read):
 def test_designs_are_called_by_their_labels_or_rows(read):
     assert read("a,b\n1,2\n2,1\n").names == ["row 1", "row 2"]
     assert read("id,a,b\n7,1,2\nB,2,1\n").names == ["id 7", "B"]
-    assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", 8]
+    assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", "8"]
     assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
     assert read("Versuch,a\n7,3\n8,4\n8,4\n").remarks == ()
 
@@ -197,7 +197,7 @@ def test_only_columns_that_are_needed_must_be_readable(read):
     asked = Formulation(["a", "ratio"], computed={"ratio": "a / b"}, limits={"b": 1.5})
     table = read(text, asked)
     assert table.status.tolist() == ["infeasible", "ok"]
-    assert table.extra["c"].tolist() == ["1.250", 980]
+    assert table.extra["c"].tolist() == ["1.250", "980"]
     assert table.extra["steel"].tolist() == ["1.4301a", "1.4301b"]
     with pytest.raises(PsiError, match="'1.250' in the column 'c', either 1250 or"):
         read(text, Formulation(["a", "b"], limits={"c": 1000}))

@@ -10,8 +10,16 @@ reads it without this package. Files of several machines in one folder are read 
   `ALL` is the share that has every point, `LAST` the largest number of a test point.
 """
 
-from pymoo_psi.study._shares import ALL, Share, read_folder
-from pymoo_psi.study._study import LAST, Proposal, Study, read_study, write_study
+from pymoo_psi.study._study import (
+    ALL,
+    LAST,
+    Proposal,
+    Share,
+    Study,
+    read_folder,
+    read_study,
+    write_study,
+)
 
 __all__ = [
     "ALL",

@@ -31,14 +31,14 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from os import PathLike
 from pathlib import Path
-from typing import IO, Any, TypeAlias
+from typing import IO, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, identity_text, invalid, wrong_type
+from pymoo_psi._validation import Received, identity_text, integer, invalid, wrong_type
 from pymoo_psi.errors import (
     StudyAccessError,
     StudyCorruptError,
@@ -69,14 +69,14 @@ _FIXED = {
     "origin": "TEXT",
     "seconds": "REAL",
 }
+_TABLES = {
+    "proposals": "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
+    "study": "(name TEXT PRIMARY KEY, value TEXT)",
+}
 _TYPES = {Kind.REAL: "", Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
-_MOST_COLUMNS = 2000 - len(_FIXED)  # SQLite's limit
+_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 60.0  # seconds for readers to end their query before a commit, and for that commit
-_REMEDY = (
-    "check that its folder exists, that you may write it and that the disk has room; "
-    "what was committed is still there"
-)
 
 
 class Study:
@@ -122,10 +122,15 @@ class Study:
         """
         asked = json.loads(identity_text(head))
         own: dict[str, Any] = {} if share is None else {"share": [*share], "points": [*points]}
+        others: list[str] = []
         if share is not None:
+            folder = os.path.dirname(self.path)
             with _reported(self.path):
-                os.makedirs(os.path.dirname(self.path), exist_ok=True)
-            self._require_others_alike(asked, share[1])
+                os.makedirs(folder, exist_ok=True)
+            others = [path for path in studies_in(folder) if path != self.path]
+        of = share and share[1]
+        for path in others:
+            _require_alike(path, Study(path).facts(), asked, of)
         if not os.path.exists(self.path):
             with self.writing():
                 # Again, as the owner of the lock before may have made it.
@@ -133,34 +138,14 @@ class Study:
                     _create(self.path, {"head": asked, **own})
         self._seen = None
         facts = self.facts()
-        if differing := differences(facts["head"], asked, "in the study", "asked"):
-            raise StudyMismatchError(
-                f"study {self.path} belongs to another problem: {differing}. Give the "
-                "name of another file, or the problem (and study_key) with which it was begun"
-            )
+        _require_alike(self.path, facts, asked, of)
         if own and facts.get("share") != own["share"]:
             raise StudyMismatchError(
                 f"study {self.path} must be share {own['share']}, and is none; move it away"
             )
-        if own and facts["points"] != (points_of_both := span([facts, own])):
+        if own and facts["points"] != (points_of_both := _span([facts, own])):
             with self._writing() as (db, _):
                 _put(db, points=points_of_both)
-
-    def _require_others_alike(self, head: Head, of: int) -> None:
-        """Refuse a share of another problem or division than the other studies in its folder."""
-        for path in studies_in(os.path.dirname(self.path)):
-            try:
-                facts = Study(path).facts()
-            except StudyError:
-                continue  # reported when the folder is read
-            other = differences(facts["head"], head, "there", "asked")
-            if facts.get("share", [1, of])[1] != of:
-                other = f"it is one of {facts['share'][1]} shares, not of {of}"
-            if other:
-                raise StudyMismatchError(
-                    f"study {path} in the same folder belongs to another problem or division: "
-                    f"{other}. Give the name of another folder, or what that study was begun with"
-                )
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -361,23 +346,30 @@ def _reported(path: str) -> Iterator[None]:
     """Turn errors of SQLite and the system in the body into ours, which name the file."""
     try:
         yield
-    except (StudyError, sqlite3.ProgrammingError):
-        raise
-    except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
-        text = str(error)
+    except (sqlite3.DatabaseError, UnicodeDecodeError, OSError) as error:
+        if isinstance(error, (StudyError, sqlite3.ProgrammingError)):
+            raise
+        # By their texts, since Python 3.10 does not show SQLite's codes.
+        text = (isinstance(error, OSError) and error.strerror) or str(error)
+        if any(words in text for words in ("is full", "No space", "quota")):
+            raise StudyAccessError(
+                f"study {path} cannot be written, as the disk is full; what was stored before is "
+                "kept: make room, then run again to continue"
+            ) from error
         if "is locked" in text:
             raise StudyLockedError(
                 f"study {path} is kept busy by another program; close that program, then run again"
             ) from error
         if "not a database" in text:
             raise _foreign(path) from error
-        # By their texts, since Python 3.10 does not show SQLite's codes.
-        if not any(known in text for known in ("full", "disk I/O", "readonly", "unable to open")):
+        known = any(
+            known in text for known in ("disk I/O", "readonly", "unable to open", "too many")
+        )
+        if not known and not isinstance(error, OSError):
             raise _corrupt(path, text) from error
-        raise StudyAccessError(f"study {path} cannot be used: {text}; {_REMEDY}") from error
-    except OSError as error:
         raise StudyAccessError(
-            f"study {path} cannot be used: {error.strerror}; {_REMEDY}"
+            f"study {path} cannot be used: {text}; check that its folder exists and that you may "
+            "write it; what was committed is still there"
         ) from error
 
 
@@ -415,8 +407,6 @@ def _connected(path: str) -> Iterator[sqlite3.Connection]:
 
 def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None) -> None:
     """Make a study file, whole or not at all."""
-    declared = {**_FIXED, **_sql_columns(facts["head"])}
-    listed = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in declared.items())
     now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
     with (
         _reported(path),
@@ -427,38 +417,50 @@ def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None)
         db.execute("BEGIN")
         db.execute(f"PRAGMA application_id = {_APPLICATION}")
         db.execute(f"PRAGMA user_version = {_VERSION}")
-        db.execute(f"CREATE TABLE tests ({listed})")
-        db.execute(
-            "CREATE TABLE proposals "
-            "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)"
-        )
-        db.execute("CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT)")
+        for name, columns_sql in {**_TABLES, "tests": _tests_sql(facts["head"])}.items():
+            db.execute(f"CREATE TABLE {name} {columns_sql}")
         _put(db, id=secrets.token_hex(16), begun=now, commits=0, **facts)
         if columns is not None:
             _insert(db, facts["head"], columns, None, np.nan)
         db.execute("COMMIT")
 
 
-def _pragma(db: sqlite3.Connection, name: str) -> int:
-    return int(db.execute(f"PRAGMA {name}").fetchone()[0])
-
-
 def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
-    """Return the facts of a study after making sure that the file is one."""
-    if _pragma(db, "application_id") != _APPLICATION:
+    """Return the facts of a study after making sure that the file is one, and nothing else."""
+    marks = [
+        db.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")
+    ]
+    if marks[0] != _APPLICATION:
         raise _foreign(path)
-    if (version := _pragma(db, "user_version")) != _VERSION:
+    if marks[1] != _VERSION:
         older = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
-            f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; {older if version < _VERSION else 'install a later one'}"
+            f"study {path} has format {marks[1]}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; {older if marks[1] < _VERSION else 'install a later one'}"
         )
+    # A view in place of a table may take for ever to read, a trigger or a computed column changes
+    # what is written: every object is as it was made here, or it is refused before it is used.
+    made = "SELECT name, type, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    found = {name: (type_, sql) for name, type_, sql in db.execute(made)}
+
+    def require(name: str, columns: str) -> None:
+        if found.pop(name, None) != ("table", f"CREATE TABLE {name} {columns}"):
+            raise _corrupt(path, f"its table {name} is not as pymoo-psi makes it")
+
+    for name, columns in _TABLES.items():
+        require(name, columns)
     try:
         facts = {n: json.loads(v) for n, v in db.execute("SELECT name, value FROM study")}
-        _sql_columns(facts["head"])
-        return {**facts, "id": str(facts["id"]), "commits": int(facts["commits"])}
+        facts |= {"id": str(facts["id"]), "commits": int(facts["commits"])}
+        require("tests", _tests_sql(facts["head"]))
     except (TypeError, ValueError, KeyError) as error:
         raise _corrupt(path, f"its head cannot be read ({error!r})") from error
+    for name, (type_, _) in found.items():
+        raise StudyCorruptError(
+            f"study {path} holds the {type_} {name!r:.60}, which is none of its own, and is not "
+            f"used with it; DROP {type_.upper()} removes it, or move the file away"
+        )
+    return facts
 
 
 def _put(db: sqlite3.Connection, **facts: Any) -> None:
@@ -484,9 +486,6 @@ def _kinds(head: Head) -> dict[str, Kind]:
 def _sql_columns(head: Head) -> dict[str, str]:
     """Return SQL's columns of what a head names, and their types."""
     kinds = _kinds(head)
-    if len(kinds) > _MOST_COLUMNS:
-        rule = f"of at most {_MOST_COLUMNS} variables, objectives, constraints and outputs together"
-        raise invalid("the problem of a study", rule, Received(len(kinds)))
     columns: dict[str, str] = {}
     taken = {*_FIXED}
     for name, kind in kinds.items():
@@ -495,6 +494,12 @@ def _sql_columns(head: Head) -> dict[str, str]:
         taken.add(name.lower())
         columns[name] = _TYPES[kind]
     return columns
+
+
+def _tests_sql(head: Head) -> str:
+    """Return the columns of the table of tests as SQLite keeps them, also where some came later."""
+    columns = {**_FIXED, **_sql_columns(head)}
+    return f"({', '.join(f'{_quoted(name)} {type_}'.rstrip() for name, type_ in columns.items())})"
 
 
 def _quoted(name: str) -> str:
@@ -642,19 +647,24 @@ def _lock(descriptor: int) -> None:
 # Heads
 
 
-def span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the first and the last point of the investigations that shares are of."""
-    firsts, lasts = zip(*(facts["points"] for facts in shares), strict=True)
-    return [min(firsts), max(lasts)]
-
-
-def differences(one: Head, other: Head, here: str, there: str) -> str:
-    """Say in what two heads differ; empty if in nothing. NaN is NaN, and 2 is not 2.0."""
-    a, b = _flat(_by_variable(one)), _flat(_by_variable(other))
-    return "; ".join(
-        f"{name} is {a.get(name, 'absent'):.120} {here}, {b.get(name, 'absent'):.120} {there}"
-        for name in [name for name in {**a, **b} if a.get(name) != b.get(name)][:4]
-    )
+def _require_alike(
+    path: str, facts: Mapping[str, Any], head: Head, of: int | None = None, there: str = "asked"
+) -> None:
+    """Refuse a study of another problem, or of another number of shares than ``of``."""
+    # NaN is NaN, and 2 is not 2.0.
+    a, b = _flat(_by_variable(facts["head"])), _flat(_by_variable(head))
+    differing = [
+        f"{name} is {a.get(name, 'absent'):.120} in the study, {b.get(name, 'absent'):.120} {there}"
+        for name in {**a, **b}
+        if a.get(name) != b.get(name)
+    ]
+    if of and facts.get("share", (1, of))[1] != of:
+        differing = [f"it is one of {facts['share'][1]} shares, not of {of}"]
+    if differing:
+        raise StudyMismatchError(
+            f"study {path} belongs to another problem: {'; '.join(differing[:4])}. Give the name "
+            "of another file or folder, or the problem (and study_key) with which it was begun"
+        )
 
 
 def _by_variable(head: Head) -> dict[str, Any]:
@@ -674,3 +684,139 @@ def _flat(value: Any, name: str = "") -> dict[str, str]:
         return {name: json.dumps(value, ensure_ascii=False)}
     inner = (_flat(v, f"{name}.{key}" if name else key) for key, v in value.items())
     return {key: text for part in inner for key, text in part.items()}
+
+
+# Shares: the points of one investigation divided among machines, and their files as one study
+
+
+class Share(NamedTuple):
+    """The k-th of n parts of the test points.
+
+    The points are assigned in rounds of n consecutive numbers, of which each share gets one. So the
+    first results of all shares together are the beginning of the sequence, which is uniform, a
+    longer run extends every share, and whose a point is does not depend on how many there are.
+
+    The k-th share does not get the k-th point of every round: the low binary digits of a number
+    are the leading ones of a point of LPτ, so that every 64th point lies in one strip, a 64th of
+    the first variable, which would be the hole that a lost share leaves. Each round begins with
+    another share instead, by multiples of the golden ratio (Fibonacci hashing, Knuth, The Art of
+    Computer Programming 3, section 6.4), and every share alone is spread over the bounds, too.
+
+    Attributes:
+        part: Which part, from 1 to ``of``.
+        of: How many parts there are.
+    """
+
+    part: int
+    of: int
+
+    @classmethod
+    def checked(cls, value: object) -> Share:
+        """Return the share that a user gives as ``(k, n)``.
+
+        Raises:
+            ArgumentValueError: There is no k-th of n parts.
+            ArgumentTypeError: It is no pair of integers.
+        """
+        if not isinstance(value, (tuple, list)) or len(value) != 2:
+            raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
+        of = integer("n of share=(k, n)", value[1], minimum=1)
+        part = integer("k of share=(k, n)", value[0], minimum=1)
+        if part > of:
+            raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
+        return cls(part, of)
+
+    def __str__(self) -> str:
+        """Return "3 of 64"."""
+        return f"{self.part} of {self.of}"
+
+    @property
+    def file(self) -> str:
+        """Name of its file in a folder of studies, sorted by part."""
+        return f"share-{self.part:0{len(str(self.of))}}-of-{self.of}.db"
+
+    def rounds(self, first: int, last: int) -> range:
+        """Return the rounds, from 0, in which it gets a point between ``first`` and ``last``."""
+        start, stop = (first - 1) // self.of, (last - 1) // self.of + 1
+        ends = self.numbers(np.array([start, stop - 1]))
+        return range(start + int(ends[0] < first), stop - int(ends[1] > last))
+
+    def numbers(self, rounds: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the test points that it gets in rounds."""
+        return rounds * self.of + (self.part - 1 + _moved(rounds, self.of)) % self.of + 1
+
+
+def _moved(rounds: NDArray[np.int64], of: int) -> NDArray[np.int64]:
+    """Return by how many places the shares are moved in rounds."""
+    # Only the lowest 32 bits of the product count, so that its overflow does no harm.
+    moved: NDArray[np.int64] = (rounds * _GOLDEN % 2**32) * of // 2**32
+    return moved
+
+
+ALL = Share(1, 1)  # all points
+
+
+def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str]:
+    """Return the tests of all studies in a folder as those of one; see :func:`read_study`.
+
+    Returns:
+        The head, the columns, and which test points are missing; empty if none are.
+
+    Raises:
+        StudyMismatchError: Two of them belong to different problems, or have other results for
+            the same test point.
+        StudyError: One is damaged, or there is none; the message names the file.
+    """
+    folder = os.path.realpath(path)
+    files = studies_in(folder)
+    if not files:
+        raise StudyAccessError(f"folder {folder} holds no study; check the name")
+    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
+    head = dict(facts[0]["head"])
+    for file, other in zip(files, facts, strict=True):
+        _require_alike(file, other, head, there=f"in {files[0]}")
+    # A share has the outputs that its tests have brought so far, NaN where they did not.
+    outputs = tuple(dict.fromkeys(name for f in facts for name in f["head"].get("outputs", ())))
+    head |= {"outputs": list(outputs)} if outputs else {}
+    columns = {}
+    for name in {**dict.fromkeys(outputs), **blocks[0]}:
+        parts = [b.get(name, np.full(len(b["test_point"]), np.nan)) for b in blocks]
+        columns[name] = np.concatenate(parts)
+    source = np.repeat(np.arange(len(files)), [len(block["test_point"]) for block in blocks])
+    # Stable, so that of a test that several files hold the first one is taken.
+    order = np.argsort(columns["test_point"], kind="stable")
+    columns = {name: column[order] for name, column in columns.items()}
+    numbers = columns["test_point"]
+    again = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
+    for column in columns.values():
+        one, other = column[again], column[again - 1]
+        # NaN is the value that differs from itself.
+        for i in again[(one != other) & ((one == one) | (other == other))]:
+            pair = [files[source[order[j]]] for j in (i - 1, i)]
+            raise StudyMismatchError(
+                f"studies {' and '.join(pair)} have different results for test point {numbers[i]}; "
+                "move the file that is wrong, or older, to another folder"
+            )
+    columns = {name: np.delete(column, again) for name, column in columns.items()}
+    return head, columns, _missing(facts, columns["test_point"])
+
+
+def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -> str:
+    """Say which test points of an investigation are not stored in any of its shares."""
+    known = [facts for facts in studies if "share" in facts]
+    (first, last), of = _span(known) if known else (1, 0), known[0]["share"][1] if known else 1
+    absent = np.setdiff1d(np.arange(first, last + 1), numbers, assume_unique=True)
+    if len(absent) == 0:
+        return ""
+    rounds = (absent - 1) // of
+    parts = np.unique((absent - 1 - _moved(rounds, of)) % of + 1)
+    return (
+        f"{len(absent)} of {last - first + 1} test points are missing, the first is {absent[0]}; "
+        f"of {of} shares these lack points: {', '.join(map(str, parts))}"
+    )
+
+
+def _span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
+    """Return the first and the last point of the investigations that shares are of."""
+    firsts, lasts = zip(*(facts["points"] for facts in shares), strict=True)
+    return [min(firsts), max(lasts)]

@@ -6,7 +6,7 @@ import csv
 import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -15,29 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import comment, inert
-from pymoo_psi._validation import (
-    Received,
-    collection,
-    counted,
-    instance,
-    invalid,
-    known_name,
-    real_array,
-)
+from pymoo_psi._validation import Received, counted, invalid, known_name, real_array
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
-from pymoo_psi.table._formulation import Formulation, distinct
-from pymoo_psi.table._layout import RESERVED, Layout
-from pymoo_psi.table._numbers import (
+from pymoo_psi.table._cells import (
+    Cells,
     Column,
     UnfitError,
+    cells_of_text,
+    cells_of_workbook,
+    decoded,
+    in_a_line,
     is_blank,
     read_columns,
     require_designs,
 )
+from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
+from pymoo_psi.table._formulation import Formulation, distinct
+from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
-from pymoo_psi.table._text import Cells, cells_of_text, cells_of_workbook, decoded, in_a_line
 
 _HEAD = "pymoo_psi_designs"  # begins the comment above a CSV that says what its columns are
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
@@ -46,9 +42,8 @@ _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 _DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
-_NAMED_ROWS = 6  # that a remark names
-# 18 digits are below 2^63, so that a column of them is one of int64 without a further check.
-_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+# As programs write integers, so not 007, a label. 18 digits are below 2^63.
+_WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _DAMAGED = (
     "its first line, which says what the columns are, is damaged or of a later version; remove it, "
     "and say --objectives and --maximize"
@@ -113,7 +108,7 @@ def read_table(
         >>> table.column("mass"), table.layout.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    skipped = collection("skip_rows", skip_rows, "numbers of lines")
+    skipped = frozenset(skip_rows)
     path = Path(source) if isinstance(source, (str, PathLike)) else None
     try:
         found = _cells_of(source) if path is None else _opened(path, encoding, skipped, sheet)
@@ -121,18 +116,17 @@ def read_table(
             what = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", what, skip_rows)
         if isinstance(found, Cells):
-            asked = instance("formulation", formulation or Formulation(), Formulation)
+            asked = formulation or Formulation()
             if path is None and {*RESERVED[1:]} <= {*found.columns} and not asked.objectives:
                 # Without their directions its objectives would all be minimized.
                 rule = "a test table, or its frame with the objectives named"
                 remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
                 raise invalid("source", rule, Received("the frame of a test table"), remedy)
-            designs, remarks = _designs(found, decimal, thousands)
-            table = _table(designs, asked, variables, remarks, drop_incomplete=drop_incomplete)
+            cells, columns, remarks = _designs(found, decimal, thousands)
+            table = _table(cells, columns, asked, variables, remarks, drop_incomplete)
         elif variables:
-            raise invalid(
-                "variables", "left out for a table of tests, which has its own", variables
-            )
+            rule = "left out for a table of tests, which has its own"
+            raise invalid("variables", rule, variables)
         else:
             table = found
     except UnfitError as error:
@@ -187,9 +181,6 @@ def _opened(
         return table_of(*read_parquet(path, content), path, TestTable)
     if content.startswith(_ZIP):
         return cells_of_workbook(content, skipped, sheet)
-    if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
-        what = "it is a workbook of old, or with a password"
-        raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
     text = decoded(content, encoding)
     first, end, rest = text.partition("\n")
     if MARK in first:
@@ -203,7 +194,7 @@ def _opened(
     except (ValueError, RecursionError, csv.Error):
         raise UnfitError(_DAMAGED) from None
     # The line stays, as lines are counted, but as an empty comment.
-    return cells_of_text(f"#{end}{rest}", skipped)._replace(head=head)
+    return replace(cells_of_text(f"#{end}{rest}", skipped), head=head)
 
 
 def _tests(path: Path) -> TestTable:
@@ -217,11 +208,8 @@ def _cells_of_json(text: str) -> Cells:
         content = json.loads(text, object_pairs_hook=distinct)
         rows = content["designs"]
         columns = {name: [row[name] for row in rows] for name in rows[0]}
-        if not columns:
-            raise ValueError
-        # It names no outputs, and some that are none may be of those to be maximized.
-        head = {name: content[name] for name in ("objectives", "maximized")}
-        head |= {"units": content.get("units", {}), "outputs": head["maximized"]}
+        # Outputs may be of those to be maximized.
+        head = {**content, "outputs": content["maximized"], "objectives": content["objectives"]}
     except (ValueError, LookupError, TypeError, RecursionError):
         what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
         raise UnfitError(f"{what}; give the designs as CSV") from None
@@ -253,101 +241,41 @@ def _cells_of(source: Any) -> TestTable | Cells:
 # From cells to tables
 
 
-@dataclass(frozen=True)
-class _Designs:
-    """The n designs of a source, before it is known which columns are what.
-
-    Attributes:
-        columns: The columns by name.
-        rows: ``(n,)`` the row of the source of each design, from 1.
-        lines: ``(n,)`` the line of the file of each; empty if there are no lines.
-        head: What the source says of its columns; empty if nothing.
-        label: The column that names the designs; ``None`` if there is none.
-    """
-
-    columns: Mapping[str, Column]
-    rows: NDArray[np.intp]
-    lines: NDArray[np.intp]
-    head: Mapping[str, Any]
-    label: str | None
-
-    @property
-    def labels(self) -> set[str]:
-        """The columns that number or name designs."""
-        return {name for name in self.columns if _is_label(name) or name == self.label}
-
-    def where(self, i: int) -> str:
-        """Say where the i-th design stands."""
-        return f"row {self.rows[i]}" + (f" (line {self.lines[i]})" if len(self.lines) else "")
-
-    def line(self, i: int) -> int:
-        """Return the number by which the i-th design is left out."""
-        return int((self.lines if len(self.lines) else self.rows)[i])
-
-    def numbers(self, name: str) -> NDArray[np.float64]:
-        """Return the ``(n,)`` numbers of a column, NaN where it has none.
-
-        Raises:
-            UnfitError: It cannot be read for certain, or holds no number.
-        """
-        column = self.columns[name]
-        if column.problem is not None:
-            i, what = column.problem
-            cell = f"{self.where(i)} holds {column.cells[i]!r:.40} in the column {name!r}"
-            raise UnfitError(f"{cell}, {what.replace('{line}', str(self.line(i)))}")
-        if column.numbers is None:
-            remedy = "leave it out, or name the objectives by --objectives"
-            raise UnfitError(f"its column {name!r} holds no number at all; {remedy}")
-        return column.numbers
-
-    def is_candidate(self, name: str) -> bool:
-        """Say whether a column can be an objective; refuse one of which that is not certain."""
-        column = self.columns[name]
-        if name not in self.labels and (column.problem or all(map(is_blank, column.cells))):
-            self.numbers(name)
-        return name not in self.labels and column.numbers is not None
-
-
 def _designs(
     cells: Cells, decimal: str | None, thousands: str | None
-) -> tuple[_Designs, list[str]]:
-    """Return the designs of cells, without those that are not feasible, and remarks."""
-    n = len(next(iter(cells.columns.values())))
+) -> tuple[Cells, dict[str, Column], list[str]]:
+    """Return the rows that are feasible designs, with their label and numbers, and remarks."""
+    columns = {name: column for name, column in cells.columns.items() if name not in _DERIVED}
+    n = len(next(iter(cells.columns.values()), ()))
     # A column status of somebody else's, with other words in it, selects nothing.
     status = [*map(str, cells.columns.get("status", ["ok"] * n))]
     foreign = not {*status} <= {*STATUSES}
     counts = np.array([word == "ok" or foreign for word in status])
-    columns = {name: cells for name, cells in cells.columns.items() if name not in _DERIVED}
     if {"mark", *RANKING_COLUMNS[:-1]} <= {*cells.columns}:  # as the page exports
         counts &= np.array([mark != "prototype" for mark in columns.pop("mark")])
-    if not counts.any():
+    taken = np.flatnonzero(counts).tolist()
+    if not taken:
         raise UnfitError(f"none of its {counted(n, 'design')} is feasible")
-    lost = n - int(counts.sum())
-    remarks = [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
-    taken = np.flatnonzero(counts)
-    # A failed design may hold anything, so it is left out before numbers are read.
-    texts = {name: [column[i] for i in taken.tolist()] for name, column in columns.items()}
-    labels = [*filter(_is_label, columns)]
-    read = read_columns(texts, decimal, thousands, cells.separator, labels)
-    lines = np.array(cells.lines, dtype=np.intp)[taken] if cells.lines else taken[:0]
-    head = {} if cells.head is None else _checked_head(cells.head, columns)
-    designs = _Designs(read, taken + 1, lines, head, cells.label or _label(read))
-    numbers = [
-        column.numbers
-        for name, column in read.items()
-        if column.numbers is not None and name not in designs.labels
-    ]
     # Every row of a ranking is a design, whatever it is called: a summary has no place in the set.
-    pareto = [str(cell).lower() for cell in cells.columns.get("pareto", ())]
-    ours = {*RANKING_COLUMNS} <= {*cells.columns} and {*pareto} <= {"true", "false"}
-    if numbers and not ours:
-        words = {name: column.cells for name, column in read.items() if column.numbers is None}
-        require_designs(words, np.column_stack(numbers), designs.where, designs.line)
-    return designs, remarks
+    pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ())}
+    ranked = {*RANKING_COLUMNS} <= {*cells.columns} and pareto <= {"true", "false"}
+    # A failed design may hold anything, so it is left out before numbers are read.
+    columns = {name: [column[i] for i in taken] for name, column in columns.items()}
+    lines = [cells.lines[i] for i in taken if cells.lines]
+    cells = replace(cells, columns=columns, rows=[i + 1 for i in taken], lines=lines)
+    read = read_columns(cells, decimal, thousands, [*filter(_is_label, columns)])
+    cells = replace(cells, label=cells.label or _label(read))
+    if not ranked:
+        labels = _labels(cells)
+        require_designs(
+            cells, [c for c in read.values() if c.numbers is None or c.name not in labels]
+        )
+    lost = n - len(taken)
+    return cells, read, [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
 
 
-def _checked_head(head: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
-    """Return what a source says of its columns, in which each objective must be."""
+def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a source says of its columns."""
     try:
         checked = {
             key: tuple(map(in_a_line, head.get(key, ())))
@@ -356,110 +284,118 @@ def _checked_head(head: Mapping[str, Any], names: Collection[str]) -> dict[str, 
         units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
     except (TypeError, AttributeError):
         raise UnfitError(_DAMAGED) from None
-    if missing := [name for name in checked["objectives"] if name not in names]:
-        what = f"it says that its objective is {missing[0]!r}, which is no column"
-        raise UnfitError(f"{what}; restore the column, or remove what it says in its first line")
     return checked | {"units": units}
 
 
 def _table(
-    designs: _Designs,
+    cells: Cells,
+    columns: Mapping[str, Column],
     asked: Formulation,
     variables: Sequence[str] | None,
     remarks: list[str],
-    *,
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
-    columns, head, n = designs.columns, designs.head, len(designs.rows)
-    objectives, named = _objectives_and_variables(designs, asked, variables, remarks)
-    values = {name: _values(columns[name]) for name in named}
-    if lacking := [name for name, cells in values.items() if not cells]:
+    head, labels, n = _checked_head(cells.head or {}), _labels(cells), len(cells.rows)
+    objectives, named = _roles(columns, head, labels, asked, variables)
+    F = np.column_stack([np.empty((n, 0)), *(columns[name].required() for name in objectives)])
+    guessed = not asked.objectives and not head["objectives"]
+    # Ranked by the number of the design, any other would be the best.
+    if guessed and n >= 3 and np.array_equal(F[:, 0], F[0, 0] + np.arange(n)):
+        remedy = "if it only numbers designs, name the objectives"
+        remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
+    design = {name: _values(columns[name]) for name in named}
+    if lacking := [name for name, values in design.items() if not values]:
         remarks.append(f"No variable, as some designs have no value of it: {', '.join(lacking)}.")
-    design = {name: cells for name, cells in values.items() if cells}
-    outputs = {
-        name: designs.numbers(name)
+    design = {name: values for name, values in design.items() if values}
+    taken = {*objectives, *design}
+    numeric = {name for name, c in columns.items() if c.numbers is not None and name not in labels}
+    needed = ({*asked.columns} | numeric) - taken
+    outputs = {name: column.required() for name, column in columns.items() if name in needed}
+    taken |= {*outputs}
+    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+    extra = {
+        name: _integers(column.cells) or column.cells
         for name, column in columns.items()
-        if name not in (*objectives, *design)
-        and (name in asked.columns or (column.numbers is not None and name not in designs.labels))
+        if name not in taken
     }
-    taken = {*objectives, *design, *outputs}
+    free = "row" if "row" not in taken else "design"
+    label: str | None = cells.label if cells.label in extra else free
+    extra.setdefault(label or free, [*cells.rows])
+    numbers = cells.rows
+    if "test_point" in extra:  # a table's own name, which no further column can have
+        tests = extra.pop("test_point")
+        if label == "test_point" and len({t for t in tests if type(t) is int and t > 0}) == n:
+            numbers, label = tests, None
+        else:
+            extra["test point"] = tests
+            label = "test point" if label == "test_point" else label
     layout = Layout.of(
         [*design],
         objectives,
         outputs=[*outputs],
-        maximize=[name for name in head.get("maximized", ()) if name in {*objectives, *outputs}],
-        units={name: head.get("units", {}).get(name, columns[name].unit) for name in taken},
+        maximize=[name for name in head["maximized"] if name in {*objectives, *outputs}],
+        units={name: head["units"].get(name, columns[name].unit) for name in taken},
     )
-    F = np.column_stack([np.empty((n, 0)), *(designs.numbers(name) for name in objectives)])
-    remarks += _incomplete(designs, objectives, F, drop_incomplete=drop_incomplete)
-    X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
-    extra = {name: _carried(column) for name, column in columns.items() if name not in taken}
-    naming = designs.label if designs.label in extra else "row" if "row" not in taken else "design"
-    extra.setdefault(naming, designs.rows.tolist())
-    label: str | None = naming
-    numbers = designs.rows
-    if "test_point" in extra:  # a table's own name, which no further column can have
-        tests = extra.pop("test_point")
-        if label == "test_point" and len({t for t in tests if type(t) is int and t > 0}) == n:
-            numbers, label = np.array(tests), None
-        else:
-            extra["test point"] = tests
-            label = "test point" if label == "test_point" else label
     layout = replace(layout, label=label)
+    X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
     return replace(table, remarks=tuple(remarks))
 
 
-def _objectives_and_variables(
-    designs: _Designs, asked: Formulation, named: Sequence[str] | None, remarks: list[str]
+def _roles(
+    columns: Mapping[str, Column],
+    head: Mapping[str, Any],
+    labels: Collection[str],
+    asked: Formulation,
+    named: Sequence[str] | None,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which columns are objectives and variables: as named, as told, else by their names."""
-    columns, head = designs.columns, designs.head
-    variables = tuple(named or head.get("variables", ()))
-    if asked.objectives or head.get("objectives"):
+
+    def is_candidate(name: str) -> bool:
+        column = columns[name]
+        # Refused if it is not certain whether it is one.
+        if name not in labels and (column.problem or all(map(is_blank, column.cells))):
+            column.required()
+        return name not in labels and column.numbers is not None
+
+    variables = tuple(named or head["variables"])
+    if asked.objectives or head["objectives"]:
         objectives = tuple(n for n in asked.objectives if n not in asked.computed)
         if not asked.objectives:
             objectives = head["objectives"]
         guessed = _guess(columns, lambda name: False)[1]
     else:
-        free = [name for name in columns if name not in variables]
-        objectives, guessed = _guess(free, designs.is_candidate)
+        objectives, guessed = _guess([n for n in columns if n not in variables], is_candidate)
         if not objectives:
             raise UnfitError("no column holds numbers that can be objectives")
         if len(objectives) == 1:
             what = f"{objectives[0]!r} is the only column that can be an objective"
             raise UnfitError(f"{what}; to rank by it alone, say --objectives {objectives[0]!r}")
-        # Ranked by the number of the design, any other would be the best.
-        first = designs.numbers(objectives[0])
-        if len(first) >= 3 and np.array_equal(first, first[0] + np.arange(len(first))):
-            remedy = "if it only numbers designs, name the objectives"
-            remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             remedy = "such a column follows from others; rename it" if name in _DERIVED else ""
-            known_name(group, name, [*columns], remedy)
+            known_name(group, name, columns, remedy)
     variables = variables or tuple(name for name in guessed if name in columns)
     return objectives, tuple(name for name in variables if name not in objectives)
 
 
 def _incomplete(
-    designs: _Designs, names: Sequence[str], F: NDArray[np.float64], *, drop_incomplete: bool
+    cells: Cells, names: Sequence[str], F: NDArray[np.float64], drop: bool
 ) -> list[str]:
     """Refuse designs without finite objectives, or return a remark on them."""
     lacking = ~np.isfinite(F)
     rows = np.flatnonzero(lacking.any(axis=1))
     if len(rows) == len(F):
         raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
-    if len(rows) and not drop_incomplete:
+    if len(rows) and not drop:
         i, name = rows[0], names[lacking[rows[0]].argmax()]
-        cell = designs.columns[name].cells[i]
+        cell = cells.columns[name][i]
         what = "no number" if is_blank(cell) else str(cell).strip()
-        where = f"{designs.where(i)} holds {what:.40} in the column {name!r}"
+        where = f"{cells.where(i)} holds {what:.40} in the column {name!r}"
         raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
-    listed = ", ".join(map(str, designs.rows[rows[:_NAMED_ROWS]]))
-    more = ", …" if len(rows) > _NAMED_ROWS else ""
-    lost = f"{counted(len(rows), 'incomplete design')} left out: row {listed}{more}."
+    listed = ", ".join(str(cells.rows[i]) for i in rows[:6]) + ", …" * (len(rows) > 6)
+    lost = f"{counted(len(rows), 'incomplete design')} left out: row {listed}."
     return [lost] if len(rows) else []
 
 
@@ -494,29 +430,29 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     if labels and labels[0].strip().lower() in _NAMING:
         return labels[0]
     name = next((name for name in columns if name not in labels), "")
-    if name and columns[name].numbers is None and columns[name].problem is None:
+    if name and columns[name].numbers is None and not columns[name].problem:
         cells = columns[name].cells
-        if len({cell for cell in cells if isinstance(cell, str) and not is_blank(cell)}) == len(
-            cells
-        ):
+        if len({c for c in cells if isinstance(c, str) and not is_blank(c)}) == len(cells):
             return name
     return labels[0] if labels else None
 
 
+def _labels(cells: Cells) -> set[str]:
+    """Return the columns that number or name designs."""
+    return {name for name in cells.columns if _is_label(name) or name == cells.label}
+
+
 def _values(column: Column) -> list[Any]:
     """Return the values of a variable; none if a design has none, or none that is certain."""
-    if column.problem is not None or any(map(is_blank, column.cells)):
+    if column.problem or any(map(is_blank, column.cells)):
         return []
-    if column.numbers is None:
-        texts = [str(cell) for cell in column.cells]
-        return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
-    whole = all(_WHOLE.fullmatch(str(cell)) for cell in column.cells)
-    return [int(cell) for cell in column.cells] if whole else column.numbers.tolist()
+    if column.numbers is not None:
+        return _integers(column.cells) or column.numbers.tolist()
+    texts = [str(cell) for cell in column.cells]
+    return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
 
 
-def _carried(column: Column) -> list[Any]:
-    """Return the cells of a column that is carried along; 7 as a number, 007 as a text."""
-    return [
-        int(c) if isinstance(c, str) and _WHOLE.fullmatch(c) and str(int(c)) == c else c
-        for c in column.cells
-    ]
+def _integers(cells: Sequence[Any]) -> list[int]:
+    """Return cells as integers, if all of them are."""
+    whole = all(_WHOLE.fullmatch(str(cell)) for cell in cells)
+    return [int(cell) for cell in cells] if whole else []

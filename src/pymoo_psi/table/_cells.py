@@ -1,0 +1,598 @@
+"""What people write into files: from a text or a workbook to columns, and the numbers in them.
+
+A plain number is an optional sign, digits, a decimal mark and an exponent; behind all numbers of a
+column there may be a per cent sign. Points and commas have two meanings, one in each notation:
+
+- with a decimal point, commas may divide thousands: 1.5, 1,250.5;
+- with a decimal comma, points may: 1,5, 1.250,5.
+
+1. Where ``decimal`` or ``thousands`` is given, it decides.
+2. Else a column that only one notation can read, as one with 1.5, 0.125 or 1.250.000, is of it.
+3. Else the mark, as in 1.250, is a decimal mark if it is one in all columns of the file that are
+   certain; or if it is a point in a file with commas between its cells, and all numbers of the
+   column have three digits behind it, as programs print them.
+4. Else the column is refused: no number is read that could be another one.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from io import BytesIO, StringIO
+from typing import Any, NamedTuple, TypeAlias
+from warnings import catch_warnings, simplefilter
+from xml.etree.ElementTree import iterparse
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import counted, invalid, known_name
+from pymoo_psi.errors import ArgumentValueError, PsiError
+
+Array: TypeAlias = NDArray[np.float64]
+# The numbers of a column by decimal mark; NaN of a blank cell, None of any other.
+_Values: TypeAlias = dict[str, list[float | None]]
+
+_SEPARATORS = ",;\t|"
+_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
+_GROUPED = re.compile(r"[1-9]\d{0,2}(?: \d{3})+(?:[.,]\d*)?")
+_EMPTY = "it is empty; it must hold a line of column names, then the designs"
+_VAST = 4_000_000  # cells of a sheet, which take 1 GB
+
+_BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"}
+# Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
+_ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
+_MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
+_OTHER = {".": ",", ",": "."}
+_GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
+_LONGEST = 100  # characters of a number; a longer text is none, and costs no time
+# A plain number as programs write it, whose point cannot divide thousands.
+_CERTAIN = re.compile(
+    r"\s*[+-]?(?![1-9][0-9]{0,2}\.[0-9]{3}\s*$)(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*"
+)
+_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}%?")
+# What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
+# not dates and times.
+_NUMBERLIKE = re.compile(
+    r"(?!\d{4}-\d\d?-\d\d?(?:[T ].*)?$|\d\d?[./]\d\d?[./]\d{2,4}$|\d\d?:\d\d(?::\d\d)?$)"
+    r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d)",
+    re.IGNORECASE,
+)
+_MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
+# Words by which spreadsheets and people call rows that summarise others, by what they hold.
+_SUMMARIES = {
+    word: kind
+    for kind, words in {
+        "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
+        "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
+        "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
+        "median": "median zentralwert",
+        "std": "std stdev deviation standardabweichung",
+        "extreme": "min minimum max maximum best worst ideal nadir utopia bester schlechtester",
+    }.items()
+    for word in words.split()
+}
+_ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
+
+
+class UnfitError(ArgumentValueError):
+    """A source is no table; :func:`read_table` says which source."""
+
+
+class PerCent(float):
+    """The number in a workbook's cell that is shown in per cent: 0.85 for 85 %."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The cells of a source that is no table of tests.
+
+    Attributes:
+        columns: The n cells of each column by its name, in the order of the source.
+        lines: The line of the file on which each row ends; empty if there are no lines.
+        separator: The mark between the cells of a line; empty if there is none.
+        head: What the source says of its columns, as :func:`designs_head` writes it.
+        label: The column that names the designs, if the source says so.
+        rows: The numbers of the rows, from 1 to n if empty.
+    """
+
+    columns: dict[str, list[Any]]
+    lines: Sequence[int] = ()
+    separator: str = ""
+    head: Mapping[str, Any] | None = None
+    label: str | None = None
+    rows: Sequence[int] = ()
+
+    def where(self, i: int) -> str:
+        """Say where the i-th row stands."""
+        return f"row {self.rows[i]}" + (f" (line {self.lines[i]})" if self.lines else "")
+
+    def line(self, i: int) -> int:
+        """Return the number by which the i-th row is left out."""
+        return (self.lines or self.rows)[i]
+
+
+class Column(NamedTuple):
+    """The n cells of a column, and their numbers.
+
+    Attributes:
+        name: Its name.
+        cells: The cells as they are written.
+        numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if it is no column of them.
+        unit: "%" if all numbers have it.
+        problem: Of a column that may be one of numbers but cannot be read: what is wrong, and what
+            settles it.
+    """
+
+    name: str
+    cells: list[Any]
+    numbers: Array | None = None
+    unit: str = ""
+    problem: str = ""
+
+    def required(self) -> Array:
+        """Return the ``(n,)`` numbers.
+
+        Raises:
+            ArgumentValueError: It cannot be read for certain, or holds no number.
+        """
+        if self.numbers is None:
+            remedy = "leave it out, or name the objectives by --objectives"
+            raise UnfitError(
+                self.problem or f"its column {self.name!r} holds no number at all; {remedy}"
+            )
+        return self.numbers
+
+
+# From bytes to cells
+
+
+def decoded(content: bytes, encoding: str | None) -> str:
+    """Return the text in the bytes of a file, by its byte-order mark or UTF-8 unless given.
+
+    Raises:
+        ArgumentValueError: It is no such text, or there is no such encoding.
+    """
+    wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        text = content.decode(encoding or ("utf-16" if wide else "utf-8-sig"))
+    except UnicodeError as error:
+        # Any bytes are text in cp1252, right or wrong; so it is not guessed.
+        remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
+        raise UnfitError(f"it is no text: {error}; {remedy}") from None
+    except (LookupError, ValueError, TypeError):
+        raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
+    # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
+    if "\0" in text:
+        remedy = "give its encoding, such as --encoding utf-16-le"
+        raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+    return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
+
+
+def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
+    """Return the cells of a text.
+
+    By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
+    Comments (``#``) may stand above the line that names the columns. If that line holds numbers,
+    the names are taken from the comment above it, as numpy.savetxt writes them.
+
+    Raises:
+        ArgumentValueError: It is no table of named columns with one row or more.
+    """
+    lines = [*enumerate(StringIO(text, newline=""), start=1)]
+    _require_lines(skip_rows, len(lines))
+    lines = [(i, line) for i, line in lines if i not in skip_rows]
+    separator, comment = "", ""
+    for above, (_, line) in enumerate(lines):
+        if found := _SEPARATOR_LINE.fullmatch(line):
+            separator = found[1]
+        elif line.lstrip('"').startswith("#"):
+            comment = line.lstrip("# ")
+        elif line.strip():
+            lines = lines[above:]
+            break
+    else:
+        raise UnfitError(_EMPTY)
+    separator = separator or _separator(lines)
+    try:
+        rows, ends = _rows(lines, separator)
+        names, _ = _rows([(1, comment)], separator)
+    except csv.Error as error:
+        raise UnfitError(f"it is no text in rows and columns: {error}") from None
+    if rows and any(map(is_number, rows[0])) and names and len(names[0]) == len(rows[0]):
+        rows, ends = [*names, *rows], [ends[0], *ends]
+    pairs = zip(rows, ends, strict=True)
+    marked = [end for row, end in pairs if row[0].startswith("#") and not is_blank(row[0])]
+    # Labels may be #1, #2, …; one among others is rather a design that was commented out.
+    if 0 < len(marked) < len(rows) - 1:
+        remedy = f"leave it out by --skip-rows {_listed(marked)}, or begin its first cell otherwise"
+        what = f"line {marked[0]} begins with #: a comment or a design"
+        raise UnfitError(f"{what}; {remedy}")
+    return _cells(rows, ends, separator)
+
+
+def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: str | None) -> Cells:
+    """Return the cells of a sheet of an .xlsx, by openpyxl.
+
+    Raises:
+        ArgumentValueError: It is no table of named columns with one row or more, there is no sheet
+            of that name, or the sheet hides rows.
+        PsiError: openpyxl is not installed.
+    """
+    try:
+        from openpyxl import load_workbook  # type: ignore[import-untyped]
+    except ImportError:
+        what = "a workbook needs openpyxl, which is not installed"
+        raise PsiError(f"{what}; pip install openpyxl, or save the sheet as CSV") from None
+    try:
+        with catch_warnings():
+            simplefilter("ignore")  # of drawings and the like, which are not read
+            # Read-only: else one merged range or link of 100 bytes becomes a million cells.
+            book = load_workbook(BytesIO(content), read_only=True, data_only=True)
+            titles = [sheet.title for sheet in book.worksheets]
+            asked = titles if name is None else [known_name("sheet", name, titles)]
+            sheets = {title: _rows_of_sheet(book[title]) for title in asked}
+            if name is None:
+                # Taking the first sheet would rank the wrong one where a cover comes first.
+                filled = [title for title in titles if sheets[title]]
+                if len(filled) != 1:
+                    what = f"it has {len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
+                    raise UnfitError(f"{what}; name the one with the designs by --sheet")
+                name = filled[0]
+            hidden = _hidden_rows(book[name]) & {*sheets[name]}
+    except PsiError:
+        raise
+    except Exception as error:  # of zip, XML, openpyxl
+        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+    _require_lines({*skip_rows} - {"hidden"}, max(sheets[name], default=0))
+    if hidden and "hidden" not in skip_rows:
+        what = f"the sheet hides {counted(len(hidden), 'row')} ({_listed(sorted(hidden))})"
+        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows hidden")
+    rows = {i: row for i, row in sheets[name].items() if i not in hidden and i not in skip_rows}
+    return _cells([*rows.values()], [*rows], "")
+
+
+def _rows_of_sheet(sheet: Any) -> dict[int, list[Any]]:
+    """Return the rows of a sheet that are not blank, by number, filled up to one length."""
+    sheet.reset_dimensions()  # what a file declares may be more than it holds
+    rows: dict[int, list[Any]] = {}
+    width = seen = 0
+    for i, row in enumerate(sheet.iter_rows(), start=1):
+        cells = [*map(_typed, row)]
+        while cells and cells[-1] == "":
+            cells.pop()
+        if cells:
+            rows[i] = cells
+        seen += 1 + len(row)
+        width = max(width, len(cells))
+        if max(seen, width * len(rows)) > _VAST:  # one stray cell at the far end is enough
+            what = f"its sheet {sheet.title!r} has over four million cells"
+            raise UnfitError(f"{what}; delete those beside the table, or save it as CSV")
+    return {i: cells + [""] * (width - len(cells)) for i, cells in rows.items()}
+
+
+def _hidden_rows(sheet: Any) -> set[int]:
+    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
+    hidden, i = set(), 0
+    with sheet._get_source() as file:
+        for _, element in iterparse(file):
+            if element.tag.endswith("}row"):
+                i = int(element.get("r", i + 1))
+                if element.get("hidden") in ("1", "true"):
+                    hidden.add(i)
+                element.clear()
+    return hidden
+
+
+def _typed(cell: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
+    value = cell.value
+    if value is None or isinstance(value, str):
+        return (value or "").strip()
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        # Within quotation marks the sign is text.
+        shown = re.sub(r'"[^"]*"|\\.', "", cell.number_format)
+        return PerCent(value) if "%" in shown else value
+    return value if isinstance(value, bool) else str(value).removesuffix(" 00:00:00")  # of a date
+
+
+def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
+    if other := [line for line in skip_rows if isinstance(line, str) or line > n]:
+        remedy = "only a workbook hides rows" if other[0] == "hidden" else ""
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0], remedy)
+
+
+def _listed(lines: Collection[int]) -> str:
+    return ",".join(map(str, lines))
+
+
+def _separator(lines: Sequence[tuple[int, str]]) -> str:
+    """Return the mark between cells: the one with which all rows are as long as the header.
+
+    Spaces divide cells only where no mark does.
+    """
+    # The first line may be a title without any mark, the last one is a design.
+    ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
+    readings: dict[str, list[list[str]]] = {}
+    for mark in filter(ends.__contains__, _SEPARATORS):
+        with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
+            if rows := _rows(lines, mark)[0]:
+                readings[mark] = rows
+
+    def merit(mark: str) -> tuple[Any, ...]:
+        rows = readings[mark]
+        cells = [cell for row in rows[1:] for cell in row]
+        numbers = sum(map(is_number, cells)) / max(1, len(cells))
+        usual, count = Counter(map(len, rows)).most_common(1)[0]
+        # Of several, as names or decimals may have commas, the one with most numbers; of uneven
+        # ones that with the longest usual row, so that the message names the row that differs.
+        return (True, numbers, usual) if count == len(rows) else (False, usual, count)
+
+    if readings:
+        return max(readings, key=merit)
+    spaced, _ = _rows(lines, " ")
+    divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
+    # Unless all rows can be one number each, such as 1 250.
+    return " " if divided and not all(_GROUPED.fullmatch(" ".join(r)) for r in spaced[1:]) else ","
+
+
+def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[str]], list[int]]:
+    """Return the rows that are not blank, and the line on which each ends."""
+    if separator == " ":
+        # Not csv, which finds empty cells between the spaces that align printed columns.
+        filled = [(line.split(), number) for number, line in lines if line.strip()]
+        return [row for row, _ in filled], [number for _, number in filled]
+    # skipinitialspace: else in 'a, "b, c"' the marks would be text and its comma a separator.
+    reader = csv.reader(
+        (line for _, line in lines),
+        delimiter=separator,
+        skipinitialspace=separator != "\t",
+        strict=True,
+    )
+    rows, ends = [], []
+    for row in reader:
+        if any(cell.strip() for cell in row):
+            rows.append(row)
+            # csv counts the lines it was given, users those of the file.
+            ends.append(lines[reader.line_num - 1][0])
+    return rows, ends
+
+
+def in_a_line(name: str) -> str:
+    """Return the name of a column without line breaks, which could not be typed as an option."""
+    return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
+
+
+def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
+    """Return rows as columns under the names in the first row."""
+    if not rows:
+        raise UnfitError(_EMPTY)
+    usual = Counter(map(len, rows)).most_common(1)[0][0]
+    for end, row in zip(ends, rows, strict=True):
+        if len(row) != usual:
+            what = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
+            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
+            raise UnfitError(f"{what}; {remedy}")
+    header = [in_a_line(cell) if isinstance(cell, str) else cell for cell in rows[0]]
+    # A file without names would lose its first design as names, and nobody would notice.
+    if numbers := [cell for cell in header if is_number(cell)]:
+        what = f"its first line must name the columns, and holds numbers, {numbers[0]!r:.40}"
+        remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
+        raise UnfitError(f"{what}; {remedy}")
+    if len(rows) == 1:
+        raise UnfitError("it holds column names, but no row")
+    columns = zip(header, map(list, zip(*rows[1:], strict=True)), strict=True)
+    named = [
+        # One without a name numbers rows, as data frames write their index.
+        (str(name) or "index", cells)
+        for name, cells in columns
+        if name != "" or not all(map(is_blank, cells))  # a comma at the end of every line
+    ]
+    for name, count in Counter(name for name, _ in named).items():
+        if count > 1:
+            what = f"its header names the column {name!r} {count} times"
+            raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
+    return Cells(dict(named), ends[1:], separator)
+
+
+# From cells to numbers
+
+
+def is_blank(cell: Any) -> bool:
+    """Say whether a cell holds nothing, or a word for it."""
+    if isinstance(cell, str):
+        text = cell.strip()
+        return text.lower() in _BLANKS or (text[:1] == "#" and bool(_ERROR.fullmatch(text)))
+    return cell is None or cell != cell
+
+
+def is_number(cell: Any) -> bool:
+    """Say whether a cell is a plain number in any notation."""
+    if not isinstance(cell, str):
+        return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+    return bool(_MARKED.fullmatch(_plain(cell)[:_LONGEST]))
+
+
+def read_columns(
+    cells: Cells, decimal: str | None, thousands: str | None, labels: Collection[str]
+) -> dict[str, Column]:
+    """Return columns with their numbers; see the rule on top.
+
+    Args:
+        cells: Texts, or the values of a source whose cells have types.
+        decimal: The decimal mark, ``"."`` or ``","``, if it is known.
+        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, if it is known.
+        labels: Columns that name designs: a design 1.2 says nothing of decimals.
+    """
+    notations = _notations(decimal, thousands)
+    readings = {name: _read(column, notations) for name, column in cells.columns.items()}
+    certain = {
+        marks[0]
+        for name, values in readings.items()
+        if name not in labels and len(marks := _marks(values)) == 1
+    }
+    return {name: _column(cells, name, values, certain) for name, values in readings.items()}
+
+
+def _notations(
+    decimal: str | None, thousands: str | None
+) -> dict[str, tuple[re.Pattern[str], dict[int, str]]]:
+    """Return patterns of numbers and translations to Python's, by possible decimal mark."""
+    if decimal not in (None, ".", ","):
+        raise invalid("decimal", "'.' or ','", decimal)
+    if thousands not in (None, ".", ",", " ", "'") or thousands == (decimal or ""):
+        raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
+    known = decimal or _OTHER.get(thousands or "")
+    notations = {}
+    for mark in (known,) if known else (".", ","):
+        # Without a word on thousands, a gap divides nothing else in a number.
+        gaps = _GAPS.get(thousands or "", thousands or _OTHER[mark] + "".join(_GAPS.values()))
+        d, t = re.escape(mark), f"[{gaps}]"
+        # Nobody groups digits in front of an exponent.
+        grouped = rf"[1-9][0-9]{{0,2}}(?P<gap>{t})[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*(?:{d}[0-9]*)?"
+        plain = rf"(?:[0-9]+(?:{d}[0-9]*)?|{d}[0-9]+)(?:[eE][+-]?[0-9]+)?"
+        pattern = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity|∞)", re.IGNORECASE)
+        notations[mark] = pattern, str.maketrans({**dict.fromkeys(gaps, ""), mark: ".", "∞": "inf"})
+    return notations
+
+
+def _read(
+    cells: list[Any], notations: Mapping[str, tuple[re.Pattern[str], dict[int, str]]]
+) -> _Values:
+    # The usual column of what programs write, recognised first as it takes a quarter of the time.
+    if "." in notations and all(
+        isinstance(c, str) and len(c) <= _LONGEST and _CERTAIN.fullmatch(c) for c in cells
+    ):
+        other = [None if "." in cell else float(cell) for cell in cells]
+        return {mark: [*map(float, cells)] if mark == "." else other for mark in notations}
+    plain = [cell if not isinstance(cell, str) else _plain(cell) for cell in cells]
+    return {mark: [_number(cell, *how) for cell in plain] for mark, how in notations.items()}
+
+
+def _marks(values: _Values) -> list[str]:
+    """Return the decimal marks with which all cells of a column are numbers or blank."""
+    return [mark for mark, numbers in values.items() if None not in numbers]
+
+
+def _plain(cell: str) -> str:
+    """Return a text without spaces about it, per cent sign and minus signs of typesetters."""
+    text = cell if cell.isascii() else cell.translate(_MINUS)
+    return text.strip().removesuffix("%").rstrip()
+
+
+def _number(cell: Any, pattern: re.Pattern[str], translation: dict[int, str]) -> float | None:
+    """Return the number in a cell, NaN if it is blank, ``None`` if there is another text."""
+    if isinstance(cell, str) and len(cell) <= _LONGEST and pattern.fullmatch(cell):
+        return float(cell.translate(translation))
+    if isinstance(cell, (int, float)) and not isinstance(cell, bool):
+        return float(str(cell))  # infinite for an integer beyond float64
+    return np.nan if is_blank(cell) else None
+
+
+def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) -> Column:
+    """Return a column by its readings and the decimal marks of the certain columns."""
+    column = cells.columns[name]
+
+    def refused(i: Any, what: str) -> Column:
+        where = f"{cells.where(i)} holds {column[i]!r:.40} in the column {name!r}"
+        return Column(name, column, problem=f"{where}, {what}")
+
+    marks = _marks(values)
+    if not marks:
+        best = min(values.values(), key=lambda numbers: numbers.count(None))
+        texts = [i for i, number in enumerate(best) if number is None]
+        # One number is enough: taken for text, the column would silently be no objective.
+        if mixed := any(number == number for number in best if number is not None):
+            looks = texts
+        else:
+            looks = [i for i in texts if _NUMBERLIKE.match(str(column[i]).strip()[:_LONGEST])]
+        if looks:
+            what = f"no plain number{' like the others' * mixed}; settle it by --decimal and "
+            what += f"--thousands, leave its line out by --skip-rows {cells.line(looks[0])}, or "
+            return refused(looks[0], f"{what}name the objectives by --objectives")
+        return Column(name, column)
+    one, two = np.array(values[marks[0]]), np.array(values[marks[-1]])
+    known = np.flatnonzero(~np.isnan(one))
+    if not len(known):
+        return Column(name, column)
+    unit = _unit(column[known[0]])
+    if other := next((i for i in known if _unit(column[i]) != unit), None):
+        what = f"in {_unit(column[other]) or 'no unit'}, while the first of the column is in "
+        what += f"{unit or 'none'}; give all numbers of a column in one unit"
+        return refused(other, what)
+    decimal = marks[0]
+    if len(unclear := known[one[known] != two[known]]):
+        i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
+        printed = all(is_blank(c) or _PRINTED.fullmatch(str(c).strip()) for c in column)
+        decimal = "." if "." in column[i] else ","
+        settled = used == certain or (printed and cells.separator == "," and not certain)
+        if len(used) > 1 or not settled:
+            readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
+            remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
+            return refused(i, f"either {readings}; {remedy}")
+    return Column(name, column, np.array(values[decimal]), "%" if unit == "%" else "")
+
+
+def _unit(cell: Any) -> str:
+    if isinstance(cell, str):
+        return "%" if cell.rstrip().endswith("%") else ""
+    return "per cent by its format" if isinstance(cell, PerCent) else ""
+
+
+# Rows that summarise others
+
+
+def require_designs(cells: Cells, columns: Collection[Column]) -> None:
+    """Refuse rows that summarise others, such as "Total".
+
+    A name alone says nothing, as a design may be called Max, nor do a few equal numbers: a row is
+    refused if it is called by such a word and holds these numbers, of all other rows or of those
+    next to it.
+
+    Raises:
+        ArgumentValueError: There is such a row.
+    """
+    called: dict[int, tuple[str, str]] = {}
+    for column in columns:
+        for i, cell in enumerate(column.cells if column.numbers is None else ()):
+            for word in re.findall(r"\w+", cell.lower()) if isinstance(cell, str) else ():
+                if word in _SUMMARIES:
+                    called[i] = (cell.strip(), _SUMMARIES[word])
+    n, numbers = len(cells.rows), [c.numbers for c in columns if c.numbers is not None]
+    # Words in most of many rows are values of a column, such as the levels min and max.
+    if not called or not numbers or len(called) > max(10, n // 2):
+        return
+    F = np.column_stack(numbers)
+    F = np.where(np.isfinite(F), F, np.nan)
+    order = sorted(called)
+    others = np.setdiff1d(np.arange(n), order)
+    # Sums of groups stand below or above these, so between the rows that summarise.
+    groups = np.split(others, np.searchsorted(others, order))
+    for k, i in enumerate(order):
+        cell, kind = called[i]
+        # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+        least = 0.5 if kind == "sum" else 1.0
+        if any(_share(F[i], F[rows], kind) >= least for rows in (others, groups[k], groups[k + 1])):
+            out = _listed([cells.line(j) for j in order])
+            what = f"{cells.where(i)} is called {cell!r:.40} and summarises other rows"
+            raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
+
+
+def _share(row: Array, F: Array, kind: str) -> float:
+    """Return in what share of the columns that can be compared a row holds a summary of others."""
+    # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
+    varied = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
+    if len(F) and kind != "sum":
+        varied &= np.fmin.reduce(F) < np.fmax.reduce(F)
+    F, row = F[:, varied], row[varied]
+    if F.shape[1] == 0:
+        return 0.0
+    with np.errstate(all="ignore"):
+        if kind == "extreme":
+            return float(np.mean((row == np.nanmin(F, axis=0)) | (row == np.nanmax(F, axis=0))))
+        values = getattr(np, f"nan{kind}")(F, axis=0)  # nansum, nanmean, nanmedian, nanstd
+        return float(np.mean(np.abs(values - row) <= _ROUNDED * np.abs(row)))
