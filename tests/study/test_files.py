@@ -40,7 +40,7 @@ def calls(path):
 
 
 def edit(path, *statements):
-    with closing(sqlite3.connect(path)) as db, db:
+    with closing(sqlite3.connect(path, isolation_level=None)) as db:
         for statement in statements:
             db.execute(statement)
 
@@ -133,6 +133,57 @@ def test_another_version_is_said_to_be_one(study, version, remedy):
         with pytest.raises(StudyVersionError, match=f"door has format {version}, but .*{remedy}"):
             call()
     assert contents(Path(study.path).parent) == before
+
+
+# A study holds its own tables and nothing else
+
+ENDLESS = "WITH RECURSIVE r(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM r) SELECT x, x FROM r"
+FURTHER = {
+    "the view 'more'": ["CREATE VIEW more AS SELECT * FROM tests"],
+    "the trigger 'loss'": [
+        "CREATE TRIGGER loss AFTER INSERT ON tests BEGIN DELETE FROM tests WHERE test_point < 9; END"
+    ],
+    "the table 'notes'": ["CREATE TABLE notes (x)"],
+    "the index 'fast'": ["CREATE INDEX fast ON tests (x)"],
+    "table study is not as": [
+        "ALTER TABLE study RENAME TO s",
+        f"CREATE VIEW study(name, value) AS {ENDLESS}",
+    ],
+    "table tests is not as": ["ALTER TABLE tests ADD COLUMN twice GENERATED ALWAYS AS (2 * x)"],
+    "table proposals is not as": ["ALTER TABLE proposals ADD COLUMN x CHECK (x > 0)"],
+}
+
+
+@pytest.mark.parametrize("what", FURTHER)
+def test_what_else_a_study_holds_is_refused_by_name(study, what):
+    edit(study.path, *FURTHER[what])
+    before = contents(Path(study.path).parent)
+    for call in calls(study.path):
+        with pytest.raises(StudyCorruptError, match=what):
+            call()
+    assert contents(Path(study.path).parent) == before
+
+
+def test_outputs_that_come_later_leave_it_as_it_is_made(study):
+    for first, name in enumerate(['in "quotes"', "a, b)", "--", "Seconds", "ä;"]):
+        study.append(block(9 + first, 1) | {name: np.array([0.5])})
+    edit(study.path, "ANALYZE", "VACUUM")  # the statistics of SQLite are its own
+    assert len(read_study(study.path)[1]["Seconds"]) == 13
+
+
+def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkeypatch):
+    connect = sqlite3.connect
+
+    def full(*arguments, **options):
+        db = connect(*arguments, **options)
+        db.execute("PRAGMA max_page_count = 8")
+        return db
+
+    monkeypatch.setattr(sqlite3, "connect", full)
+    said = "door cannot be written, as the disk is full; what was stored before is kept"
+    with pytest.raises(StudyAccessError, match=said):
+        study.append(block(9, 5000))
+    assert bits(read_study(study.path)[1]) == bits(block(1, 8))
 
 
 # Damage

@@ -4,6 +4,7 @@ import io
 import os
 import re
 import threading
+import zipfile
 from decimal import Decimal
 
 import numpy as np
@@ -50,6 +51,23 @@ def hide_rows(*numbers):
     return edit
 
 
+def inserted(content, mark, text):
+    """A workbook with a text in the XML of its sheet, in front of a mark."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(stream, "w") as new:
+        for name in old.namelist():
+            part = old.read(name)
+            if "worksheets/" in name:
+                part = part.replace(mark, text + mark)
+            new.writestr(name, part)
+    return stream.getvalue()
+
+
+SHEET = workbook(TYPED)
+MERGED = b'<mergeCells count="1"><mergeCell ref="D1:M1048576"/></mergeCells>'
+LINKED = b'<hyperlinks><hyperlink ref="D1:M1048576" location="x"/></hyperlinks>'
+WIDE = [f"c{j}" for j in range(10_000)]
+
 # What a file holds, the options given, and what must come of it: the numbers of each objective in
 # their order, or the message.
 FILES = {
@@ -92,6 +110,8 @@ FILES = {
     # Titles, units, comments, headers
     "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),
     "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with #: .* --skip-rows 3"),
+    "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
+    "ten thousand columns": (f"{','.join(WIDE)}\n{'1,' * 9999}1\n{'2,' * 9999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
@@ -103,6 +123,8 @@ FILES = {
     "a workbook": (workbook(TYPED), {}, COST),
     "shares in per cent": (workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [0.85, 0.9], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
+    "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
+    "a link on ten million cells": (inserted(SHEET, b"<pageMargins", LINKED), {}, COST),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, r"hides 1 row \(4\); .* --skip-rows hidden"),
     "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": ["hidden", 1]}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),

@@ -663,7 +663,7 @@ def _require_alike(
     if differing:
         raise StudyMismatchError(
             f"study {path} belongs to another problem: {'; '.join(differing[:4])}. Give the name "
-            "of another file or folder, or the problem (and study_key) with which it was begun"
+            "of another file, or the problem (and study_key) with which it was begun"
         )
 
 
