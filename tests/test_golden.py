@@ -147,7 +147,7 @@ def transcript(lines, folder):
 
 
 # Their numbers are of other libraries, too: resampling, polishing and random numbers of recent
-# releases of SALib, SciPy and pymoo.
+# releases of SciPy and pymoo.
 RECENT = {"analyze", "reproduce", "solve_nsga3"}
 
 

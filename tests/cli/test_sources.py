@@ -289,14 +289,18 @@ def test_tests_are_analyzed_as_by_the_library(sources):
     solve = ["solve", "models:Beam", "--points", 32, "--study", "part.db", "--box", "wall=2:4"]
     assert sources(*solve)[0] == 0
     assert sources("export", "a=beam.db", "part.db", "--out", "both.csv")[0] == 0
-    assert "Convergence not available: the tests are of 2 exp" in sources("analyze", "both.csv")[1]
+    assert (
+        "Sensitivities not available: the tests must be an even"
+        in sources("analyze", "both.csv")[1]
+    )
     # Proposals are where the best designs were expected.
     sought = ["--algorithm", "surrogate", "--points", 48, "--study", "sought.db"]
     assert sources("solve", "bnh", *sought)[0] == 0
     for words in ([], ["--limits", "f1<=100"]):
         printed = joined(sources("analyze", "sought.db", *words)[1])
-        assert "Attention: an algorithm has chosen the tests" in printed
-        assert "Convergence not available: an algorithm has chosen the tests" in printed
+        assert "By the first 20 of 48 tests, the points of a sequence" in printed
+        assert "Sensitivities not available: f1 must be known of 40 tests or more" in printed
+        assert "The last doubling, from 10 to 20 tests" in printed
     code, _, err = sources("analyze", "cars.csv", *OBJECTIVES)
     assert (code, "--variables must be named" in err) == (2, True)
 

@@ -26,7 +26,23 @@ def test_hypervolume_is_the_share_of_grid_cells_dominated(F):
     r = 5.0
     cells = list(itertools.product(range(5), range(5)))
     dominated = [any(f[0] <= a and f[1] <= b for f in F) for a, b in cells]
-    assert hypervolume(F, r) == pytest.approx(np.mean(dominated))
+    assert hypervolume(F, r) == (pytest.approx(np.mean(dominated)), 0.0)
+
+
+@pytest.mark.parametrize(("n", "m"), [(1, 60), (300, 8), (2000, 6), (40, 16)])
+def test_what_would_take_long_is_sampled(n, m):
+    """Of the plane sum f = 1, n random points; of one point the volume is known."""
+    F = np.random.default_rng(m).dirichlet(np.ones(m), n)
+    share, error = hypervolume(F, 1.1)
+    again = hypervolume(F[::-1], 1.1)
+    assert (share, error) == pytest.approx(again, rel=1e-12)
+    slow = np.random.default_rng(0).random((20_000, m)) * 1.1
+    dominated = np.mean([(place >= F).all(axis=1).any() for place in slow])
+    assert share == pytest.approx(dominated, abs=4 * (error + 0.5 / np.sqrt(len(slow))))
+    assert (error > 0) == (n > 1)
+    exact = hypervolume(F[:1], 1.1)[0]
+    assert exact == pytest.approx(np.prod(1 - F[0] / 1.1))
+    assert share >= exact - 4 * error
 
 
 @given(points, points)
@@ -38,7 +54,7 @@ def test_igd_plus_and_epsilon_by_their_definitions(F, R):
 
 def test_no_points_are_worst():
     nothing, R = np.zeros((0, 3)), np.ones((2, 3))
-    assert hypervolume(nothing, 1.1) == 0
+    assert hypervolume(nothing, 1.1) == (0, 0)
     assert igd_plus(nothing, R) == epsilon_additive(nothing, R) == np.inf
 
 

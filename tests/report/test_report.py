@@ -105,9 +105,9 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
 
 def test_sensitivities_of_tests_that_failed_in_part_come_with_a_caution():
     title = "First-order sensitivities, and where designs are feasible"
-    for known, n in (({"sampling": "LPτ"}, 1), (None, 0)):
+    for known, n in (({"sampling": "LPτ"}, 1), ({"sampling": "an algorithm"}, 0)):
         told = lines(decision_report(dataclasses.replace(beams(), problem=known)), title)
-        assert sum("of the tests failed: the others are not spread evenly" in t for t in told) == n
+        assert sum("failed and count for nothing" in text for text in told) == n
 
 
 def test_another_design_is_explained_as_itself():

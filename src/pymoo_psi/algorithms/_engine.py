@@ -39,7 +39,16 @@ from pymoo_psi.problems import (
     streams,
     untolerant,
 )
-from pymoo_psi.table import RESERVED, Layout, Limits, TestTable, bounds_of, design_keys, lacking
+from pymoo_psi.table import (
+    PROPOSAL_ROUND,
+    RESERVED,
+    Layout,
+    Limits,
+    TestTable,
+    bounds_of,
+    design_keys,
+    lacking,
+)
 
 Rows = NDArray[np.intp]
 Kept = Callable[[TestTable], TestTable]
@@ -395,9 +404,6 @@ NO_OUTPUTS = {
     *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
     "failure",
 }
-
-PROPOSAL_ROUND = "proposal_round"
-"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 
 
 def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:

@@ -24,11 +24,8 @@ from pymoo_psi.cli._rank import (
 )
 from pymoo_psi.cli._source import formulation_of, opened
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
-from pymoo_psi.table import STATUSES, Formulation, TestTable, read_table
+from pymoo_psi.table import STATUSES, Formulation, TestTable
 
-# Objectives up to which hypervolumes take seconds: of 300 designs one second with seven of them,
-# but hours with eight, and of 40 designs hours with fifteen.
-_VOLUME = 7
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
 _HTML = (".html", ".htm")
 
@@ -79,7 +76,7 @@ def run_report(options: Report) -> int:
     require_output(out, _HTML, path, options.formulation, by="report", force=options.force)
     formulation = formulation_of(options)
     # What each limit costs is reported, so that they are not among the constraints.
-    table = _sampled(path, opened(path, options, replace(formulation, limits={})))
+    table = opened(path, options, replace(formulation, limits={}))
     require_free_names(table.layout.columns)
     normalize = formulation.normalize
     selectors = preferences_in(options.prefer, table.layout.objectives, normalize=normalize)
@@ -112,14 +109,6 @@ def run_report(options: Report) -> int:
     return 0 if report.ranking is not None else 1
 
 
-def _sampled(path: Path, table: TestTable) -> TestTable:
-    """Return a table under a formulation with what is known of the sampling of its tests."""
-    if table.problem is None and (path.is_file() or path.is_dir()):  # no pipe, which is empty now
-        with suppress(PsiError):
-            return replace(table, problem=read_table(path).problem)
-    return table
-
-
 def _numbered(table: TestTable, design: int) -> int:
     """Return the number of the design that the column which names designs calls so."""
     label = table.layout.label or ""
@@ -140,16 +129,10 @@ def run_analyze(options: Analyze) -> int:
         plot_sensitivities,
         save_figures,
     )
-    from pymoo_psi.table import (
-        convergence,
-        failures_caution,
-        feasibility_rules,
-        sensitivities,
-        uneven,
-    )
+    from pymoo_psi.table import convergence, even_part, feasibility_rules, sensitivities
 
     path, out, formulation = options.file, options.out, formulation_of(options)
-    table = _sampled(path, opened(path, options, formulation))
+    table = opened(path, options, formulation)
     layout = table.layout
     if not layout.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
@@ -157,16 +140,24 @@ def run_analyze(options: Analyze) -> int:
         files = ["sensitivities.csv", "convergence.*", "sensitivities.*", "feasibility.*"]
         require_results(out, files, force=options.force)
     # The distance to a limit says nothing that the column does not.
-    columns = [*layout.objectives, *layout.constraints, *layout.outputs]
-    made = limits_of(table, formulation)
-    found = sensitivities(table, [name for name in columns if name not in made])
-    rules, why = feasibility_rules(table), uneven(table)
-    few = len(layout.objectives) <= _VOLUME
-    steps = convergence(table) if few and not why else None
+    columns, made = layout.columns[len(layout.variables) :], limits_of(table, formulation)
+    names = [name for name in columns if name not in made]
+    found, steps, remarks = None, None, list[str]()
+    try:
+        remarks += even_part(table)[1]
+        found = sensitivities(table, names)
+    except PsiError as error:
+        remarks.append(f"Sensitivities not available: {error}.")
+    try:
+        steps = convergence(table)
+    except PsiError as error:
+        remarks.append(f"Convergence not available: {error}.")
+    rules = feasibility_rules(table)
     if out is not None:
-        title = literal(path.name, 60)
-        figures: dict[str, Any] = {"sensitivities": plot_sensitivities(found, title=title)}
-        write_csv(found.reset_index(), out / "sensitivities.csv")
+        title, figures = literal(path.name, 60), dict[str, Any]()
+        if found is not None:
+            write_csv(found.reset_index(), out / "sensitivities.csv")
+            figures["sensitivities"] = plot_sensitivities(found, title=title)
         if steps is not None:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
             figures["convergence"] = plot_convergence(steps, title=title)
@@ -175,10 +166,23 @@ def run_analyze(options: Analyze) -> int:
         save_figures(figures.items(), out, 200, ".png")
 
     say_source(path, table, formulation, ranked=False)
-    if why:
-        say(f"Attention: {why}; sensitivities suppose an even sample, so that these are rough.")
-    if caution := failures_caution(table):
-        say(f"Attention: {caution}")
+    for remark in remarks:
+        say(remark)
+    if found is not None:
+        _say_sensitivities(found)
+    say("Where designs are feasible:")
+    for rule in rules.rules:
+        say(f"  {rule}")
+    if steps is not None:
+        decided = steps.to_frame().reset_index().round(4)
+        print_frame(decided, "What the first tests would have decided")
+        say(steps.verdict())
+    if out is not None:
+        say(f"Tables and pictures written to {out}")
+    return 0
+
+
+def _say_sensitivities(found: pd.DataFrame) -> None:
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]
     cells = [
@@ -190,19 +194,6 @@ def run_analyze(options: Analyze) -> int:
     print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
     if left_out := len(largest) - len(shown):
         say(f"({left_out} variables with smaller ones not shown)")
-    say("Where designs are feasible:")
-    for rule in rules.rules:
-        say(f"  {rule}")
-    if steps is not None:
-        decided = steps.to_frame().reset_index().round(4)
-        print_frame(decided, "What the first tests would have decided")
-        say(steps.verdict())
-    else:
-        more = f"more than {_VOLUME} objectives; --objectives names fewer"
-        say(f"Convergence not available: {why if few else more}.")
-    if out is not None:
-        say(f"Tables and pictures written to {out}")
-    return 0
 
 
 def run_export(options: Export) -> int:
@@ -241,7 +232,7 @@ def run_export(options: Export) -> int:
     for name, each in tables.items():
         for remark in each.remarks:
             say(f"{name}: {remark}" if len(tables) > 1 else remark)
-    if suffix == ".db" and table.problem is None:
+    if suffix == ".db" and "problem" not in (table.problem or {}):
         say("It is unknown of which problem the tests are: no run continues the study.")
     counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
     say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")

@@ -193,7 +193,7 @@ class Reference:
             best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
             distance = float(np.linalg.norm(best - self.frame.scaled(self.optimum)))
         return {
-            "hypervolume": hypervolume(scaled, REFERENCE_POINT),
+            "hypervolume": hypervolume(scaled, REFERENCE_POINT)[0],
             "igd_plus": igd_plus(scaled, self.points),
             "epsilon": epsilon_additive(scaled, self.points),
             "optimum_distance": distance,

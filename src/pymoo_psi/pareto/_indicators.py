@@ -10,24 +10,47 @@ import moocore
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
+
 Array = NDArray[np.float64]
 
+# Points by objectives of which moocore (0.3) finds the volume in half a second on a slow machine.
+_EXACT = (0, *[10**6] * 4, 7000, 600, 190, 95, 60, 44, 36, 25, 20, 17, 15, 13)
 _TIE = 1e-12  # squares of distances that differ by less, relatively, differ by rounding only
 
 
-def hypervolume(F: Array, reference_point: float) -> float:
-    """Return the share of a cube that a set dominates, 0 to 1; exact, and 0 for no points.
+def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
+    """Return the share of a cube that a set dominates, 0 to 1, and its standard error.
+
+    It is exact, its error 0, where that takes about a second at most (Zitzler and Thiele 1998): up
+    to four objectives for any set, and with eight for 95 points, as the time grows with a power of
+    their number about as high as that of the objectives. Beyond, it is the share of 2^15 LPτ points
+    that are dominated, in 16 shifts of 2^11 points modulo 1 (Cranley and Patterson 1976), which are
+    the same for all sets.
 
     Args:
         F: ``(n, m)`` points, n >= 0; those not below the reference point count for nothing.
         reference_point: r > 0; the cube reaches from 0 to r in every objective. A point below 0
             counts as one at 0.
     """
-    within = F[(reference_point > F).all(axis=1)]
-    if len(within) == 0:
-        return 0.0
-    volume = moocore.hypervolume(np.maximum(within, 0.0), ref=reference_point)
-    return float(volume / reference_point ** F.shape[1])
+    points = np.maximum(F[(reference_point > F).all(axis=1)], 0.0) / reference_point
+    n, m = points.shape
+    if n == 0:
+        return 0.0, 0.0
+    if m < len(_EXACT) and n <= _EXACT[m]:
+        return float(moocore.hypervolume(points, ref=1.0)), 0.0
+    low = points.min(axis=0)  # nothing is dominated below
+    probes, shares = lp_tau(2**11, m) if m <= MAX_DIMENSIONS else None, []
+    rng = np.random.default_rng(0)
+    for shift in rng.random((16, m)):
+        places = rng.random((2**11, m)) if probes is None else (probes + shift) % 1
+        places = low + (1 - low) * places
+        dominated = np.zeros(len(places), dtype=bool)
+        for point in points:
+            dominated[~dominated] = (point <= places[~dominated]).all(axis=1)
+        shares.append(dominated.mean())
+    shares = np.array(shares) * np.prod(1 - low)
+    return float(shares.mean()), float(shares.std(ddof=1) / 4)
 
 
 def igd_plus(F: Array, reference: Array) -> float:

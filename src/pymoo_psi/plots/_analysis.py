@@ -159,7 +159,7 @@ def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column
 
 
 def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
-    """Return distance of the best design, hypervolume and covering radius against tests.
+    """Return distance of the best design and hypervolume against tests.
 
     Args:
         convergence: From :func:`pymoo_psi.table.convergence`.
@@ -173,15 +173,14 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
         >>> from pymoo_psi.table import convergence
         >>> table = investigate(VectorizedSphereChute(0.4), 256)
         >>> len(plot_convergence(convergence(table)).axes)
-        3
+        2
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
     curves = {
         "distance $\\mu_1$ to $U$\nof the best design": found.mu1,
         "hypervolume\n(share of the last)": found.hypervolume,
-        "covering radius\n(sides of the box)": found.covering_radius,
     }
-    with panels(3, 3) as (figure, axes):
+    with panels(2, 2) as (figure, axes):
         for ax, (name, values) in zip(axes, curves.items(), strict=True):
             known = np.where(np.isfinite(values), values, np.nan)
             ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **CURVES[0])

@@ -79,7 +79,7 @@ class Restricted(WrappedProblem):
         >>> from pymoo_psi.table import sensitivities
         >>> many = get_problem("zdt2", n_var=60)
         >>> table = investigate(many, 256)
-        >>> shares = sensitivities(table, n_resamples=2)["first_order"]
+        >>> shares = sensitivities(table)["first_order"]
         >>> free = shares.groupby(level="variable").max().nlargest(8).index
         >>> best = table.X[table.pareto()][table.ranking().salukvadze[0]].tolist()
         >>> values = zip(table.layout.variables, best, strict=True)

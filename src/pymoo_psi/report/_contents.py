@@ -43,10 +43,9 @@ from pymoo_psi.table import (
     bounds_of,
     constraint_costs,
     convergence,
-    failures_caution,
+    even_part,
     feasibility_rules,
     sensitivities,
-    uneven,
     values_in_order,
 )
 
@@ -56,7 +55,6 @@ _FEW = 5  # representatives, side by side on paper
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
-_VOLUME = 5  # objectives up to which a hypervolume takes seconds
 _MARKS = 1000  # of a line that are drawn as an image, or they would fill the file
 _DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
 # A number, with or without its share: columns of such cells stand to the right.
@@ -421,21 +419,17 @@ def _enough(case: Case) -> Iterator[Part]:
     table, ranking = case.table, case.ranking
     if ranking is None:
         return
-    why = uneven(table)
-    if not why and len(table.layout.objectives) > _VOLUME:
-        why = f"the volume of more than {_VOLUME} objectives takes too long"
     try:
-        steps = None if why else convergence(table, case.limits, normalize=ranking.frame.normalize)
+        steps = convergence(table, case.limits, normalize=ranking.frame.normalize)
     except PsiError as error:
-        steps, why = None, str(error)
-    if steps is None:
-        yield f"Not available: {why}."
+        yield f"Not available: {error}."
         return
     yield steps.verdict()
     at = dict(zip(table.numbers.tolist(), table.names, strict=True))
     best = [at.get(found, "—") for found in steps.optimum.tolist()]
     counts = (map(str, column) for column in (steps.tests, steps.feasible, steps.pareto))
-    ends = map(_cell, steps.mu1), map(percent, steps.hypervolume)
+    volumes = (percent(v) if np.isfinite(v) else "—" for v in steps.hypervolume)
+    ends = map(_cell, steps.mu1), volumes
     yield Table(
         ("tests", "feasible", "Pareto optimal", "best design", "distance to U", "volume"),
         [*zip(*counts, best, *ends, strict=True)],
@@ -447,23 +441,19 @@ def _drives(case: Case) -> Iterator[Part]:
     table, layout = case.table, case.table.layout
     if not layout.variables:
         return
-    if why := uneven(case.table):
-        yield f"Not available: {why}."
-        return
     if len(table) > _ENOUGH:
         table = table.rows(np.arange(_ENOUGH))
         yield f"By the first {_ENOUGH} of {len(case.table)} tests, which suffice for it."
     limited = [name for name in bounds_of(case.limits, layout) if name not in layout.variables]
     names = dict.fromkeys((*layout.objectives, *layout.constraints, *limited))
     try:
+        yield from even_part(table)[1]
         found = sensitivities(table, list(names))
         yield Picture(
             partial(plot_sensitivities, found),
             "First-order sensitivities: what share of the variance of a column each variable "
             "explains alone, with 95 % bands; what they lack to 1 is interaction.",
         )
-        if caution := failures_caution(table):
-            yield caution
     except PsiError as error:
         yield f"No sensitivities: {error}."
     try:

@@ -1,4 +1,4 @@
-"""Uniformly distributed sequences: Sobol's LPτ test points, and how well points cover a cube.
+"""Uniformly distributed sequences: Sobol's LPτ test points.
 
 Example:
     The points come in natural order, numbered from 1 (the origin), for up to 51 dimensions, any
@@ -19,7 +19,6 @@ Example:
     >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
 """
 
-from pymoo_psi.sequences._covering import covering_radius
 from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS, lp_tau, lp_tau_at
 
-__all__ = ["MAX_DIMENSIONS", "covering_radius", "lp_tau", "lp_tau_at"]
+__all__ = ["MAX_DIMENSIONS", "lp_tau", "lp_tau_at"]

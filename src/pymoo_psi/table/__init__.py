@@ -53,8 +53,8 @@ Example:
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
 Analysis: histogram, section_points, constraint_costs, compare_with_prototype, convergence of the
 decision with the number of tests, first-order sensitivities and feasibility_rules (extra
-``sensitivity``); :mod:`pymoo_psi.plots` draws them. uneven and failures_caution say where the
-former two cannot be relied on.
+``sensitivity``); :mod:`pymoo_psi.plots` draws them. The former two are of the tests that
+even_part returns: of points of a sequence, not of what an algorithm has chosen.
 Files: ``to_csv`` and ``read_csv``, ``to_parquet`` and ``read_parquet``, ``to_study`` and
 ``read_study`` change nothing; ``pd.read_csv(path, comment="#")`` reads the CSV, too.
 For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
@@ -64,15 +64,15 @@ columns_of, kinds_of_columns, table_of), as studies hold it.
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi.table._analysis import (
+    PROPOSAL_ROUND,
     Histogram,
     alike,
     compare_with_prototype,
     constraint_costs,
-    failures_caution,
+    even_part,
     histogram,
     section_points,
     sensitivities,
-    uneven,
 )
 from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._designs import (
@@ -101,6 +101,7 @@ from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._table import STATUSES, TestTable, difference
 
 __all__ = [
+    "PROPOSAL_ROUND",
     "RESERVED",
     "STATUSES",
     "Bounds",
@@ -127,8 +128,8 @@ __all__ = [
     "designs_head",
     "difference",
     "ends",
+    "even_part",
     "excess",
-    "failures_caution",
     "feasibility_rules",
     "head_of",
     "histogram",
@@ -139,7 +140,6 @@ __all__ = [
     "sensitivities",
     "table_of",
     "typed_end",
-    "uneven",
     "values_in_order",
     "within",
 ]

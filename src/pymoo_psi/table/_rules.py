@@ -26,6 +26,10 @@ _LEAST = 10
 # weighted to a half: less than a hundredth of that is found in noise, too.
 _GAIN = 0.005
 _FOLDS = 5  # of a cross-validation
+# Shuffles of feasible and infeasible tests, all of which a tree must explain worse than the truth:
+# so rules are found in one of forty tables of noise.
+_SHUFFLES = 39
+_ENOUGH = 4096  # tests that are shuffled
 
 
 @dataclass(frozen=True)
@@ -127,7 +131,7 @@ def feasibility_rules(
         from sklearn.tree import DecisionTreeClassifier
     except ImportError as error:
         what = "feasibility rules need scikit-learn, which is not installed"
-        raise PsiError(f"{what}; pip install SALib scikit-learn") from error
+        raise PsiError(f"{what}; pip install scikit-learn") from error
     depth = integer("depth", depth, minimum=1)
     feasible = instance("table", table, TestTable).feasible(limits)
     if len(table) == 0:
@@ -145,18 +149,17 @@ def feasibility_rules(
             random_state=0,
         )
 
-    # Rules are found in noise, too. Those that are kept tell apart tests they were not found from.
+    # Rules are found in noise, too. Where there are any, they are as deep as tells apart best tests
+    # from which they were not found.
     reliable = 0
-    if _FOLDS <= feasible.sum() <= len(table) - _FOLDS:
+    if min(feasible.sum(), (~feasible).sum()) >= _FOLDS and _explained(
+        tree_of(depth), ranks, feasible
+    ):
         folds = StratifiedKFold(_FOLDS, shuffle=True, random_state=0)
-        scores = np.array([
-            cross_val_score(tree_of(k), ranks, feasible, scoring="balanced_accuracy", cv=folds)
-            for k in range(1, depth + 1)
-        ])  # fmt: skip
-        best = int(scores.mean(axis=1).argmax())
-        spread = scores[best].std(ddof=1) / np.sqrt(_FOLDS)
-        if scores[best].mean() - 2 * spread > 0.5:  # as by chance
-            reliable = best + 1
+        options = {"scoring": "balanced_accuracy", "cv": folds}
+        trees = [tree_of(k) for k in range(1, depth + 1)]
+        scores = [cross_val_score(tree, ranks, feasible, **options).mean() for tree in trees]
+        reliable = int(np.argmax(scores)) + 1 if max(scores) > 0.5 else 0  # as by chance
     if not reliable:
         return FeasibilityRules((Rule("everywhere", {}, len(table), int(feasible.sum())),), {})
     tree = tree_of(reliable).fit(ranks, feasible)
@@ -183,6 +186,21 @@ def feasibility_rules(
     for split, gain in zip(splits, tree.feature_importances_.tolist(), strict=True):
         gains[split.variable] += gain
     return FeasibilityRules(tuple(rules), {name: v for name, v in gains.most_common() if v > 0})
+
+
+def _explained(tree: Any, ranks: NDArray[Any], feasible: Mask) -> bool:
+    """Whether a tree tells feasible tests from others better than it does if they are shuffled."""
+    from sklearn.metrics import balanced_accuracy_score
+
+    rng = np.random.default_rng(0)
+    rows = rng.permutation(len(ranks))[:_ENOUGH]
+    ranks, truth = ranks[rows], feasible[rows]
+
+    def score(labels: Mask) -> float:
+        return float(balanced_accuracy_score(labels, tree.fit(ranks, labels).predict(ranks)))
+
+    own = score(truth)
+    return all(score(rng.permutation(truth)) < own for _ in range(_SHUFFLES))
 
 
 @dataclass(frozen=True, eq=False)

@@ -619,7 +619,8 @@ class TestTable(Shown):
         if layout.variables != former:
             X = design_matrix("X", X[:, [former.index(name) for name in layout.variables]])
         prototype = None if self.prototype is None else self._prototype_under(formulation)
-        table = self._with(layout=layout, X=X, **blocks, problem=None, prototype=prototype)
+        problem = _facts_of(self.problem, "sampling")
+        table = self._with(layout=layout, X=X, **blocks, problem=problem, prototype=prototype)
         table._set(table._status(reasons))
         tested = table.status != "failed"
         idle = [n for n in limits if tested.any() and (columns[n][tested] <= 0).all()]
@@ -821,7 +822,7 @@ class TestTable(Shown):
                     layout=replace(table.layout, experiments=(), **bounds),
                     numbers=table.numbers + last,
                     reasons={n + last: text for n, text in table.reasons.items()},
-                    problem=_model_of(table.problem),
+                    problem=_facts_of(table.problem, "problem", "parameters", "key"),
                 )
             )
             last = int(blocks[-1].numbers.max(initial=origins[-1][1]))
@@ -1232,7 +1233,7 @@ def _stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> Te
             raise invalid(name, rule, Received(found))
         whole = whole._with(
             layout=joined_layout(whole.layout, table.layout),
-            problem=table.problem if whole.problem is None else whole.problem,
+            problem=whole.problem if "problem" in (whole.problem or {}) else table.problem,
             prototype=table.prototype if whole.prototype is None else whole.prototype,
         )
     X = joined_designs([t.X for t in tables])
@@ -1354,8 +1355,8 @@ def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) 
         return ""
     one, other = _facts(a), _facts(b)
     keys = [key for key in one if key in other]
-    if a.problem is not None and b.problem is not None:
-        mine, theirs = _flat(a.problem), _flat(b.problem)
+    mine, theirs = (_flat(table.problem or {}) for table in (a, b))
+    if "problem" in mine and "problem" in theirs:
         keys += sorted({*mine, *theirs})
         one, other = one | mine, other | theirs
     for key in keys:
@@ -1380,11 +1381,9 @@ def _facts(table: TestTable) -> dict[str, str]:
     return {key: str(value) for key, value in facts.items()}
 
 
-def _model_of(problem: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    """Return what of a problem's identity is of the model, without bounds and points of a run."""
-    if problem is None:
-        return None
-    return {name: problem[name] for name in ("problem", "parameters", "key") if name in problem}
+def _facts_of(problem: Mapping[str, Any] | None, *names: str) -> dict[str, Any] | None:
+    """Return some facts of a problem's identity, of the model or of the points of a run."""
+    return {name: fact for name, fact in (problem or {}).items() if name in names} or None
 
 
 def _flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
