@@ -28,7 +28,6 @@ from pymoo_psi.plots import (
     plot_attainment,
     plot_fronts,
     plot_indicator,
-    plot_time,
 )
 
 HERE = Path(__file__).parent
@@ -38,7 +37,7 @@ README = HERE / "README.md"
 BUDGETS = (256, 1024, 4096, 16384)
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
 SEEDS = 11
-SHOWN = {"fronts": "chute-full-0.4", "attainment": "zdt1", "time": "chute-full-0.4"}
+SHOWN = {"fronts": "chute-full-0.4", "attainment": "zdt1"}
 
 
 def whole_benchmark(folder: Path, jobs: int) -> None:
@@ -145,7 +144,7 @@ def _score(tests: list[pd.DataFrame], algorithm: str, budget: int) -> str:
 
 
 def pictures(comparisons: dict[str, Comparison]) -> None:
-    """Draw the hypervolume of every problem on one page, and three pages of single problems."""
+    """Draw the hypervolume of every problem on one page, and two pages of single problems."""
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
     for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
@@ -154,9 +153,7 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
         axes.tick_params(labelsize=7)
     panels[0].legend(fontsize=7)
     figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)
-    for kind, page in (
-        ("fronts", plot_fronts), ("attainment", plot_attainment), ("time", plot_time)
-    ):  # fmt: skip
+    for kind, page in (("fronts", plot_fronts), ("attainment", plot_attainment)):
         drawn = page(comparisons[SHOWN[kind]])
         drawn.savefig(PICTURES / f"comparison_{kind}.png", dpi=110)
 

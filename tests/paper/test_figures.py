@@ -10,12 +10,12 @@ from pymoo_psi.paper import criterion_surfaces, salukvadze_functions
 
 @pytest.mark.parametrize("model", ["full", "rolling"])
 def test_surfaces_are_the_criteria_on_the_box(model):
-    surfaces = criterion_surfaces(0.6, model, n=4)
-    X = np.column_stack([surfaces.u1.ravel(), surfaces.u2.ravel()])
+    u1, u2, f = criterion_surfaces(0.6, model, n=4)
+    X = np.column_stack([u1.ravel(), u2.ravel()])
     F = VectorizedSphereChute(0.6, model=model).evaluate(X)[0]
-    np.testing.assert_array_equal(surfaces.f.reshape(2, -1).T, F[:, :2])
-    np.testing.assert_allclose(surfaces.u1[[0, -1], 0], [0, 2.1])
-    np.testing.assert_allclose(surfaces.u2[0, [0, -1]], [0.1, 6])
+    np.testing.assert_array_equal(f.reshape(2, -1).T, F[:, :2])
+    np.testing.assert_allclose(u1[[0, -1], 0], [0, 2.1])
+    np.testing.assert_allclose(u2[0, [0, -1]], [0.1, 6])
 
 
 @pytest.mark.parametrize(
@@ -27,17 +27,21 @@ def test_salukvadze_functions_are_those_of_the_ranking(model, n, speeds):
     for k, c in enumerate(speeds):
         moved = motion(*X.T, ChuteParameters(mu=0.4, c=c), model=model)
         best = rank_of_efficiency(criteria(moved), normalize=False).salukvadze
-        assert functions.test_point[k] - 1 in best
-        np.testing.assert_allclose(functions.F[k], criteria(moved)[best[0]], rtol=1e-12)
-        np.testing.assert_allclose(functions.exit_speed[k], moved.exit_speed[best[0]], rtol=1e-12)
+        assert functions["test_point"][k] - 1 in best
+        np.testing.assert_allclose(
+            functions.loc[k, "f1":"f4"], criteria(moved)[best[0]], rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            functions["exit_speed"][k], moved.exit_speed[best[0]], rtol=1e-12
+        )
 
 
 def test_refined_functions_are_nearer_to_the_ideal_and_smooth():
     speeds = np.linspace(0.2, 0.4, 9)
     stairs = salukvadze_functions(0.4, "rolling", 256, speeds)
     refined = salukvadze_functions(0.4, "rolling", 256, speeds, refined=True)
-    np.testing.assert_array_equal(refined.test_point, stairs.test_point)
-    u1 = (stairs.F[:, 2], refined.F[:, 2])
+    np.testing.assert_array_equal(refined["test_point"], stairs["test_point"])
+    u1 = (stairs["f3"], refined["f3"])
     assert len(np.unique(u1[0])) < 9  # a test point stays the nearest for several speeds
     assert (np.diff(u1[1]) < 0).all()
     assert np.abs(np.diff(u1[1], 2)).max() < np.abs(np.diff(u1[0], 2)).max() / 5

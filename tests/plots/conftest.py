@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from pymoo.problems import get_problem
-from scipy.stats import uniform
 
-from pymoo_psi import TestTable, VectorizedSphereChute, investigate, lp_tau, robustness
+from pymoo_psi import TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.comparison import compare
 from pymoo_psi.table import Layout
 
@@ -41,14 +40,3 @@ def bnh():
         get_problem("bnh"), n_evaluations=(32, 64), seeds=4,
         algorithms=["psi", "psi-scrambled", "nsga3"], polish=False,
     )  # fmt: skip
-
-
-@pytest.fixture(scope="session")
-def result():
-    """Forty designs under uncertainty."""
-    return robustness(
-        lambda mu, c: VectorizedSphereChute(mu, c=c, model="rolling"),
-        np.array([1.05, 5.9]) * lp_tau(40, 2) + [0, 0.1],
-        uncertainty={"mu": uniform(0.3, 0.2), "c": uniform(0.25, 0.14)},
-        n_scenarios=32,
-    )

@@ -1,19 +1,16 @@
 """Figures of sensitivities, feasibility, convergence, predictions and robustness."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable
 from pymoo_psi.plots import (
     plot_convergence,
     plot_feasibility,
-    plot_predictions,
-    plot_robustness,
     plot_sensitivities,
 )
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
-from tests.plots.drawn import assert_whole, shown, texts
+from tests.plots.drawn import assert_whole, shown
 
 
 def test_bars_are_the_indices_and_lines_their_bands(osy):
@@ -43,12 +40,12 @@ def test_the_best_rule_is_drawn_round_the_feasible(osy):
     first, second = list(found.importance)[:2]
     assert (ax.get_xlabel(), ax.get_ylabel()) == (first, second)
     drawn = {line.get_label(): line.get_xydata() for line in ax.lines}
-    feasible = osy.feasible()
+    best = osy.pareto()
     np.testing.assert_array_equal(
-        drawn[f"feasible ({feasible.sum()})"],
-        np.column_stack([osy.column(first), osy.column(second)])[feasible],
+        drawn[f"Pareto optimal ({best.sum()})"],
+        np.column_stack([osy.column(first), osy.column(second)])[best],
     )
-    assert len(drawn[f"not feasible ({(~feasible).sum()})"]) == (~feasible).sum()
+    assert sum(map(len, drawn.values())) == len(osy)
     (box,) = box_of(ax)
     rule = found.rules[0]
     assert box.get_x() + box.get_width() == pytest.approx(rule.box[first][1])
@@ -90,59 +87,3 @@ def test_curves_are_the_columns_of_the_convergence(chute):
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([found.tests, values]))
     assert " ".join(figure.get_suptitle().split()) == f"Chute {found.verdict()}"
     assert_whole(figure)
-
-
-@pytest.fixture
-def frame():
-    random = np.random.default_rng(0)
-    columns = {"test_point": np.arange(21, 41), "round": np.repeat([1, 2], 10)}
-    columns["surrogate"] = ["gaussian process"] * 10 + ["radial functions"] * 9 + [""]
-    columns["status"] = ["ok"] * 19 + ["failed"]
-    for name in ("f1", "f$2", "g1", "a very long name of an objective that goes on and on"):
-        columns[name] = random.normal(size=20)
-        columns[f"{name}_predicted"] = columns[name] + 0.1
-        columns[f"{name}_deviation"] = 0.1
-    return pd.DataFrame(columns)
-
-
-def test_every_proposal_is_where_it_was_expected_and_found(frame):
-    figure = plot_predictions(frame, title="Beams")
-    panels = shown(figure)
-    assert [ax.get_title() for ax in panels[:2]] == ["f1", r"f\$2"]
-    assert len(panels) == 4
-    drawn = np.vstack([dots.get_offsets() for dots in panels[0].collections])
-    np.testing.assert_array_equal(drawn, frame[["f1_predicted", "f1"]][:19])
-    assert texts(figure) == ["gaussian process", "radial functions"]
-    assert figure.get_suptitle() == "Beams\n19 proposals in 2 rounds, the later the darker"
-    assert_whole(figure, draw=True)
-
-
-def test_values_that_no_axis_holds_are_left_out(frame):
-    frame.loc[2:4, "f1"] = [np.nan, np.inf, -1.7e308]
-    frame["f$2"], frame["g1_predicted"] = np.nan, 1.7e308
-    figure = plot_predictions(frame)
-    dots = np.vstack([dots.get_offsets() for dots in shown(figure)[0].collections])
-    assert np.isfinite(dots).all(axis=1).sum() == 16
-    assert_whole(figure, draw=True)
-
-
-def test_the_page_shows_the_most_robust_designs_the_best_on_top(result):
-    labels = [f"no. {i}" for i in range(40)]
-    figure = plot_robustness(result, top=4, labels=labels, title="Forty chutes")
-    best = result.order[:4]
-    shares, regret = figure.axes
-    for ax in (shares, regret):
-        assert [text.get_text() for text in ax.get_yticklabels()] == [labels[i] for i in best]
-        assert ax.get_ylim()[0] > ax.get_ylim()[1]
-    assert "32 scenarios (%)" in shares.get_xlabel()
-    widths = {bars.get_label(): [bar.get_width() for bar in bars] for bars in shares.containers}
-    np.testing.assert_allclose(widths["Salukvadze optimum"], 100 * result.optimum_share[best])
-    np.testing.assert_allclose(widths["rank 5 or 6"], 100 * result.efficient_share[best])
-    np.testing.assert_allclose(widths["infeasible"], 100 * result.infeasible_share[best])
-    drawn = {line.get_label(): line.get_xdata() for line in regret.lines}
-    np.testing.assert_array_equal(drawn["mean"], result.mean_regret[best])
-    np.testing.assert_array_equal(drawn["worst scenario"], result.worst_regret[best])
-    title = figure.get_suptitle()
-    assert title.startswith("Forty chutes\nuncertain: mu from 0.3")
-    assert ", c from 0.2" in title
-    assert_whole(figure, draw=True)

@@ -14,12 +14,11 @@ from pymoo_psi.plots import (
     plot_fronts,
     plot_indicator,
     plot_indicators,
-    plot_time,
     save_comparison,
 )
 from tests.plots.drawn import assert_whole, texts
 
-FIGURES = [plot_indicators, plot_fronts, plot_time, plot_attainment]
+FIGURES = [plot_indicators, plot_fronts, plot_attainment]
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 
 
@@ -119,7 +118,7 @@ def test_of_more_objectives_each_algorithm_has_a_row(four, tmp_path):
     np.testing.assert_array_equal(axes[4].lines[-1].get_xydata(), second[:, [0, 2]])
     assert_whole(figure)
     paths = save_comparison(four, tmp_path, dpi=20, suffix=".svg")
-    names = ["indicators", "fronts", "time"]  # no attainment
+    names = ["indicators", "fronts"]  # no attainment
     assert [path.name for path in paths] == [f"{name}.svg" for name in names]
 
 
@@ -144,20 +143,6 @@ def test_names_senses_and_units_of_the_problem_are_on_the_axes():
     assert (np.diff(edge[:, 1]) >= 0).all()  # and the least gain, to more of both
 
 
-# The times
-
-
-def test_times_are_those_of_the_runs(bnh):
-    lines = iter(plot_time(bnh).axes[0].lines)
-    for name in bnh.algorithms:
-        runs, medians = next(lines), next(lines)
-        seconds = [run.seconds for run in bnh.runs if run.task.algorithm == name]
-        assert runs.get_xdata().tolist() == seconds
-        for j, budget in enumerate(bnh.evaluations):
-            for data, column in zip(medians.get_data(), ("seconds", "hypervolume"), strict=True):
-                assert data[j] == np.median(values(bnh, name, budget, column))
-
-
 # All pages
 
 
@@ -167,7 +152,7 @@ def test_a_page_is_whole_and_names_problem_and_runs(bnh, page):
     assert_whole(figure)
     what, runs = figure.get_suptitle().split("\n")
     assert what.startswith("BNH: ")
-    budgets = "32, 64" if page in (plot_indicators, plot_time) else "64"
+    budgets = "32, 64" if page is plot_indicators else "64"
     assert runs.startswith(f"{budgets} evaluations, 4 seeds")
 
 

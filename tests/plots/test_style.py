@@ -26,11 +26,11 @@ def test_names_are_literal(name, text):
     assert plots.literal(name) == text
 
 
-def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh, result):
+def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
     before = dict(matplotlib.rcParams)
     figures = [
         plots.plot_table(chute), plots.plot_objectives(chute), plots.plot_ranking(chute.ranking()),
-        plots.plot_robustness(result), plots.plot_indicators(bnh), plots.plot_fronts(bnh),
+        plots.plot_indicators(bnh), plots.plot_fronts(bnh),
     ]  # fmt: skip
     assert figures
     assert dict(matplotlib.rcParams) == before

@@ -433,8 +433,6 @@ class Reproduce(Command):
         list[float] | None,
         _option("MU", "Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
     ] = None
-    c: Annotated[float, _option("C", "Initial speed over √(gL), of 1 m/s for L = 1 m.")] = 0.3193
-    r: Annotated[float, _option("R", "Radius over L, the horizontal way.")] = 0.1
     model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None
     jobs: Jobs = 1
     figures: Annotated[FigureFormat, typer.Option(help="Format of the figures.")] = FigureFormat.png

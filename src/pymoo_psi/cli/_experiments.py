@@ -12,7 +12,6 @@ import pandas as pd
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import counted, integer, job_count
-from pymoo_psi.chute import ChuteParameters
 from pymoo_psi.cli._app import Compare, ModelName, Reproduce
 from pymoo_psi.cli._output import (
     keeping,
@@ -28,15 +27,7 @@ from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, report
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
-from pymoo_psi.plots import (
-    plot_points,
-    save_comparison,
-    save_figures,
-    save_paper_figures,
-    shown_case,
-)
-
-_PAPER = ChuteParameters(mu=PAPER_MU[0])
+from pymoo_psi.plots import save_comparison, save_paper_figures, shown_case
 
 # What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
 _HEADINGS = """mu: friction coefficient
@@ -138,9 +129,7 @@ def run_reproduce(options: Reproduce) -> int:
         def advance(case: Case) -> None:
             step(f"mu = {case.mu}, {case.model} model")
 
-        result = reproduce(
-            points, mu=coefficients, c=c, r=r, models=models, n_jobs=jobs, on_case=advance
-        )
+        result = reproduce(points, mu=coefficients, models=models, n_jobs=jobs, on_case=advance)
 
         def draw(model: str) -> str:
             save_paper_figures(result, folders[model], model=model, suffix=suffix)
@@ -151,11 +140,9 @@ def run_reproduce(options: Reproduce) -> int:
             step(f"figures, {model} model")
     table_6_1, table_6_2 = result.table_6_1(), result.table_6_2()
     optima = result.continuous_optima()
-    # The columns tell mu alone; the paper's own chute needs no more, and its files stay plain.
-    chute = "" if (c, r) == (_PAPER.c, _PAPER.r) else f"chute with c = {c:g} and r = {r:g}"
-    write_csv(table_6_1, out / "table_6_1.csv", remark=chute)
-    write_csv(table_6_2, out / "table_6_2.csv", remark=chute)
-    write_csv(optima, out / "continuous_optima.csv", remark=chute)
+    write_csv(table_6_1, out / "table_6_1.csv")
+    write_csv(table_6_2, out / "table_6_2.csv")
+    write_csv(optima, out / "continuous_optima.csv")
 
     verdict, matched = _verdict(result)
     say(verdict)
@@ -169,8 +156,7 @@ def run_reproduce(options: Reproduce) -> int:
     if "full" in models:
         say("full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written.")
     if points >= 8:  # fewer have no halves to compare with
-        write_csv(_by_tests(result), out / "convergence.csv", remark=chute)
-        save_figures([("convergence", plot_points(result))], out, 200, suffix)
+        write_csv(_by_tests(result), out / "convergence.csv")
         for case, steps in zip(result.cases, result.convergences, strict=True):
             say(f"{case.model} model, mu = {case.mu:g}: {steps.verdict()}")
     written = [f"of the {model} model to {folder}" for model, folder in folders.items()]
@@ -219,7 +205,7 @@ def _verdict(result: Reproduction) -> tuple[str, bool]:
     if result.n_points != PAPER_POINTS or not result.comparable():
         known = ", ".join(map(str, PAPER_MU))
         paper = f"{PAPER_POINTS} points of the rolling model with mu = {known}"
-        return f"Not compared: the paper has {paper}, c = {_PAPER.c} and r = {_PAPER.r}.", True
+        return f"Not compared: the paper has {paper}.", True
     agreement = result.agreement()
     held = "; ".join(text for text, holds in agreement.items() if holds)
     missed = "; ".join(text for text, holds in agreement.items() if not holds)

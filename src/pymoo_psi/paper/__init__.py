@@ -28,20 +28,16 @@ Example:
     [3085] [[2.0458 0.0476 0.2635 0.1072]]
 """
 
-from pymoo_psi.paper._figures import (
-    INITIAL_SPEEDS,
-    CriterionSurfaces,
-    SalukvadzeFunctions,
-    criterion_surfaces,
-    salukvadze_functions,
-)
 from pymoo_psi.paper._reproduction import (
+    INITIAL_SPEEDS,
     PAPER_MU,
     PAPER_POINTS,
     Case,
     Reproduction,
+    criterion_surfaces,
     published_table,
     reproduce,
+    salukvadze_functions,
     solve_case,
 )
 
@@ -50,9 +46,7 @@ __all__ = [
     "PAPER_MU",
     "PAPER_POINTS",
     "Case",
-    "CriterionSurfaces",
     "Reproduction",
-    "SalukvadzeFunctions",
     "criterion_surfaces",
     "published_table",
     "reproduce",

@@ -23,7 +23,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pymoo.optimize import minimize
 
-from pymoo_psi._output import Shown, latex_table
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Received,
     counted,
@@ -34,11 +34,14 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.algorithms import PSI, Refinement, refine
-from pymoo_psi.chute import MODELS, ChuteParameters
+from pymoo_psi.chute import MODELS, criteria, motion
 from pymoo_psi.parallel import in_order, in_parallel
-from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.pareto import EfficiencyRanking, rank_of_efficiency
 from pymoo_psi.problems import VectorizedSphereChute
+from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import Convergence, TestTable, convergence
+
+Array = NDArray[np.float64]
 
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
@@ -50,6 +53,9 @@ _WORTH_WORKERS = 16_384
 _CRITERIA = [f"f{j}" for j in range(1, 5)]
 _PRINTED = [f"paper_f{j}" for j in range(1, 5)]
 _COLUMNS = ["model", "mu", "test_point", *_CRITERIA, *_PRINTED]
+
+INITIAL_SPEEDS = tuple(np.linspace(0.05, 1.0, 39).tolist())  # around the paper's c = 0.3193
+_FINE = 201  # lines on which is seen where the criteria of Figure 2 change fast
 
 
 def published_table(number: str) -> pd.DataFrame:
@@ -87,7 +93,6 @@ class Case:
         ranking: Their ranks of efficiency, labelled by their test points.
         refined: The continuous Salukvadze optimum, against the same U and N.
         table: All tests, by number.
-        parameters: The chute: μ, and the c and r that the paper has unless others were asked for.
 
     Example:
         >>> case = solve_case(0.4, "rolling", 4096)
@@ -105,7 +110,6 @@ class Case:
     ranking: EfficiencyRanking
     refined: Refinement
     table: TestTable
-    parameters: ChuteParameters
 
     def __repr__(self) -> str:
         """Return which case it is and what was found."""
@@ -115,18 +119,6 @@ class Case:
             f"Case({self.model} model, mu = {self.mu:g}: {len(self.F)} Pareto optimal of {tests}, "
             f"the best no. {best})"
         )
-
-    @property
-    def printed(self) -> bool:
-        """Whether the paper prints results for this chute.
-
-        Example:
-            >>> solve_case(0.4, "rolling", 64).printed, solve_case(0.3, "rolling", 64).printed
-            (True, False)
-        """
-        paper = ChuteParameters(mu=self.mu)
-        same = (self.parameters.c, self.parameters.r) == (paper.c, paper.r)
-        return same and self.mu in PAPER_MU
 
     def cheaper(self, rank: int) -> NDArray[np.intp]:
         """Return the rows of this rank whose f4 is below the Salukvadze optimum's.
@@ -198,7 +190,7 @@ class Reproduction(Shown):
         """
         computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # Beside another test point too: the paper's optimum is what the computed one is against.
-        printed = self._published("6.1").drop(columns="test_point")
+        printed = published_table("6.1").drop(columns="test_point")
         return computed.merge(printed, on="mu", how="left")[_COLUMNS]
 
     def table_6_2(self) -> pd.DataFrame:
@@ -216,13 +208,7 @@ class Reproduction(Shown):
             0        2571  0.0683    0.0683  0.1043    0.1043
         """
         computed = pd.concat([case.rows(case.cheaper(5)) for case in self.cases])
-        printed = self._published("6.2")
-        return computed.merge(printed, on=["mu", "test_point"], how="left")[_COLUMNS]
-
-    def _published(self, number: str) -> pd.DataFrame:
-        """Return the rows that are printed for the chutes of these cases."""
-        table = published_table(number)
-        return table[table["mu"].isin([case.mu for case in self.cases if case.printed])]
+        return computed.merge(published_table("6.2"), on=["mu", "test_point"], how="left")[_COLUMNS]
 
     def comparable(self) -> bool:
         """Return whether all cases of the paper are there under the rolling model, as in print.
@@ -233,43 +219,8 @@ class Reproduction(Shown):
             >>> Reproduction(64, (solve_case(0.4, "rolling", 64),)).comparable()
             False
         """
-        found = {case.mu for case in self.cases if case.model == "rolling" and case.printed}
-        return found == set(PAPER_MU)
-
-    def to_latex(self, number: str) -> str:
-        r"""Return a table of the paper as LaTeX, the printed values below the computed ones.
-
-        It is a ``tabular`` with the rules of the package booktabs.
-
-        Args:
-            number: ``"6.1"`` or ``"6.2"``.
-
-        Raises:
-            ArgumentValueError: There is no such table.
-
-        Example:
-            Of the case in the example of :class:`Case`:
-
-            >>> one = Reproduction(4096, (case,))
-            >>> print(one.to_latex("6.1"))
-            \begin{tabular}{lrrrrrr}
-            \toprule
-            model & mu & test point & f1 & f2 & f3 & f4 \\
-            \midrule
-            rolling & 0.4 & 3085 & 2.0458 & 0.0476 & 0.2635 & 0.1072 \\
-            printed &  &  & 2.0454 & 0.0476 & 0.2635 & 0.1072 \\
-            \bottomrule
-            \end{tabular}
-        """
-        tables = {"6.1": self.table_6_1, "6.2": self.table_6_2}
-        rows = []
-        for model, mu, point, *values in tables[known_name("number", number, tables)]().to_numpy():
-            texts = [f"{value:.4f}" for value in values]
-            rows.append([model, f"{mu:g}", str(point), *texts[:4]])
-            if "nan" not in texts:
-                rows.append(["printed", "", "", *texts[4:]])
-        headings = ("model", "mu", "test point", *_CRITERIA)
-        return latex_table((name, [row[j] for row in rows]) for j, name in enumerate(headings))
+        found = {case.mu for case in self.cases if case.model == "rolling"}
+        return found >= set(PAPER_MU)
 
     def continuous_optima(self) -> pd.DataFrame:
         """Return the continuous Salukvadze optimum of every case.
@@ -327,7 +278,7 @@ class Reproduction(Shown):
             have = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
             rule = "the cases of the paper under the rolling model"
             raise invalid("the reproduction", rule, Received(have or "none"))
-        cases = [case for case in self.cases if case.model == "rolling" and case.printed]
+        cases = [case for case in self.cases if case.model == "rolling" and case.mu in PAPER_MU]
         paper = Reproduction(self.n_points, tuple(cases))
         ours = pd.concat([paper.table_6_1(), paper.table_6_2()])
         theirs = pd.concat([published_table(number) for number in ("6.1", "6.2")])
@@ -350,15 +301,13 @@ class Reproduction(Shown):
         }
 
 
-def solve_case(mu: float, model: str, n_points: int, *, c: float = 0.3193, r: float = 0.1) -> Case:
+def solve_case(mu: float, model: str, n_points: int) -> Case:
     """Investigate the chute for one μ under one model and rank its Pareto set.
 
     Args:
         mu: Friction coefficient.
         model: ``"full"`` or ``"rolling"``.
         n_points: Test points.
-        c: Initial speed of the centre.
-        r: Radius of the sphere.
 
     Raises:
         ArgumentValueError: A number is out of range, or there is no such model.
@@ -368,41 +317,28 @@ def solve_case(mu: float, model: str, n_points: int, *, c: float = 0.3193, r: fl
         >>> case.refined.distance <= case.refined.start_distance
         True
     """
-    problem = VectorizedSphereChute(mu, c=c, r=r, model=model)
+    problem = VectorizedSphereChute(mu, model=model)
     result = minimize(problem, PSI(n_points))
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = result.algorithm.table.ranking(normalize=False)
     refined = refine(problem, result.X[ranking.salukvadze[0]], ranking)
-    return Case(
-        model,
-        mu,
-        result.opt.get("test_point"),
-        result.X,
-        result.F,
-        ranking,
-        refined,
-        result.algorithm.table,
-        problem.parameters,
-    )
+    numbers, table = result.opt.get("test_point"), result.algorithm.table
+    return Case(model, mu, numbers, result.X, result.F, ranking, refined, table)
 
 
 def reproduce(
     n_points: int = PAPER_POINTS,
     *,
     mu: Sequence[float] = PAPER_MU,
-    c: float = 0.3193,
-    r: float = 0.1,
     models: Sequence[str] = MODELS,
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
-    """Solve every case of the paper under both models, or cases of another chute.
+    """Solve every case of the paper under both models, or cases of another friction coefficient.
 
     Args:
         n_points: Test points per case; the paper has 4096.
         mu: Friction coefficients.
-        c: Initial speed of the centre.
-        r: Radius of the sphere.
         models: ``"full"``, ``"rolling"`` or both.
         n_jobs: Processes to work in, -1 for one per core, if there are so many points that
             starting them is worth it.
@@ -434,10 +370,108 @@ def reproduce(
     wanted = [(value, model) for model in sorted(set(models), reverse=True) for value in mu]
 
     def solved(task: tuple[float, str]) -> Case:
-        return solve_case(*task, n_points, c=c, r=r)
+        return solve_case(*task, n_points)
 
     cases = []
     for case in in_order(in_parallel(solved, wanted, n_jobs if n_points >= _WORTH_WORKERS else 1)):
         on_case(case)
         cases.append(case)
     return Reproduction(n_points, tuple(cases))
+
+
+# What figures 2 and 8 show, as numbers.
+
+
+def criterion_surfaces(mu: float, model: str, *, n: int = 61) -> tuple[Array, Array, Array]:
+    """Compute f1 and f2 on a grid of n × n designs over the box [0, 3.5 μ] × [0.1, 6].
+
+    The grid's lines are dense where a criterion changes fast: near the level chute, where the time
+    grows by half within a fortieth of the box. f3 = u1 and f4 = u2 need no figure.
+
+    Returns:
+        ``(n, n)`` slopes u1, increasing along the first axis; ``(n, n)`` speeds u2 of the plane,
+        increasing along the second; ``(2, n, n)`` the criteria, NaN where the sphere stalls.
+
+    Example:
+        >>> u1, u2, f = criterion_surfaces(0.4, "rolling", n=5)
+        >>> f.shape
+        (2, 5, 5)
+    """
+    problem = VectorizedSphereChute(mu, model=model)
+    sides = [
+        np.linspace(low, high, _FINE) for low, high in zip(problem.xl, problem.xu, strict=True)
+    ]
+    f = _on_grid(problem, *sides)[2]
+    graded = []
+    for axis, side in enumerate(sides):
+        # The change of either criterion from line to line, as a share of the whole way; as much
+        # again is spread evenly over the box, so that flat parts keep lines too.
+        change = np.abs(np.diff(np.moveaxis(f, axis + 1, 1), axis=1))
+        change = np.nanmax(change, axis=2, initial=0.0)
+        whole = change.sum(axis=1, keepdims=True)
+        whole[whole == 0] = 1.0  # rolling from the start, the time does not depend on u2
+        weight = (change / whole).mean(axis=0) + 1 / (_FINE - 1)
+        reached = np.concatenate([[0.0], np.cumsum(weight)])
+        graded.append(np.interp(np.linspace(0, reached[-1], n), reached, side))
+    return _on_grid(problem, *graded)
+
+
+def _on_grid(problem: VectorizedSphereChute, *sides: Array) -> tuple[Array, Array, Array]:
+    """Return u1, u2 and the first two criteria on the grid of these lines."""
+    u1, u2 = np.meshgrid(*sides, indexing="ij")
+    F = problem.evaluate(np.column_stack([u1.ravel(), u2.ravel()]), return_values_of=["F"])
+    # Infinite where the sphere stalls; NaN leaves a hole in a surface.
+    return u1, u2, np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, *u1.shape)
+
+
+def salukvadze_functions(
+    mu: float,
+    model: str,
+    n_points: int,
+    c: Sequence[float] = INITIAL_SPEEDS,
+    *,
+    refined: bool = False,
+) -> pd.DataFrame:
+    """Evaluate the first ``n_points`` LPτ points at every c and take the one nearest to U.
+
+    As c grows, one test point after the other is the nearest: the functions are staircases. Where
+    the steps come from is seen beside ``refined`` optima, each polished from its test point against
+    the U of all of them.
+
+    Returns:
+        One row per initial speed: columns ``c``, ``test_point`` (the optimal one, or that which was
+        refined), ``f1`` … ``f4``, of which f3 and f4 are the design, and ``exit_speed``.
+
+    Example:
+        >>> salukvadze_functions(0.4, "rolling", 4096, [0.3193])["test_point"].item()  # Table 6.1
+        3085
+    """
+    points, rows = lp_tau(n_points, 2), []
+    for speed in c:
+        problem = VectorizedSphereChute(mu, c=speed, model=model)
+        X = problem.xl + (problem.xu - problem.xl) * points
+        # The same points for every c, so that a jump of the curves is one of the optimum.
+        f = criteria(motion(X[:, 0], X[:, 1], problem.parameters, model=model))
+        best, ideal, nadir = _nearest_to_ideal(f)
+        x = X[best]
+        if refined:
+            ranking = rank_of_efficiency(f[[best]], normalize=False, ideal=ideal, nadir=nadir)
+            # To a thousandth of what a picture resolves.
+            x = refine(problem, x, ranking, tolerance=1e-6).x
+        moved = motion(x[:1], x[1:], problem.parameters, model=model)
+        rows.append((speed, 1 + best, *criteria(moved)[0], moved.exit_speed[0]))
+    return pd.DataFrame(rows, columns=["c", "test_point", *_CRITERIA, "exit_speed"])
+
+
+def _nearest_to_ideal(f: Array) -> tuple[int, Array, Array]:
+    """Return the row of ``f``, ``(n, 4)``, that reaches the exit and is nearest to U; U; a nadir.
+
+    The Pareto set is not needed for that. The componentwise minimum over it is that over all
+    feasible points, since some point that has the least f_j is Pareto optimal; and with f ≥ U
+    a point that dominates another is nearer to U, so that the nearest of all is Pareto optimal.
+    Of the nadir, plain distances to U do not depend.
+    """
+    exits = np.flatnonzero(np.isfinite(f).all(axis=1))  # test point 1, the level chute, always
+    ideal, nadir = f[exits].min(axis=0), f[exits].max(axis=0)
+    distance = np.linalg.norm(f[exits] - ideal, axis=1)
+    return int(exits[distance.argmin()]), ideal, nadir

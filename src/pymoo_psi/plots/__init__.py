@@ -6,7 +6,6 @@ or changes matplotlib's settings: figures are to be saved.
 Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_table`: histograms of the variables, and every objective against every variable.
     :func:`plot_objectives`: the objectives in pairs.
-    :func:`plot_section`: the objectives along one variable, through a chosen design.
     :func:`plot_feasibility`: where they lie over the two variables that decide most on it.
     :func:`plot_sensitivities`: how much each variable explains of each column.
     :func:`plot_convergence`: how good the tests are against their number.
@@ -14,23 +13,15 @@ Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
 Of any ranked set:
     :func:`plot_ranking`: its objectives in pairs and as parallel coordinates, by rank.
 
-Of a :class:`~pymoo_psi.SurrogatePSI`:
-    :func:`plot_predictions`: predicted against tested values of its proposals.
-
-Of designs under uncertainty:
-    :func:`plot_robustness`: how often each stays the best, and what it loses otherwise.
-
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`plot_indicators`, :func:`plot_indicator`: quality against evaluations.
     :func:`plot_fronts`: fronts of the median runs.
     :func:`plot_attainment`: what half of the runs attain, of two objectives.
-    :func:`plot_time`: time against quality.
     :func:`save_comparison`: all of them as files.
 
 Of the paper:
     :func:`paper_figures`: figures 2 to 8, one by one.
     :func:`save_paper_figures`: all of them as files.
-    :func:`plot_points`: whether the number of points is enough.
 
 Names and files:
     :func:`literal`: a name as it is written, without formulas.
@@ -40,8 +31,6 @@ Names and files:
 from pymoo_psi.plots._analysis import (
     plot_convergence,
     plot_feasibility,
-    plot_predictions,
-    plot_robustness,
     plot_sensitivities,
 )
 from pymoo_psi.plots._comparison import (
@@ -49,13 +38,11 @@ from pymoo_psi.plots._comparison import (
     plot_fronts,
     plot_indicator,
     plot_indicators,
-    plot_time,
     save_comparison,
 )
-from pymoo_psi.plots._paper import paper_figures, plot_points, save_paper_figures, shown_case
-from pymoo_psi.plots._ranking import plot_ranking
+from pymoo_psi.plots._paper import paper_figures, save_paper_figures, shown_case
 from pymoo_psi.plots._style import literal, save_figures
-from pymoo_psi.plots._test_table import plot_objectives, plot_section, plot_table
+from pymoo_psi.plots._tables import plot_objectives, plot_ranking, plot_table
 
 __all__ = [
     "literal",
@@ -67,14 +54,9 @@ __all__ = [
     "plot_indicator",
     "plot_indicators",
     "plot_objectives",
-    "plot_points",
-    "plot_predictions",
     "plot_ranking",
-    "plot_robustness",
-    "plot_section",
     "plot_sensitivities",
     "plot_table",
-    "plot_time",
     "save_comparison",
     "save_figures",
     "save_paper_figures",

@@ -1,4 +1,4 @@
-"""Sensitivities, feasibility, convergence, predictions of surrogates, robustness."""
+"""What is learned from a test table: sensitivities, feasibility, convergence."""
 
 from __future__ import annotations
 
@@ -15,10 +15,8 @@ from matplotlib.ticker import NullLocator
 
 from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.plots._markers import GREY, MARKERS
 from pymoo_psi.plots._style import (
     CURVES,
-    HUGE,
     LETTERS,
     labelled,
     legend_of,
@@ -26,8 +24,7 @@ from pymoo_psi.plots._style import (
     new_figure,
     panels,
 )
-from pymoo_psi.plots._test_table import Column, _checked, name_axes
-from pymoo_psi.selection import Robustness
+from pymoo_psi.plots._tables import Column, Tests, checked
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
 _PANELS = 3  # side by side
@@ -108,26 +105,16 @@ def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: s
         >>> ax.get_xlabel(), ax.get_ylabel()
         ('x2', 'x1')
     """
-    layout = _checked(table).layout
+    layout = checked(table).layout
     if len(layout.variables) < 2:
         found = Received(f"{len(layout.variables)}")
         raise invalid("the table", "one with two variables or more", found)
     rules = feasibility_rules(table, limits)
     names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
-    feasible = table.feasible(limits)
-    columns = [Column.of_variable(table, name) for name in names]
+    tests = Tests.of(table, limits)
     with panels(1, 1, head=60.0) as (figure, (ax,)):
-        for mask, name, look in (
-            (~feasible, "not feasible", {"color": GREY, "marker": "x", "markersize": 2.6}),
-            (feasible, "feasible", {"color": CURVES[0]["color"], "marker": "o", "markersize": 3.0}),
-        ):
-            x, y = (column.places[mask] for column in columns)
-            ax.plot(x, y, linestyle="none", label=f"{name} ({mask.sum()})", **look)
-        ax.set(xlim=columns[0].ends, ylim=columns[1].ends)
-        _draw_rule(ax, table, rules.rules[0], dict(zip(names, columns, strict=True)))
-        name_axes(ax, layout.label_of(names[0]), layout.label_of(names[1]), columns[0].options)
-        if options := columns[1].options:
-            ax.set_yticks(range(len(options)), [literal(option, 14) for option in options])
+        tests.draw(ax, *names)
+        _draw_rule(ax, table, rules.rules[0], {name: tests.column(name) for name in names})
         legend_of(figure, labelled([ax]), ncols=3)
         figure.suptitle(f"{title}\n{fill(literal(rules.rules[0], 150), LETTERS)}".strip())
     return figure
@@ -191,127 +178,6 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
             ax.set(title=name, xlabel="tests")
             ax.set_ylim(0, 1.1 * np.nan_to_num(known).max(initial=0) or 1)
         figure.suptitle(f"{title}\n{fill(found.verdict(), LETTERS)}".strip())
-    return figure
-
-
-def plot_predictions(predictions: pd.DataFrame, *, title: str = "") -> Figure:
-    """Return for every objective and constraint the tested value against the predicted one.
-
-    Points on the diagonal were predicted exactly. The darker a point the later its round: dark
-    points near the diagonal say that the surrogates can be trusted now where they propose.
-
-    Args:
-        predictions: From :meth:`pymoo_psi.SurrogatePSI.predictions`.
-        title: What the designs are.
-
-    Raises:
-        ArgumentValueError: The frame has no predictions.
-        ArgumentTypeError: ``predictions`` is no frame.
-
-    Example:
-        >>> from pymoo.optimize import minimize
-        >>> from pymoo_psi import SphereChute, SurrogatePSI
-        >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
-        >>> figure = plot_predictions(algorithm.predictions())
-        >>> [axes.get_title() for axes in figure.axes][:2]
-        ['f1', 'f2']
-    """
-    frame = instance("predictions", predictions, pd.DataFrame, "SurrogatePSI.predictions() is one")
-    suffix = "_predicted"
-    names = [name.removesuffix(suffix) for name in frame.columns if name.endswith(suffix)]
-    known = frame[frame["surrogate"] != ""] if names else frame[:0]
-    if len(known) == 0:
-        raise invalid("predictions", "of at least one tested proposal of a surrogate", len(frame))
-    rounds = known["round"].to_numpy()
-    shade = (0.75 * (1 - rounds / rounds.max())).astype(str)
-    with panels(len(names), min(_PANELS, len(names))) as (figure, axes):
-        for ax, name in zip(axes, names, strict=True):
-            pairs = known[[name + suffix, name]].to_numpy(float)
-            pairs = np.where(np.abs(pairs) < HUGE, pairs, np.nan)  # what axes can hold
-            for look, kind in zip(CURVES, sorted(set(known["surrogate"])), strict=False):
-                mine = (known["surrogate"] == kind).to_numpy()
-                ax.scatter(
-                    *pairs[mine].T, marker=look["marker"], s=12, c=shade[mine],
-                    edgecolors=look["color"], linewidths=0.5, label=kind,
-                )  # fmt: skip
-            if np.isfinite(pairs[:, 1]).any():
-                ax.axline((float(np.nanmedian(pairs[:, 1])),) * 2, slope=1, color="0.5", lw=0.6)
-            name_axes(ax, "predicted", "found")
-            ax.set_title(literal(name))
-        legend_of(figure, labelled(axes), ncols=2)
-        line = f"{len(known)} proposals in {rounds.max()} rounds, the later the darker"
-        figure.suptitle(f"{title}\n{line}".strip())
-    return figure
-
-
-def plot_robustness(
-    robustness: Robustness,
-    *,
-    top: int = 12,
-    labels: Sequence[object] | None = None,
-    title: str = "",
-) -> Figure:
-    """Return how often each design is the optimum, of rank 5 or 6 and infeasible, and its regret.
-
-    Args:
-        robustness: From :func:`pymoo_psi.robustness`.
-        top: How many designs, the most robust first.
-        labels: Names of all n designs, such as test point numbers; their rows unless given.
-        title: What the designs are; the uncertain parameters follow it.
-
-    Raises:
-        ArgumentValueError: ``top`` is below 1, or the number of labels is not n.
-        ArgumentTypeError: ``robustness`` is none.
-
-    Example:
-        >>> from pymoo.problems.functional import FunctionalProblem
-        >>> from scipy.stats import uniform
-        >>> from pymoo_psi import robustness
-        >>> line = FunctionalProblem(1, [lambda x: x[0]], xl=0, xu=1)
-        >>> loads = {"load": uniform(1, 2)}
-        >>> result = robustness(lambda load: line, [[0.9], [0.2]], uncertainty=loads)
-        >>> left, right = plot_robustness(result, labels=["heavy", "light"], title="Rods").axes
-        >>> [text.get_text() for text in left.get_yticklabels()]  # the best on top
-        ['light', 'heavy']
-    """
-    found = instance("robustness", robustness, Robustness, "robustness(...) gives one")
-    n = len(found.optimum_share)
-    if labels is not None and len(labels) != n:
-        raise invalid("labels", f"{n} names", len(labels))
-    best = found.order[: integer("top", top, minimum=1)]
-    place = np.arange(len(best))
-    with new_figure(50 + 6.5 * len(best)) as figure:
-        left, right = figure.subplots(1, 2)
-        for name, share, colour, hatch, offset in (
-            ("rank 5 or 6", found.efficient_share, MARKERS[5].colour, "", 0.3),
-            ("Salukvadze optimum", found.optimum_share, MARKERS[6].colour, "///", 0.0),
-            ("infeasible", found.infeasible_share, "0.55", "...", -0.3),
-        ):
-            left.barh(
-                place - offset, 100 * share[best], height=0.28, color=colour, hatch=hatch,
-                edgecolor="white", linewidth=0.0, label=name,
-            )  # fmt: skip
-        left.set_xlim(0, 100)
-        left.set_xlabel(f"share of {len(found.scenarios)} scenarios (%)")
-        mean, worst = found.mean_regret[best], found.worst_regret[best]
-        right.hlines(place, mean, worst, color="0.6", linewidth=1.0)
-        for name, regret, shape, look in (
-            ("mean", mean, "o", CURVES[0]),
-            ("worst scenario", worst, ">", CURVES[1]),
-        ):
-            style = {"linestyle": "none", "marker": shape, "color": look["color"]}
-            right.plot(regret, place, markersize=4.5, label=name, **style)
-        right.set_xlim(0, None)
-        right.set_xlabel(r"regret: $\mu_1$ above the scenario's least")
-        for ax in (left, right):
-            _name_rows(ax, [i if labels is None else labels[i] for i in best.tolist()], 16)
-        legend_of(figure, labelled([left, right]), ncols=5)
-        left.set_ylabel("design")
-        ranges = ", ".join(
-            f"{literal(name)} from {column.min():.3g} to {column.max():.3g}"
-            for name, column in zip(found.parameters, found.scenarios.T, strict=True)
-        )
-        figure.suptitle(f"{title}\n{fill(f'uncertain: {ranges}', LETTERS)}".strip())
     return figure
 
 

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.pareto import attainment_surfaces
-from pymoo_psi.plots._markers import GREY
-from pymoo_psi.plots._style import legend_of, literal, new_figure, panels, save_figures, view
+from pymoo_psi.plots._style import GREY, legend_of, literal, new_figure, panels, save_figures, view
 
 Array = NDArray[np.float64]
 
@@ -52,7 +51,7 @@ def save_comparison(
 ) -> tuple[Path, ...]:
     """Write the figures as files: all of them, or none if one cannot be made.
 
-    They are ``indicators.png``, ``fronts.png``, ``time.png`` and, for two objectives,
+    They are ``indicators.png``, ``fronts.png`` and, for two objectives,
     ``attainment.png``.
 
     Args:
@@ -77,7 +76,7 @@ def save_comparison(
         ... )
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     [path.name for path in save_comparison(comparison, folder, dpi=20)]
-        ['indicators.png', 'fronts.png', 'time.png', 'attainment.png']
+        ['indicators.png', 'fronts.png', 'attainment.png']
     """
     return save_figures(_figures(_checked(comparison)), directory, dpi, suffix)
 
@@ -85,7 +84,6 @@ def save_comparison(
 def _figures(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
     yield "indicators", plot_indicators(comparison)
     yield "fronts", plot_fronts(comparison)
-    yield "time", plot_time(comparison)
     if comparison.objectives == 2:
         yield "attainment", plot_attainment(comparison)
 
@@ -209,35 +207,6 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     ax.set(xlabel="evaluations", ylabel=_MEANINGS[indicator])
     if len(known) < found.size:
         ax.set_title("infinite values are not drawn", loc="right", fontsize=7)
-
-
-def plot_time(comparison: Comparison) -> Figure:
-    """Return time against quality: each run small, the medians joined from budget to budget.
-
-    Args:
-        comparison: From :func:`pymoo_psi.compare`.
-
-    Example:
-        Of the comparison in the example of :func:`save_comparison`:
-
-        >>> plot_time(comparison).axes[0].get_ylabel()
-        'hypervolume (share of the box)'
-    """
-    by_algorithm = _checked(comparison).measures.set_index("algorithm")
-    with new_figure(120.0) as figure:
-        axes = figure.subplots()
-        for name, look in _looks(comparison).items():
-            runs = by_algorithm.loc[[name], ["evaluations", "seconds", "hypervolume"]]
-            dots = {**look, "linestyle": "none", "markeredgewidth": 0.0, "alpha": 0.5}
-            axes.plot(runs["seconds"], runs["hypervolume"], markersize=2.4, **dots)
-            medians = runs.groupby("evaluations").median()
-            line: dict[str, Any] = {"markersize": 5.5, "linewidth": 1.2}
-            axes.plot(medians["seconds"], medians["hypervolume"], **line, **look)
-        axes.set(xscale="log", xlabel="wall time of a run (s)", ylabel=_MEANINGS["hypervolume"])
-        legend = {"small: single runs": Line2D([], [], **_DOTS, markersize=2.4)}
-        what = "time and quality, medians joined from budget to budget"
-        _finish(figure, comparison, what, comparison.evaluations, legend)
-    return figure
 
 
 def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figure:

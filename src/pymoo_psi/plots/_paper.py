@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
@@ -27,13 +28,10 @@ from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory, trajectory
 from pymoo_psi.paper import (
     INITIAL_SPEEDS,
     Case,
-    CriterionSurfaces,
     Reproduction,
-    SalukvadzeFunctions,
     criterion_surfaces,
     salukvadze_functions,
 )
-from pymoo_psi.plots._ranking import near_ranked, rank_groups
 from pymoo_psi.plots._style import (
     CURVES,
     draw_points,
@@ -42,6 +40,7 @@ from pymoo_psi.plots._style import (
     new_figure,
     save_figures,
 )
+from pymoo_psi.plots._tables import near_ranked, rank_groups
 
 Array = NDArray[np.float64]
 
@@ -93,10 +92,9 @@ def paper_figures(
 ) -> Iterator[tuple[int, Figure]]:
     """Make the paper's figures one by one.
 
-    Figures 3 to 8 are for μ = 0.4, or for the first case of the model if there is none with it.
-    Figure 2 is for μ = 0.2 and 0.6, or of another chute for the least and the largest. Figure 7
-    shows the motion under the full model, with slip, of the design that is the Salukvadze optimum
-    under ``model``.
+    Figure 2 is for μ = 0.2 and 0.6, Figures 3 to 8 for μ = 0.4, or for the first case of the model
+    if there is none with it. Figure 7 shows the motion under the full model, with slip, of the
+    design that is the Salukvadze optimum under ``model``.
 
     Args:
         reproduction: The ranked cases; Figure 8 takes as many test points as they do.
@@ -117,25 +115,16 @@ def paper_figures(
         >>> figure.get_suptitle().splitlines()[0]
         'Pareto-optimal points in the design box (all quantities dimensionless)'
     """
-    found = _cases(instance("reproduction", reproduction, Reproduction), model)
-    case = shown_case(reproduction, model)
-    parameters = case.parameters
-    values = [each.mu for each in found]
-    ends = _SURFACES_MU if case.printed else sorted({min(values), max(values)})
+    case = shown_case(instance("reproduction", reproduction, Reproduction), model)
     n = reproduction.n_points
-    # Around the speed of the chute, which is marked.
-    speeds = [max(1.0, 2 * parameters.c) * speed for speed in INITIAL_SPEEDS]
     make: dict[int, Any] = {
-        2: lambda: _surfaces_figure(
-            [criterion_surfaces(mu, model, c=parameters.c, r=parameters.r) for mu in ends],
-            f"{_MODEL_NAMES[model]}, {_chute(parameters)}",
-        ),
+        2: lambda: _surfaces_figure(model),
         **{number: partial(_points_figure, case, *space) for number, space in _SPACES.items()},
         7: lambda: _motion_figure(case),
         8: lambda: _functions_figure(
-            salukvadze_functions(case.mu, model, n, speeds, r=parameters.r),
+            salukvadze_functions(case.mu, model, n),
             # a smooth line needs fewer
-            salukvadze_functions(case.mu, model, n, speeds[::2], r=parameters.r, refined=True),
+            salukvadze_functions(case.mu, model, n, INITIAL_SPEEDS[::2], refined=True),
             n,
             case,
         ),
@@ -144,55 +133,6 @@ def paper_figures(
         if number not in make:
             raise invalid("numbers", "of figures, 2 to 8", number)
         yield number, make[number]()
-
-
-def plot_points(reproduction: Reproduction) -> Figure:
-    """Return how near the best of the first n points is to the continuous optimum, over n.
-
-    Below, by how much of itself the hypervolume grows when the points are doubled to n. One curve
-    for each friction coefficient, one column for each model.
-
-    Args:
-        reproduction: The cases, of eight test points or more.
-
-    Raises:
-        ArgumentTypeError: ``reproduction`` is none.
-        ArgumentValueError: There are fewer than eight points.
-
-    Example:
-        >>> from pymoo_psi.paper import Reproduction, solve_case
-        >>> figure = plot_points(Reproduction(64, (solve_case(0.4, "full", 64),)))
-        >>> [ax.get_ylabel() for ax in figure.axes]
-        ['excess of distance over the least, %', 'gain of hypervolume, %']
-    """
-    instance("reproduction", reproduction, Reproduction)
-    pairs = list(zip(reproduction.cases, reproduction.convergences, strict=True))
-    models = list(dict.fromkeys(case.model for case in reproduction.cases))
-    coefficients = list(dict.fromkeys(case.mu for case in reproduction.cases))
-    with new_figure(134) as figure:
-        grid = figure.subplots(2, len(models), squeeze=False, sharex=True, sharey="row")
-        for case, rows in pairs:
-            above, below = grid[:, models.index(case.model)]
-            k = coefficients.index(case.mu)
-            # The colours and the lines beyond the third in other pairs, nine of them.
-            style = {**CURVES[(k + k // 3) % 3], "color": CURVES[k % 3]["color"], "markersize": 3.5}
-            with np.errstate(invalid="ignore", divide="ignore"):  # nothing to compare with
-                excess = 100 * (rows.mu1 / case.refined.distance - 1)
-                gain = 100 * (1 - rows.hypervolume[:-1] / rows.hypervolume[1:])
-            above.plot(rows.tests, excess, label=rf"$\mu$ = {case.mu:g}", **style)
-            below.plot(rows.tests[1:], gain, **style)
-            above.set(title=_MODEL_NAMES[case.model], yscale="symlog")
-            below.set(xlabel="test points", yscale="symlog")
-            below.set_xscale("log", base=2)
-        for ax in grid.flat:
-            ax.set_ylim(bottom=0)
-        grid[0, 0].set_ylabel("excess of distance over the least, %")
-        grid[1, 0].set_ylabel("gain of hypervolume, %")
-        legend_of(figure, labelled(grid.flat), ncols=6)
-        figure.suptitle(
-            "The best design against the continuous optimum, and what doubling the points brought"
-        )
-    return figure
 
 
 def save_paper_figures(
@@ -245,17 +185,13 @@ def shown_case(reproduction: Reproduction, model: str) -> Case:
         >>> shown_case(small, "full").mu
         0.4
     """
-    found = _cases(reproduction, model)
-    return next((each for each in found if np.isclose(each.mu, _MU)), found[0])
-
-
-def _cases(reproduction: Reproduction, model: str) -> list[Case]:
     known_name("model", model, MODELS)
-    if cases := [case for case in reproduction.cases if case.model == model]:
-        return cases
-    have = ", ".join(f"{case.model} {case.mu:g}" for case in reproduction.cases)
-    received = Received(f"the cases {have or 'none'}")
-    raise invalid("reproduction", f"one with cases of the {model} model", received)
+    found = [case for case in reproduction.cases if case.model == model]
+    if not found:
+        have = ", ".join(f"{case.model} {case.mu:g}" for case in reproduction.cases)
+        received = Received(f"the cases {have or 'none'}")
+        raise invalid("reproduction", f"one with cases of the {model} model", received)
+    return next((case for case in found if np.isclose(case.mu, _MU)), found[0])
 
 
 def _axis_label(name: str) -> str:
@@ -263,11 +199,7 @@ def _axis_label(name: str) -> str:
 
 
 def _subject(case: Case) -> str:
-    return rf"{_MODEL_NAMES[case.model]}, $\mu$ = {case.mu:g}, {_chute(case.parameters)}"
-
-
-def _chute(parameters: ChuteParameters) -> str:
-    return f"$c$ = {parameters.c:g}, $r$ = {parameters.r:g}"
+    return rf"{_MODEL_NAMES[case.model]}, $\mu$ = {case.mu:g}"
 
 
 def _legend_above(axes: Axes, ncols: int = 3) -> None:
@@ -281,20 +213,21 @@ def _legend_above(axes: Axes, ncols: int = 3) -> None:
 # Figure 2
 
 
-def _surfaces_figure(cases: Sequence[CriterionSurfaces], subject: str) -> Figure:
+def _surfaces_figure(model: str) -> Figure:
     """Return f1 on the left and f2 on the right, with one row for every friction coefficient."""
-    with new_figure(12 + 74 * len(cases), layout=None) as figure:
+    with new_figure(12 + 74 * len(_SURFACES_MU), layout=None) as figure:
         figure.subplots_adjust(
             left=0.01, right=0.955, bottom=0.02, top=0.91, wspace=0.08, hspace=0.05
         )
-        grid = figure.subplots(len(cases), 2, squeeze=False, subplot_kw={"projection": "3d"})
-        for letter, row, surfaces in zip("abcdef", grid, cases, strict=False):
-            for ax, name, f in zip(row, ("f1", "f2"), surfaces.f, strict=True):
-                surface = draw_surface(ax, surfaces.u1, surfaces.u2, f)
+        grid = figure.subplots(len(_SURFACES_MU), 2, subplot_kw={"projection": "3d"})
+        for letter, mu, row in zip("ab", _SURFACES_MU, grid, strict=True):
+            u1, u2, criteria = criterion_surfaces(mu, model)
+            for ax, name, f in zip(row, ("f1", "f2"), criteria, strict=True):
+                surface = draw_surface(ax, u1, u2, f)
                 bar = figure.colorbar(surface, ax=ax, shrink=0.6, aspect=22, pad=0.11)
                 bar.set_label(_axis_label(name))
-                title = rf"({letter}) $\mu$ = {surfaces.mu:g}: {_axis_label(name)}"
-                ax.set_title(title, y=0.97)
+                ax.set_title(rf"({letter}) $\mu$ = {mu:g}: {_axis_label(name)}", y=0.97)
+        subject = _MODEL_NAMES[model]
         figure.suptitle(f"Criteria over the design box (all quantities dimensionless)\n{subject}")
     return figure
 
@@ -371,7 +304,7 @@ def _motion_figure(case: Case) -> Figure:
     """Return the five panels in three rows, and in the sixth place what is known of the design."""
     best = int(case.ranking.salukvadze[0])
     u1, v_p = case.X[best].tolist()
-    way = trajectory(u1, v_p, case.parameters)
+    way = trajectory(u1, v_p, ChuteParameters(mu=case.mu))
     with new_figure(185, layout=None) as figure:
         figure.subplots_adjust(
             left=0.08, right=0.975, bottom=0.065, top=0.875, wspace=0.26, hspace=0.66
@@ -421,7 +354,7 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
 def _facts(case: Case, best: int, way: Trajectory) -> str:
     """Return what is known of the design in row ``best`` and of its motion, line by line."""
     u1, v_p = case.X[best].tolist()
-    parameters = case.parameters
+    parameters = ChuteParameters(mu=case.mu)
     slip = ["slips (grey) all the way"]
     if np.isfinite(way.slip_end):
         slip = [
@@ -447,54 +380,51 @@ def _facts(case: Case, best: int, way: Trajectory) -> str:
 # Figure 8
 
 
-def _functions_figure(
-    optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, n: int, case: Case
-) -> Figure:
+def _functions_figure(optima: pd.DataFrame, refined: pd.DataFrame, n: int, case: Case) -> Figure:
     """Return the time and the exit speed on the left, the other criteria on the right.
 
     The initial speed of ``case``, for which the other figures are, is marked.
     """
-    chute = case.parameters
     with new_figure(104, layout=None) as figure:
         figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
-        left, right = figure.subplots(1, 2)
-        for ax, columns in ((left, (0, 4)), (right, (1, 2, 3))):
+        c = ChuteParameters(mu=case.mu).c
+        for ax, columns in zip(
+            figure.subplots(1, 2), (["f1", "exit_speed"], ["f2", "f3", "f4"]), strict=True
+        ):
             _draw_functions(ax, optima, refined, columns)
-            ax.axvline(chute.c, label=f"$c$ = {chute.c:g}", **_TRANSITION)
+            ax.axvline(c, label=f"$c$ = {c:g}", **_TRANSITION)
             _legend_above(ax, ncols=2)
         figure.suptitle(
             f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
-            f"(lines), against the initial speed\n{_MODEL_NAMES[optima.model]}, "
-            rf"$\mu$ = {optima.mu:g}, $r$ = {chute.r:g}"
+            f"(lines), against the initial speed\n{_subject(case)}"
         )
-        # What the paper says holds for its own chute.
         said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:"
-        low, high = refined.F.min(axis=0), refined.F.max(axis=0)
-        ends = [f"{_FUNCTIONS[j][0]} from {low[j]:.3f} to {high[j]:.3f}" for j in (1, 3, 2)]
-        caption = f"{said if case.printed else 'Refined:'}\n{', '.join(ends)}."
+        ends = [
+            f"{_FUNCTIONS[f][0]} from {refined[f].min():.3f} to {refined[f].max():.3f}"
+            for f in ("f2", "f4", "f3")
+        ]
+        caption = f"{said}\n{', '.join(ends)}."
         figure.text(0.08, 0.02, caption, va="bottom", linespacing=1.5)
     return figure
 
 
-# Each function's symbol and meaning: f1 to f4 and the exit speed.
-_FUNCTIONS = (
-    ("$f_1^S$", "time"),
-    ("$f_2^S$", "energy balance"),
-    ("$f_3^S$", r"height $\tan\,\alpha$"),
-    ("$f_4^S$", "plane speed $v_P$"),
-    ("$v_{Cf}^S$", "exit speed"),
-)
+_FUNCTIONS = {
+    "f1": ("$f_1^S$", "time"),
+    "f2": ("$f_2^S$", "energy balance"),
+    "f3": ("$f_3^S$", r"height $\tan\,\alpha$"),
+    "f4": ("$f_4^S$", "plane speed $v_P$"),
+    "exit_speed": ("$v_{Cf}^S$", "exit speed"),
+}
 
 
 def _draw_functions(
-    axes: Axes, optima: SalukvadzeFunctions, refined: SalukvadzeFunctions, columns: tuple[int, ...]
+    axes: Axes, optima: pd.DataFrame, refined: pd.DataFrame, columns: Sequence[str]
 ) -> None:
     """Draw functions of the initial speed: test points as marks, refined optima as lines."""
-    for j, look in zip(columns, CURVES, strict=False):
-        marks, line = (np.column_stack([found.F, found.exit_speed]) for found in (optima, refined))
+    for name, look in zip(columns, CURVES, strict=False):
         style = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
-        axes.plot(refined.c, line[:, j], label=", ".join(_FUNCTIONS[j]), **style)
-        axes.plot(optima.c, marks[:, j], look["marker"], color=look["color"], markersize=2.6)
+        axes.plot(refined["c"], refined[name], label=", ".join(_FUNCTIONS[name]), **style)
+        axes.plot(optima["c"], optima[name], look["marker"], color=look["color"], markersize=2.6)
     axes.set_xlim(0, None)
     axes.set_xlabel("$c$, initial speed of the centre (dimensionless)")
-    axes.set_ylabel(", ".join(_FUNCTIONS[j][0] for j in columns) + " (dimensionless)")
+    axes.set_ylabel(", ".join(_FUNCTIONS[name][0] for name in columns) + " (dimensionless)")

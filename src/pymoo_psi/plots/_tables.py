@@ -1,4 +1,4 @@
-"""A test table in planes: objectives over variables, objectives in pairs, histograms, sections.
+"""Test tables and rankings in planes: objectives over variables and in pairs, histograms.
 
 Values are in the original units and direction. Every tested design is in one group; the groups
 differ by marker and by lightness. In the place of an objective may be a constraint or an output.
@@ -6,7 +6,7 @@ differ by marker and by lightness. In the place of an objective may be a constra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,17 +14,21 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
-from pymoo_psi.plots._markers import GREY, MARKERS, Marker
+from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.plots._style import (
-    CURVES,
+    GREY,
     HUGE,
+    MARKERS,
     Group,
+    Marker,
     draw_points,
     labelled,
     legend_of,
@@ -44,6 +48,12 @@ _OPEN = (-np.inf, np.inf)  # no limit
 _LETTERS = 90  # of text over the width of a figure, in the size of axis labels
 _SPREAD = 0.6  # of the distance between two values
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
+_LINES = 2000  # of a group; more would be one grey area, and take long to draw
+_BARE = 60  # lines beyond which those of a group are thin and have no marks
+_TEXT = 100  # letters over the width of a figure, in the size of ticks
+# Axes of objectives reach beyond the feasible designs and the prototype by this share of their
+# range: on those that show every failed design nothing else is seen.
+_MARGIN = 1.0
 
 _FEASIBLE, _PARETO = "feasible, dominated", "Pareto optimal"
 _GROUPS = {
@@ -78,7 +88,6 @@ def plot_table(
     *,
     variables: Sequence[Key] | None = None,
     objectives: Sequence[Key] | None = None,
-    margin: float = 1.0,
     title: str = "",
 ) -> Figure:
     """Return an overview of a table: histograms of variables, objectives against variables.
@@ -94,13 +103,10 @@ def plot_table(
             columns may be among them, by name.
         objectives: Names or indices of the objectives; all by default, none for histograms alone.
             Constraints and further outputs may be among them, by name.
-        margin: The axes of objectives reach beyond the feasible designs and the prototype by this
-            share of their range; ``float("inf")`` to show all designs.
         title: What the table is of.
 
     Raises:
-        ArgumentValueError: A column is not in the table, there is no variable, or the margin is
-            below 0.
+        ArgumentValueError: A column is not in the table, or there is no variable.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
@@ -109,7 +115,7 @@ def plot_table(
         >>> len(plot_table(table, {"f1": 1.5}).axes)
         6
     """
-    tests = _Tests.of(table, limits, margin)
+    tests = Tests.of(table, limits)
     layout = table.layout
     rows = _objective_names(objectives, layout)
     others = () if rows else layout.columns[len(layout.variables) :]
@@ -146,7 +152,6 @@ def plot_objectives(
     *,
     objectives: Sequence[Key] | None = None,
     design: int | None = None,
-    margin: float = 1.0,
     title: str = "",
 ) -> Figure:
     """Return the objectives against each other, each pair once.
@@ -157,12 +162,11 @@ def plot_objectives(
         objectives: Names or indices of two to seven objectives; all by default. Constraints and
             further outputs may be among them, by name.
         design: Number of a test point to be marked, such as the one that was chosen.
-        margin: As for :func:`plot_table`.
         title: What the table is of.
 
     Raises:
-        ArgumentValueError: A column or the design is not in the table, there are too few or too
-            many objectives, or the margin is below 0.
+        ArgumentValueError: A column or the design is not in the table, or there are too few or too
+            many objectives.
         ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
 
     Example:
@@ -171,7 +175,7 @@ def plot_objectives(
         >>> sum(ax.axison for ax in plot_objectives(table).axes)
         3
     """
-    tests = _Tests.of(table, limits, margin)
+    tests = Tests.of(table, limits)
     names = _objective_names(objectives, table.layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
@@ -213,66 +217,7 @@ def triangle(
                 ax.tick_params(labelleft=False)
 
 
-def plot_section(
-    section: TestTable,
-    variable: Key,
-    *,
-    at: float | None = None,
-    limits: Limits | None = None,
-    title: str = "",
-) -> Figure:
-    """Return the objectives along one variable, the others staying those of one design.
-
-    Each objective has axes of its own, its feasible parts in bold, its limit shaded; its curve is
-    interrupted where a design failed.
-
-    Args:
-        section: The tested designs of :func:`~pymoo_psi.table.section_points`, as a table with the
-            layout of the whole: ``TestTable.of(range(1, n + 1), X, F, G, layout=table.layout)``.
-        variable: Name or index of the variable that runs, a real one or an integer.
-        at: Its value in the design that the section goes through, to be marked.
-        limits: Limits on columns.
-        title: What is drawn.
-
-    Raises:
-        ArgumentValueError: The variable is not there.
-        ArgumentTypeError: ``section`` is no test table.
-
-    Example:
-        >>> from pymoo_psi import TestTable
-        >>> from pymoo_psi.table import section_points
-        >>> table = TestTable.of([1], X=[[1.0, 5.0]], F=[[6.0, 5.0]])
-        >>> X = section_points(table, 1, "x1", 3, lower=0, upper=2)
-        >>> section = TestTable.of([1, 2, 3], X, [[x1 + x2, x1 * x2] for x1, x2 in X])
-        >>> [ax.get_ylabel() for ax in plot_section(section, "x1").axes]
-        ['f1', 'f2']
-    """
-    layout = _checked(section).layout
-    j = layout.variable(variable)
-    tests = section.rows(np.argsort(section.X[:, j].astype(float), kind="stable"))
-    x, feasible = tests.X[:, j].astype(float), tests.feasible(limits)
-    bounds = bounds_of(limits, layout)
-    with panels(len(layout.objectives), min(len(layout.objectives), 2)) as (figure, axes):
-        for ax, name in zip(axes, layout.objectives, strict=True):
-            f = tests.column(name)
-            f = np.where(np.abs(f) < HUGE, f, np.nan)  # matplotlib interrupts a line at NaN
-            inside = f"feasible ({feasible.sum()})"
-            ax.plot(x, f, color="0.55", linewidth=0.8, label=f"tested ({len(x)})")
-            ax.plot(x, np.where(feasible, f, np.nan), markersize=3.4, label=inside, **CURVES[0])
-            if at is not None:
-                label = f"{literal(layout.variables[j])} = {at:.5g}"
-                ax.axvline(at, color="0.25", linestyle=":", linewidth=1.0, label=label)
-            ax.set_ylim(view(f))
-            _draw_limits(ax, "y", name, bounds.get(name, _OPEN))
-            name_axes(ax, layout.label_of(layout.variables[j]), layout.label_of(name))
-        failed = int((tests.status == "failed").sum())
-        note = f", {failed} failed" if failed else ""
-        figure.suptitle(f"{title}\nsection of {counted(len(x), 'design')}{note}".strip())
-        legend_of(figure, labelled(axes), ncols=3)
-    return figure
-
-
-def _checked(table: object) -> TestTable:
+def checked(table: object) -> TestTable:
     remedy = "PSI and investigate give one, TestTable.of(...) makes one of arrays"
     return instance("table", table, TestTable, remedy)
 
@@ -322,26 +267,23 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tests:
+class Tests:
     """The tests of a table as they are drawn under limits."""
 
     table: TestTable
     bounds: dict[str, tuple[float, float]]
     groups: dict[str, Group]
-    margin: float
 
     @classmethod
-    def of(cls, table: TestTable, limits: Limits | None, margin: float) -> _Tests:
-        if not margin >= 0:
-            raise invalid("margin", "0 or more", margin)
-        kept, front = _checked(table).feasible(limits), table.pareto(limits)
+    def of(cls, table: TestTable, limits: Limits | None) -> Tests:
+        kept, front = checked(table).feasible(limits), table.pareto(limits)
         masks = (table.status == "infeasible", (table.status == "ok") & ~kept, kept & ~front, front)
         groups = {
             name: Group(np.flatnonzero(mask), marker)
             for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
             if mask.any() or name in (_FEASIBLE, _PARETO)
         }
-        return cls(table, dict(bounds_of(limits, table.layout)), groups, margin)
+        return cls(table, dict(bounds_of(limits, table.layout)), groups)
 
     def of_prototype(self, name: str) -> Array:
         """``(k,)`` the values of the prototypes in a column of finite numbers, or none."""
@@ -371,7 +313,7 @@ class _Tests:
         core = core[np.abs(core) < HUGE]
         low, high = core.min(initial=np.inf), core.max(initial=-np.inf)
         if high > low:  # also refuses the infinities of an empty core
-            wider = self.margin * (high - low)
+            wider = _MARGIN * (high - low)
             known &= (values >= low - wider) & (values <= high + wider)
         return known
 
@@ -395,6 +337,8 @@ class _Tests:
             _draw_limits(axes, letter, name, self.bounds.get(name, _OPEN))
         layout = self.table.layout
         name_axes(axes, layout.label_of(first), layout.label_of(second), x.options)
+        if y.options:
+            axes.set_yticks(range(len(y.options)), [literal(name, 14) for name in y.options])
 
     def heading(self, title: str, planes: Sequence[tuple[str, str]]) -> str:
         """Return what is drawn, how many designs there are and which are not seen."""
@@ -456,3 +400,102 @@ def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> Non
         upright = sum(len(name) + 2 for name in names) > letters
         axes.set_xticks(places, names, rotation=90 if upright else 0)
         axes.xaxis.grid(visible=False)
+
+
+# Any ranked Pareto set
+
+
+def plot_ranking(
+    ranking: EfficiencyRanking, *, units: Mapping[Any, str] | None = None, title: str = ""
+) -> Figure:
+    """Return the Pareto-optimal designs of a ranking, with ranks and the Salukvadze optimum.
+
+    Up to seven objectives are drawn in pairs. Below, or alone, are parallel coordinates: a line for
+    each design, from the best value of each objective at the bottom to the worst of the Pareto set.
+
+    Args:
+        ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
+        units: Units of objectives by name, such as ``table.layout.units``.
+        title: What the designs are.
+
+    Raises:
+        ArgumentTypeError: ``ranking`` is none.
+
+    Example:
+        >>> from pymoo_psi import rank_of_efficiency
+        >>> figure = plot_ranking(rank_of_efficiency([[1, 5], [2, 2], [5, 1]]))
+        >>> [ax.get_ylabel() for ax in figure.axes]
+        ['f2', 'share of the range (0 is best)']
+    """
+    instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
+    headings = ranking.objectives.headings({} if units is None else units)
+    values, groups = ranking.objectives.values, rank_groups(ranking)
+    names = headings if len(headings) <= MATRIX + 1 else headings[:1]  # too many for pairs
+    with triangle(names, below=80.0) as (figure, pairs, cells):
+        for (first, second), ax in pairs.items():
+            x, y = (values[:, headings.index(name)] for name in (first, second))
+            draw_points(ax, x, y, groups, ranking.pareto)
+            ax.set(xlim=view(x[ranking.pareto]), ylim=view(y[ranking.pareto]))
+            name_axes(ax, first, second)
+        _draw_parallel(figure.add_subplot(cells[-1, :]), ranking, groups, headings)
+        looks = [group.look(name) for name, group in groups.items()]
+        entries = {look["label"]: Line2D([], [], **look) for look in looks}
+        legend_of(figure, entries, ncols=3)
+        optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
+        shown = f"{optimal} of {len(values)}, by rank of efficiency"
+        figure.suptitle(f"{title}\n{shown}".strip())
+    return figure
+
+
+def rank_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
+    """Return the Pareto-optimal designs by rank of efficiency; the Salukvadze optimum by itself."""
+    optimum = np.zeros(len(ranking.rank), dtype=bool)
+    optimum[ranking.salukvadze] = True
+    free = ranking.pareto & ~optimum
+    groups = {
+        f"rank {rank}" if rank else "unranked": Group(
+            np.flatnonzero(free & (ranking.rank == rank)), MARKERS[rank]
+        )
+        for rank in (0, 3, 4, 5)
+    }
+    # Of several optima, equally near to U, none may have rank 6.
+    rank = " (rank 6)" if (ranking.rank == 6).any() else ""
+    groups[f"Salukvadze optimum{rank}"] = Group(np.flatnonzero(optimum), MARKERS[6])
+    return {name: group for name, group in groups.items() if len(group.rows)}
+
+
+def near_ranked(
+    values: NDArray[np.float64], groups: Mapping[str, Group], margin: float = 0.15
+) -> NDArray[np.bool_]:
+    """``(n,)`` which points lie in the smallest box around the ranked ones, widened by a share."""
+    core = values[np.concatenate([g.rows for name, g in groups.items() if name != "unranked"])]
+    low, high = core.min(axis=0), core.max(axis=0)
+    wider = margin * (high - low)
+    inside: NDArray[np.bool_] = ((values >= low - wider) & (values <= high + wider)).all(axis=1)
+    return inside
+
+
+def _draw_parallel(
+    axes: Axes, ranking: EfficiencyRanking, groups: Mapping[str, Group], headings: list[str]
+) -> None:
+    """Draw a line for each design through its objectives, each from its best to its worst value."""
+    ideal, nadir = (np.asarray(end) for end in (ranking.ideal, ranking.nadir))
+    shares = (ranking.objectives.values - ideal) / np.where(nadir == ideal, 1.0, nadir - ideal)
+    place = np.arange(len(headings))
+    for group in groups.values():
+        rows = group.rows[:: -(-len(group.rows) // _LINES)]
+        many, best = len(group.rows) > _BARE, group.marker is MARKERS[6]
+        lines = LineCollection(
+            [np.column_stack([place, share]) for share in shares[rows]],
+            colors=group.marker.colour, linewidths=2.0 if best else 0.4 if many else 1.0,
+            alpha=0.5 if many else 1.0, zorder=group.marker.level, rasterized=many,
+        )  # fmt: skip
+        axes.add_collection(lines)
+    drawn = shares[ranking.pareto]
+    axes.set_xlim(-0.4, len(place) - 0.6)
+    axes.set_ylim(view([drawn.min(initial=0.0), drawn.max(initial=1.0)]))
+    ends = zip(headings, ranking.ideal.tolist(), ranking.nadir.tolist(), strict=True)
+    labels = [f"{literal(name, 30)}\nbest {low:.4g}\nworst {high:.4g}" for name, low, high in ends]
+    longest = max(len(line) for label in labels for line in label.split("\n"))
+    axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
+    axes.set_ylabel("share of the range (0 is best)")
