@@ -233,7 +233,6 @@ def test_a_log_shows_that_a_run_goes_on(run, monkeypatch, words, coarse):
     from pymoo_psi.cli import _experiments, _output
 
     monkeypatch.setattr(_experiments, "save_paper_figures", lambda *args, **options: ())
-    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     before = run(*words.split())[2]
     assert before.count("\n") == ("compare" in words)  # what it will cost
     for name in ("_FIRST", "_EVERY"):

@@ -17,7 +17,7 @@ from pymoo_psi.cli import _experiments, main
 from pymoo_psi.table import read_table
 
 DRAWING = {
-    _experiments: ["save_paper_figures", "save_figures", "save_comparison"],
+    _experiments: ["save_paper_figures", "save_comparison"],
     plots: ["save_figures", "plot_sensitivities", "plot_convergence"],
 }
 COMMANDS = ["solve", "rank", "page", "report", "analyze", "compare", "export", "reproduce"]

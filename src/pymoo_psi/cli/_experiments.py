@@ -115,7 +115,7 @@ def run_reproduce(options: Reproduce) -> int:
     for folder in folders.values():
         folder.mkdir(exist_ok=True)
         require_folder(folder, str(folder))
-    suffix, c, r = f".{options.figures.value}", options.c, options.r
+    suffix = f".{options.figures.value}"
     coefficients = tuple(options.mu or PAPER_MU)
     # A set of figures for each model, beside the cases.
     with progress("cases", len(models) * (len(coefficients) + 1)) as show:
