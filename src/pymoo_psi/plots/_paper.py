@@ -396,7 +396,7 @@ def _functions_figure(optima: pd.DataFrame, refined: pd.DataFrame, n: int, case:
             _legend_above(ax, ncols=2)
         figure.suptitle(
             f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
-            f"(lines), against the initial speed\n{_subject(case)}"
+            f"(lines)\nagainst the initial speed, {_subject(case)}"
         )
         said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:"
         ends = [
