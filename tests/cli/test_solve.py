@@ -91,6 +91,36 @@ def test_a_problem_is_solved_as_asked(run):
     assert run("solve", "models:Beam", "--points", 64, "--box", box)[0] == 0
 
 
+SCALED = """
+import numpy as np
+from pymoo.core.problem import Problem
+class Scaled(Problem):
+    def __init__(self, low=0.1, width=1.0):
+        super().__init__(n_var=2, n_obj=2, xl=low, xu=low + width)
+    def _evaluate(self, x, out, *args, **kwargs):
+        u = (x - self.xl) / (self.xu - self.xl)
+        out["F"] = np.column_stack([u[:, 0] + u[:, 1], 2 - u[:, 0]])
+"""
+
+
+@pytest.mark.parametrize(
+    ("low", "width"),
+    [(1 / 3e12, 1e-12), (-1e-300, 7e-299), (1 / 3, 1 / 7), (1e12, 1e-2), (-1e12 / 3, 1e12), (1e300, 1e299)],
+)  # fmt: skip
+def test_the_suggested_part_is_taken_at_any_scale(run, low, width):
+    Path("scaled.py").write_text(SCALED)
+    words = ["solve", "scaled:Scaled", f"--low={low!r}", f"--width={width!r}", "--points", 32]
+    code, printed, _ = run(*words, "--limits", "f1<=0.8", "--study", "a.db")
+    assert code == 0
+    box = printed.partition("--box ")[2].split()[0].strip("'")
+    assert run(*words, "--box", box, "--study", "b.db")[0] == 0
+    table, part = TestTable.read_study("a.db"), TestTable.read_study("b.db").layout
+    X = table.X[table.feasible({"f1": 0.8})]
+    assert (part.lower <= X.min(axis=0)).all()
+    assert (X.max(axis=0) <= part.upper).all()
+    assert (part.upper - part.lower <= 1.01 * np.ptp(X, axis=0)).all()
+
+
 def test_mixed_variables_are_restricted(run):
     words = ["solve", "models:Mixed", "--points", 64, "--out", "o.csv"]
     assert run(*words, "--box", "n=2:4,steel=S235|S460", "--study", "s.db")[0] == 0

@@ -57,7 +57,8 @@ def run_page(options: Page) -> int:
     # What the table was asked is repeated in the decisions that the page saves.
     limits = page.formulation.limits
     replace(page, formulation=replace(formulation, limits=limits)).save(out)
-    say_source(path, table, formulation)
+    remarks = table.under(Formulation(limits=formulation.limits)).remarks
+    say_source(path, replace(table, remarks=remarks), formulation)
     size, objectives = counted(len(page.table), "design"), ", ".join(table.layout.objectives)
     say(f"{size} by {objectives}: open {out} in a browser")
     return 0

@@ -69,9 +69,11 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     for part in options.skip_rows.split(",") if options.skip_rows is not None else ():
         hidden = part.strip() == "hidden"
         skipped += ["hidden"] if hidden else counts_in("--skip-rows", part, rule)
+    # A limit in per cent is on a column in per cent, which --units may say.
+    unlimited = dict.fromkeys(asked.limits, (None, None)) if options.units else asked.limits
     table = read_table(
         path,
-        None if asked == Formulation() else asked,
+        None if asked == Formulation() else replace(asked, limits=unlimited),
         variables=names_in(options.variables) or None,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
@@ -83,6 +85,7 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     layout = table.layout
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
+        table = table.under(Formulation(limits=asked.limits)) if asked.limits else table
     if asked.page:  # designs that the page's reader has left out by hand
         table = table.rows(kept_designs(table, asked))
     return table

@@ -93,7 +93,6 @@ from pymoo_psi.table._layout import (
     ends,
     excess,
     lacking,
-    typed_end,
     within,
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
@@ -139,7 +138,6 @@ __all__ = [
     "section_points",
     "sensitivities",
     "table_of",
-    "typed_end",
     "values_in_order",
     "within",
 ]

@@ -41,7 +41,6 @@ Bounds: TypeAlias = dict[str, tuple[float, float]]
 open."""
 
 _PER_CENT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)\s*%")
-_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # further ones of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
@@ -362,23 +361,6 @@ def ends(name: str, limit: Any, unit: str = "%") -> tuple[float, float]:
     if not low <= high:  # of NaN, too
         raise invalid(f"the limit on {name!r}", "(lower, upper) in increasing order", limit)
     return float(low), float(high)
-
-
-def typed_end(text: str) -> float | str:
-    """Return an end of a limit as it is typed: a number, or a text in per cent.
-
-    Raises:
-        ArgumentValueError: The number is ambiguous, as in files: 5.000 may be 5 or 5000.
-
-    Example:
-        >>> typed_end("2.5"), typed_end("80%")
-        (2.5, '80%')
-    """
-    number = text.removesuffix("%").rstrip()
-    if _AMBIGUOUS.fullmatch(number):
-        remedy = f"write {number}0 or {number.replace('.', '')}"
-        raise invalid("a limit", "a number that can be read in one way", Received(text), remedy)
-    return float(text) if number == text else text
 
 
 def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
