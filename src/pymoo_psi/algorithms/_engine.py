@@ -39,6 +39,7 @@ from pymoo_psi.problems import (
     streams,
     untolerant,
 )
+from pymoo_psi.study import LAST
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
@@ -92,7 +93,8 @@ class Engine:
 
     Args:
         problem: A pymoo problem.
-        n_points: How many points the run has, those of other shares too.
+        n_points: How many points the run has, those of other shares too; ``None`` if designs are
+            given as ``points``, one batch after the other.
         options: The options of the run.
         keep: Which tests are given, ``"all"``, ``"feasible"`` or ``"pareto"``; in blocks, all.
         n_jobs: Processes for a vectorised problem, or workers of the cluster that joblib is
@@ -113,7 +115,7 @@ class Engine:
     def __init__(
         self,
         problem: Any,
-        n_points: int,
+        n_points: int | None,
         options: RunOptions,
         *,
         keep: str = "all",
@@ -122,7 +124,6 @@ class Engine:
         further: int = 0,
         method: str = "",
     ) -> None:
-        integer("n_points", n_points, minimum=1)
         self.problem, self._stop = untolerant(problem, options.on_failure == "raise")
         self.space = design_space(self.problem)
         columns = options.names, options.maximize, options.units
@@ -131,18 +132,21 @@ class Engine:
         if not lacking(options.limits, layout):  # else one may be on an output
             bounds_of(options.limits, layout)
         n_dim = len(self.space.searched)
-        sampling = uniform_sampling(options.sampling) or default_sampling(n_dim)
-        self.points = points_of_run(options, n_points, sampling, n_dim)
+        self.points, first, last = Points(np.zeros(0, dtype=np.int64), n_dim), options.first, LAST
+        if n_points is not None:
+            integer("n_points", n_points, minimum=1)
+            sampling = uniform_sampling(options.sampling) or default_sampling(n_dim)
+            self.points = points_of_run(options, n_points, sampling, n_dim)
+            last = first + n_points - 1 + further
         self.table = TestTable.empty(layout)
         # Shares must be of the same points, whether they are stored or not; a run without a study
         # needs no identity that a file can hold.
         strict = options.study is not None or options.part.of > 1
         with nullcontext() if strict else suppress(PsiError):
-            name = sampling_name(sampling, n_points, options.seed) + method
+            name = "" if n_points is None else sampling_name(sampling, n_points, options.seed)
             identity = problem_identity(self.problem, self.space)
-            text = identity_text(identity | {"sampling": name, "key": options.study_key})
+            text = identity_text(identity | {"sampling": name + method, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
-        first, last = options.first, options.first + n_points - 1 + further
         for number in options.retry if options.retry != "failed" else ():
             if not first <= int(number) <= last:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
@@ -161,6 +165,8 @@ class Engine:
         # With a study there are few at first, and then as many as take a second.
         self._largest = options.block_size or (64 if elementwise else 65_536)
         self._least = min(workers if elementwise else _LEAST, self._largest)
+        if n_points is None:  # models may take a batch for what belongs together
+            self._largest = self._least = LAST
         self._size = self._largest if self.store.study is None else self._least
         if self._n_jobs > 1:
             many = -(-len(self.points) // (_PIECES * self._n_jobs))
@@ -236,7 +242,7 @@ class Engine:
     def tests_of(self, rows: Rows, values: Sequence[Values], X: Any = None) -> TestTable:
         """Return the tests of points, given by their rows and values, of designs X if others."""
         points = self.points.at(rows)
-        X = self.space.matrix(points.units) if X is None else X
+        X = points.matrix(self.space) if X is None else X
         out = columns_of_values(self.problem, values)
         return table_of_values(self.table.layout, points, X, out)
 
@@ -265,7 +271,7 @@ class Engine:
             if self._repeats is not None:
                 self._put_again(self._repeats.learn(stored))
         if self._repeats is not None:
-            rows, again = self._repeats.new(rows, self.space.matrix(self.points.at(rows).units))
+            rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
             self._put_again(again)
         return rows
 
@@ -277,7 +283,7 @@ class Engine:
             until = min(self._wanted + ahead, len(self.points))
             while self._opened < until and len(waiting) < _FAR:
                 rows = self._open(min(until, self._opened + _FAR))
-                matrix = self.space.matrix(self.points.at(rows).units)
+                matrix = self.points.at(rows).matrix(self.space)
                 waiting.extend(zip(rows.tolist(), self.space.designs(matrix), strict=True))
                 self._under_way |= dict.fromkeys(rows.tolist())
 
@@ -358,7 +364,7 @@ def _tested(
 ) -> tuple[TestTable, int, float]:
     """Return the kept tests of n points, n, and the seconds of one; it is sent to processes."""
     began = time.monotonic()
-    X = space.matrix(points.units)
+    X = points.matrix(space)
     out = evaluate_designs(problem, space.designs(X))
     seconds = (time.monotonic() - began) / len(points)
     return kept(table_of_values(layout, points, X, out)), len(points), seconds

@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-import time
-from collections import deque
-from dataclasses import replace
-from functools import partial
 from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
-from pymoo_psi.algorithms._engine import table_of_values, values_of_table
+from pymoo_psi.algorithms._engine import Engine, values_of_table
 from pymoo_psi.algorithms._run import Points, run_options
-from pymoo_psi.algorithms._store import Store, in_groups, stored_at_termination
+from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
     FailureTolerant,
     WrappedProblem,
     columns_of_values,
-    design_space,
-    evaluate_designs,
     leave_failed_out,
-    problem_identity,
-    problem_layout,
     require_problem,
     seed_ties,
-    stream_designs,
-    streams,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
 
@@ -112,12 +102,8 @@ class Recorded(WrappedProblem):
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(self._model.name()))
-        self._space = design_space(self._model)
-        columns = run.names, run.maximize, run.units
-        layout = problem_layout(self._model, self._space, *columns)
-        identity = problem_identity(self._model, self._space)
-        identity |= {"sampling": "an algorithm (Recorded)", "key": run.study_key}
-        self._store = Store(run, replace(TestTable.empty(layout), problem=identity))
+        self._engine = Engine(self._model, None, run, method="an algorithm (Recorded)")
+        self._store = self._engine.store
         self._answers = _Answers()
         self.n_evaluated = 0
 
@@ -156,8 +142,8 @@ class Recorded(WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         layout = self._store.layout
-        matrix = design_matrix("X", self._space.to_matrix(X), layout.variables, layout.kinds)
-        keys = design_keys(matrix)
+        given = self._engine.space.to_matrix(X)
+        keys = design_keys(design_matrix("X", given, layout.variables, layout.kinds))
         known = self._answers.tests
         if not known.keys() >= set(keys):
             self._read()
@@ -168,7 +154,7 @@ class Recorded(WrappedProblem):
                 # the same design twice is evaluated once
                 first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
                 if rows := sorted(first.values()):
-                    self._evaluate_new(np.asarray(X)[rows], matrix[rows])
+                    self._evaluate(given[rows], [keys[row] for row in rows])
         numbers, values = zip(*(known[key] for key in keys), strict=True)
         out = columns_of_values(self._model, values)
         if "test_point" in return_values_of:
@@ -190,34 +176,18 @@ class Recorded(WrappedProblem):
         stored = self._store.stored(self._answers.first)
         self._answers.add(stored, self._store.to_retry(stored))
 
-    def _evaluate_new(self, X: Any, matrix: NDArray[Any]) -> None:
+    def _evaluate(self, designs: NDArray[Any], keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. Those that are missing then get
         the numbers that they would have had, since these are the ones between that are free.
-
-        Args:
-            X: The designs, as the problem takes them.
-            matrix: The same as a matrix.
         """
-        numbers = np.array(self._answers.numbers_for(design_keys(matrix)))
-
-        def keep(rows: Any, out: Any, seconds: ArrayLike) -> None:
-            points = Points(numbers[rows], 0)
-            tests = table_of_values(self._store.layout, points, matrix[rows], out)
-            self._store.keep(tests, seconds)
-            self._answers.add(tests)
-            self.n_evaluated += len(tests)
-
-        columns = partial(columns_of_values, self._model)
-        if streams(self._model):
-            results = stream_designs(self._model, deque(enumerate(X)), one_by_one=False)
-            steps = in_groups(results, lambda rows, values, s: keep(rows, columns(values), s))
-            deque(steps, maxlen=0)
-        else:
-            began = time.monotonic()
-            out = evaluate_designs(self._model, X)
-            keep(slice(None), out, (time.monotonic() - began) / len(X))
+        numbers = np.array(self._answers.numbers_for(keys))
+        order = np.argsort(numbers)
+        self._engine.points = Points(numbers[order], 0, designs=designs[order])
+        tests, n_evaluated = self._engine.block(0, len(numbers))
+        self._answers.add(tests)
+        self.n_evaluated += n_evaluated
 
 
 class _Answers:

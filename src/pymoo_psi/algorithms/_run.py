@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, uniform_sampling
-from pymoo_psi.problems import require_known_keywords
+from pymoo_psi.problems import DesignSpace, require_known_keywords
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.study import ALL, Share, Study
 from pymoo_psi.table import Limits
@@ -144,12 +144,14 @@ class Points:
         given: ``(n, n_dim)`` where, for points that are not of LPτ.
         rounds: ``(n,)`` the round in which each was proposed, 0 if it is of a sequence; ``None``
             where nothing is proposed.
+        designs: ``(n, n_var)`` their designs, where these are given and not made of points.
     """
 
     numbers: NDArray[np.int64]
     n_dim: int
     given: Array | None = None
-    rounds: NDArray[np.float64] | None = None
+    rounds: Array | None = None
+    designs: NDArray[Any] | None = None
 
     def __len__(self) -> int:
         """Return how many points there are."""
@@ -164,10 +166,16 @@ class Points:
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
+    def matrix(self, space: DesignSpace) -> NDArray[Any]:
+        """Return their ``(n, n_var)`` designs."""
+        return space.matrix(self.units) if self.designs is None else self.designs
+
     def at(self, rows: NDArray[np.intp]) -> Points:
         """Return the points in some rows, from 0."""
-        given, rounds = (None if a is None else a[rows] for a in (self.given, self.rounds))
-        return Points(self.numbers[rows], self.n_dim, given, rounds)
+        parts = (self.given, self.rounds, self.designs)
+        return Points(
+            self.numbers[rows], self.n_dim, *(None if a is None else a[rows] for a in parts)
+        )
 
     def followed(self, numbers: NDArray[np.int64], units: Array, number_of_round: int) -> Points:
         """Return these points, followed by those that a round has proposed."""
