@@ -336,8 +336,9 @@ def load_problem(
         from pymoo.problems import get_problem
 
         problem = _made(name, partial(get_problem, name), kind, given, own)
-    if problem.n_obj < 1:
-        raise invalid("PROBLEM", "a problem with one objective or more", Received(name))
+    if problem.n_obj < 1 or problem.n_var < 1:
+        rule = "a problem with one variable and one objective or more"
+        raise invalid("PROBLEM", rule, Received(name))
     try:
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
