@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi.pareto import (
-    attainment_surfaces,
     epsilon_additive,
     hypervolume,
     igd_plus,
@@ -70,35 +69,3 @@ def test_a_spread_subset_covers_the_set_at_most_twice_as_badly_as_any_other_coul
     if len(later) > 1:
         apart = np.linalg.norm(later[:, None] - later, axis=2)[~np.eye(len(later), dtype=bool)]
         assert gaps.max() <= apart.min() + 1e-9
-
-
-def slow_surface(fronts, percent):
-    """The grid points that so many runs attain, without those that another of them dominates."""
-    f1, f2 = (sorted({f[j] for front in fronts for f in front.tolist()}) for j in (0, 1))
-
-    def attained(point):
-        n_runs = sum(any((f <= point).all() for f in front) for front in fronts)
-        return 100 * n_runs / len(fronts) >= percent - 1e-9
-
-    reached = [(a, b) for a in f1 for b in f2 if attained((a, b))]
-    return [
-        (a, b) for a, b in reached
-        if not any(c <= a and d <= b and (c, d) != (a, b) for c, d in reached)
-    ]  # fmt: skip
-
-
-@given(
-    st.lists(
-        st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), max_size=5),
-        min_size=1,
-        max_size=9,
-    )
-)
-def test_attainment_surfaces_are_those_of_the_definition(runs):
-    fronts = [np.array(points, float).reshape(-1, 2) for points in runs]
-    percentiles = [10.0, 25.0, 100 / 3, 50.0, 200 / 3, 75.0, 100.0]
-    surfaces = attainment_surfaces(fronts, percentiles)
-    assert list(surfaces) == percentiles
-    for percent, surface in surfaces.items():
-        assert surface.shape == (len(surface), 2)
-        assert [tuple(corner) for corner in surface.tolist()] == slow_surface(fronts, percent)

@@ -10,7 +10,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import VectorizedSphereChute
 from pymoo_psi.comparison import INDICATORS, compare
 from pymoo_psi.plots import (
-    plot_attainment,
     plot_fronts,
     plot_indicator,
     plot_indicators,
@@ -18,7 +17,7 @@ from pymoo_psi.plots import (
 )
 from tests.plots.drawn import assert_whole, texts
 
-FIGURES = [plot_indicators, plot_fronts, plot_attainment]
+FIGURES = [plot_indicators, plot_fronts]
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
 
 
@@ -118,19 +117,15 @@ def test_of_more_objectives_each_algorithm_has_a_row(four, tmp_path):
     np.testing.assert_array_equal(axes[4].lines[-1].get_xydata(), second[:, [0, 2]])
     assert_whole(figure)
     paths = save_comparison(four, tmp_path, dpi=20, suffix=".svg")
-    names = ["indicators", "fronts"]  # no attainment
+    names = ["indicators", "fronts"]
     assert [path.name for path in paths] == [f"{name}.svg" for name in names]
-
-
-# The attainment surfaces
 
 
 def test_names_senses_and_units_of_the_problem_are_on_the_axes():
     beam = get_problem("bnh")
     beam.names, beam.maximize, beam.units = {"f1": "cost", "f2": "gain"}, ["gain"], {"cost": "€"}
     comparison = compare(beam, n_evaluations=32, seeds=3, algorithms=["psi", "nsga3"], polish=False)
-    for page in (plot_fronts, plot_attainment):
-        ax = page(comparison).axes[0]
+    for ax in plot_fronts(comparison).axes:
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("cost [€]", "gain (max)")
         reference = ax.lines[0].get_xydata()
         union = {tuple(f) for run in comparison.runs for f in (run.F * [1, -1]).round(9).tolist()}
@@ -138,9 +133,6 @@ def test_names_senses_and_units_of_the_problem_are_on_the_axes():
         (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
         assert ((left < reference[:, 0]) & (reference[:, 0] < right)).all()
         assert ((low < reference[:, 1]) & (reference[:, 1] < high)).all()
-    edge = plot_attainment(comparison).axes[0].lines[1].get_xydata()
-    assert (np.diff(edge[:, 0]) >= 0).all()  # from the least cost
-    assert (np.diff(edge[:, 1]) >= 0).all()  # and the least gain, to more of both
 
 
 # All pages

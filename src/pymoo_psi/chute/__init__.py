@@ -37,8 +37,7 @@ Example:
     (0.0922, 2.3214)
 """
 
-from pymoo_psi.chute._motion import MODELS, Motion, criteria, motion
-from pymoo_psi.chute._parameters import ChuteParameters
+from pymoo_psi.chute._motion import MODELS, ChuteParameters, Motion, criteria, motion
 from pymoo_psi.chute._reference import integrate
 from pymoo_psi.chute._trajectory import Trajectory, trajectory
 

@@ -19,8 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi.chute._motion import Motion, broadcast
-from pymoo_psi.chute._parameters import ChuteParameters
+from pymoo_psi.chute._motion import ChuteParameters, Motion, broadcast
 
 _STILL = 1e-13  # slip speed that counts as none: below the integrator's own error
 _NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STILL

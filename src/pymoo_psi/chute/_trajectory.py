@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import finite_array, integer, invalid
-from pymoo_psi.chute._motion import broadcast, motion, move
-from pymoo_psi.chute._parameters import ChuteParameters
+from pymoo_psi.chute._motion import ChuteParameters, broadcast, motion, move
 
 Array = NDArray[np.float64]
 

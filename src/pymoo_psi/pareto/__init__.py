@@ -50,7 +50,6 @@ from pymoo_psi.pareto._explanation import (
     explain,
 )
 from pymoo_psi.pareto._indicators import (
-    attainment_surfaces,
     epsilon_additive,
     hypervolume,
     igd_plus,
@@ -91,7 +90,6 @@ __all__ = [
     "Representatives",
     "UtopianFrame",
     "alternative",
-    "attainment_surfaces",
     "cautions",
     "compare_designs",
     "competes",

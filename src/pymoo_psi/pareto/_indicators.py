@@ -120,30 +120,3 @@ def farthest_first(
         owner[squares < far * (1 - _TIE)] = i
         np.minimum(far, squares, out=far)
     return np.array(chosen), owner, np.sqrt(far)
-
-
-def attainment_surfaces(fronts: list[Array], percentiles: list[float]) -> dict[float, Array]:
-    """Return what a share of the runs attains, for two objectives (Fonseca et al. 2001).
-
-    A run attains a point if one of its own is no worse in either objective.
-
-    Args:
-        fronts: The ``(n_i, 2)`` points that each of r >= 1 runs has found, n_i >= 0.
-        percentiles: Shares of the runs in percent; so many of them or more attain the surface.
-
-    Returns:
-        For each percentile the ``(k, 2)`` corners of its surface by increasing first objective;
-        none where so many runs have no points.
-    """
-    f1 = np.unique(np.concatenate([front[:, 0] for front in fronts]))
-    f2 = np.full((len(fronts), len(f1)), np.inf)
-    for attained, front in zip(f2, fronts, strict=True):  # the least f2 of a run up to each f1
-        np.minimum.at(attained, np.searchsorted(f1, front[:, 0]), front[:, 1])
-    f2 = np.sort(np.minimum.accumulate(f2, axis=1), axis=0)
-    surfaces = {}
-    for p in percentiles:
-        runs = max(1, int(np.ceil(p * len(fronts) / 100 - 1e-9)))  # 1e-9: of 3, 100 / 3 % is 1
-        least = f2[runs - 1]
-        corner = least < np.concatenate([[np.inf], least[:-1]])
-        surfaces[p] = np.column_stack([f1[corner], least[corner]])
-    return surfaces

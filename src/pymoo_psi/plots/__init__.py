@@ -16,7 +16,6 @@ Of any ranked set:
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`plot_indicators`, :func:`plot_indicator`: quality against evaluations.
     :func:`plot_fronts`: fronts of the median runs.
-    :func:`plot_attainment`: what half of the runs attain, of two objectives.
     :func:`save_comparison`: all of them as files.
 
 Of the paper:
@@ -34,7 +33,6 @@ from pymoo_psi.plots._analysis import (
     plot_sensitivities,
 )
 from pymoo_psi.plots._comparison import (
-    plot_attainment,
     plot_fronts,
     plot_indicator,
     plot_indicators,
@@ -47,7 +45,6 @@ from pymoo_psi.plots._tables import plot_objectives, plot_ranking, plot_table
 __all__ = [
     "literal",
     "paper_figures",
-    "plot_attainment",
     "plot_convergence",
     "plot_feasibility",
     "plot_fronts",

@@ -6,7 +6,7 @@ Each algorithm has a colour, a line style and a marker of its own, the same in a
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi._validation import counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
-from pymoo_psi.pareto import attainment_surfaces
-from pymoo_psi.plots._style import GREY, legend_of, literal, new_figure, panels, save_figures, view
+from pymoo_psi.plots._style import GREY, legend_of, literal, new_figure, panels, save_figures
 
 Array = NDArray[np.float64]
 
@@ -36,7 +35,6 @@ _MEANINGS = {
     "epsilon": "additive epsilon (units of N − U)",
     "optimum_distance": "optimum distance (units of N − U)",
 }
-_QUARTERS = [25.0, 50.0, 75.0]  # per cent of the runs
 _BESIDE = 1.06  # factor between markers beside each other on an axis of evaluations
 _WHISKER = Line2D([], [], linestyle="none", marker="|", color="0.4", markersize=9.0)
 _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY, "markeredgewidth": 0.0}
@@ -51,8 +49,7 @@ def save_comparison(
 ) -> tuple[Path, ...]:
     """Write the figures as files: all of them, or none if one cannot be made.
 
-    They are ``indicators.png``, ``fronts.png`` and, for two objectives,
-    ``attainment.png``.
+    They are ``indicators.png`` and ``fronts.png``.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`.
@@ -76,16 +73,11 @@ def save_comparison(
         ... )
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     [path.name for path in save_comparison(comparison, folder, dpi=20)]
-        ['indicators.png', 'fronts.png', 'attainment.png']
+        ['indicators.png', 'fronts.png']
     """
-    return save_figures(_figures(_checked(comparison)), directory, dpi, suffix)
-
-
-def _figures(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
-    yield "indicators", plot_indicators(comparison)
-    yield "fronts", plot_fronts(comparison)
-    if comparison.objectives == 2:
-        yield "attainment", plot_attainment(comparison)
+    made = ((page.__name__, page(comparison)) for page in (plot_indicators, plot_fronts))
+    named = ((name.removeprefix("plot_"), figure) for name, figure in made)
+    return save_figures(named, directory, dpi, suffix)
 
 
 def _checked(comparison: Any) -> Comparison:
@@ -263,70 +255,3 @@ def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figur
         legend = {"reference set": Line2D([], [], **_DOTS, markersize=4.0)}
         _finish(figure, comparison, "runs of median hypervolume", [budget], legend)
     return figure
-
-
-def plot_attainment(comparison: Comparison, evaluations: int | None = None) -> Figure:
-    """Return the empirical attainment surfaces of half of the runs of each algorithm.
-
-    A run attains a point if one of its own is no worse in either objective. The lines are what half
-    of the runs attain, the bands are between what a quarter and three quarters attain.
-
-    Args:
-        comparison: From :func:`pymoo_psi.compare`, with two objectives.
-        evaluations: The budget; the largest by default.
-
-    Raises:
-        ArgumentValueError: There is no such budget, or the problem has another number of
-            objectives.
-
-    Example:
-        Of the comparison in the example of :func:`save_comparison`:
-
-        >>> print(plot_attainment(comparison).axes[0].get_xlabel())
-        f1
-    """
-    if _checked(comparison).objectives != 2:
-        received = Received(f"{comparison.objectives} objectives")
-        remedy = "plot_fronts shows any number"
-        raise invalid("comparison", "of a problem with two objectives", received, remedy)
-    budget = _budget_of(comparison, evaluations)
-    sign, reference = comparison.layout.sign, _reference_front(comparison)
-    surfaces = {}
-    for name in comparison.algorithms:
-        rows = sorted(_rows_of(comparison, name, budget))
-        fronts = [comparison.runs[row].F for row in rows]
-        surfaces[name] = attainment_surfaces(fronts, _QUARTERS)
-    corners = [surface * sign for of_one in surfaces.values() for surface in of_one.values()]
-    ends = [view(column) for column in np.concatenate([*corners, reference]).T]
-    # In the original direction the worst value is at the left or below where more is better.
-    right, top = (max(end * s for end in both) for both, s in zip(ends, sign, strict=True))
-    with new_figure(130.0) as figure:
-        axes = figure.subplots()
-        axes.plot(*reference.T, **_DOTS, markersize=1.6)
-        for name, look in _looks(comparison).items():
-            few, half, most = (
-                _steps(surfaces[name][share], right, top) * sign for share in _QUARTERS
-            )
-            axes.fill(*np.concatenate([few, most[::-1]]).T, color=look["color"], alpha=0.2, lw=0)
-            axes.plot(*half.T, color=look["color"], linestyle=look["linestyle"], linewidth=1.3)
-        labels = [literal(comparison.layout.label_of(n), 28) for n in comparison.layout.objectives]
-        axes.set(xlim=ends[0], ylim=ends[1], xlabel=labels[0], ylabel=labels[1])
-        legend = {"reference set": Line2D([], [], **_DOTS, markersize=4.0)}
-        what = "what half of the runs attain; bands: a quarter to three quarters of them"
-        _finish(figure, comparison, what, [budget], legend)
-    return figure
-
-
-def _steps(surface: Array, right: float, top: float) -> Array:
-    """Return the ``(k, 2)`` corners of the edge of what is attained, from top to right.
-
-    Args:
-        surface: Corners by increasing f1; none where nothing is attained.
-        right: f1 up to which the edge is drawn.
-        top: f2 at which it begins.
-    """
-    if len(surface) == 0:
-        return np.array([[right, top]])
-    f1, f2 = surface.T
-    edge = np.array([np.append(np.repeat(f1, 2), right), np.append(top, np.repeat(f2, 2))])
-    return edge.T

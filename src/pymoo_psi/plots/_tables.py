@@ -368,23 +368,16 @@ def _draw_bars(axes: Axes, found: Histogram, *, tested: bool) -> None:
 
 
 def _draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) -> None:
-    """Shade what is beyond the limits of the quantity on an axis; the view grows up to a limit.
-
-    A limit farther off than half the view is named by the legend only.
-    """
+    """Shade what is beyond the limits of the quantity on an axis; the legend names them."""
     span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
     style: dict[str, Any] = {"linestyle": {"x": "-.", "y": "--"}[letter], "zorder": 4.5}
-    for sign, limit in zip("≥≤", ends, strict=True):
-        if not np.isfinite(limit):
-            continue
-        low, high = getattr(axes, f"get_{letter}lim")()
-        pad = 0.05 * (high - low)
-        if low - 10 * pad <= limit <= high + 10 * pad:
-            low, high = min(low, limit - pad), max(high, limit + pad)
-        span(*((low, limit) if sign == "≥" else (limit, high)), fc="0.93", linewidth=0, zorder=0)
-        label = f"limit {literal(name, 24)} {sign} {limit:g}"
-        line(limit, label=label, color="0.25", linewidth=1.0, **style)
-        getattr(axes, f"set_{letter}lim")(low, high)
+    low, high = getattr(axes, f"get_{letter}lim")()
+    for sign, limit, beyond in zip("≥≤", ends, (low, high), strict=True):
+        if np.isfinite(limit):
+            span(*sorted((limit, beyond)), fc="0.93", linewidth=0, zorder=0)
+            label = f"limit {literal(name, 24)} {sign} {limit:g}"
+            line(limit, label=label, color="0.25", linewidth=1.0, **style)
+    getattr(axes, f"set_{letter}lim")(low, high)
 
 
 def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> None:
