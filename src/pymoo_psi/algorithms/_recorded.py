@@ -21,6 +21,7 @@ from pymoo_psi.problems import (
     WrappedProblem,
     columns_of_values,
     leave_failed_out,
+    problem_name,
     require_problem,
     seed_ties,
 )
@@ -101,7 +102,7 @@ class Recorded(WrappedProblem):
         self._model = problem.wrapped if self._tolerant else problem
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             rule = "one whose values depend on the design alone"
-            raise invalid("problem", rule, Received(self._model.name()))
+            raise invalid("problem", rule, Received(problem_name(self._model)))
         self._engine = Engine(self._model, None, run, method="an algorithm (Recorded)")
         self._store = self._engine.store
         self._answers = _Answers()

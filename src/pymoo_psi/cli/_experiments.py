@@ -28,6 +28,7 @@ from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, re
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import save_comparison, save_paper_figures, shown_case
+from pymoo_psi.problems import problem_name
 
 # What the headings of the tables mean; the distance has no symbol, as μ is the friction here.
 _HEADINGS = """mu: friction coefficient
@@ -61,7 +62,7 @@ def run_compare(options: Compare) -> int:
 
     try:
         # The bar is the library's; in a log there are lines of progress.
-        with keeping(kept), progress(f"runs on {problem.name()}", None, bar=False) as show:
+        with keeping(kept), progress(f"runs on {problem_name(problem)}", None, bar=False) as show:
             result = compare(
                 problem,
                 n_evaluations=budgets,
@@ -93,7 +94,7 @@ def run_compare(options: Compare) -> int:
     medians["n_nondominated"] = medians["n_nondominated"].round().astype(int)
     medians["seconds"] = [f"{seconds:.4f}" for seconds in medians["seconds"]]
     heads = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
-    title = f"{problem.name()}: medians over the runs"
+    title = f"{problem_name(problem)}: medians over the runs"
     print_frame(medians.rename(columns=heads).round(4), title, lead=2)
     for sentence in conclusions(result):
         say(sentence)

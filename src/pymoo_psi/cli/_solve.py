@@ -59,6 +59,7 @@ from pymoo_psi.problems import (
     VectorizedSphereChute,
     design_space,
     problem_layout,
+    problem_name,
 )
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, TestTable, alike
@@ -96,7 +97,7 @@ def run_solve(options: Solve) -> int:
     with stored_at_termination(), keeping(partial(_kept, options)):
         table, counts, reasons = find(problem, points, options, run, asked)
     if not table.eligible().any():
-        say(f"{problem.name()}: no feasible design, {counts}")
+        say(f"{problem_name(problem)}: no feasible design, {counts}")
         say(f"{most_violated(table)}.")
         for line in _failures(reasons):
             say(line)
@@ -112,7 +113,7 @@ def run_solve(options: Solve) -> int:
     if target is not None:  # before anything is printed, which may fail
         write_csv(frame, target, layout)
     size = counted(len(frame), "Pareto-optimal design")
-    title = f"{problem.name()} by {algorithm}: {size}, {counts}, best ranks first"
+    title = f"{problem_name(problem)} by {algorithm}: {size}, {counts}, best ranks first"
     say_best(frame.rename(columns=layout.label_of), _SHOWN, title, ranking, layout.units)
     if out is None and len(frame) > _SHOWN:
         say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
@@ -347,7 +348,7 @@ def load_problem(
         # A model may end its process, and must not end this one.
         problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
     elif timeout is not None:
-        shown = Received(f"{problem.name()}, which takes many at once")
+        shown = Received(f"{problem_name(problem)}, which takes many at once")
         rule = "a problem that evaluates one design at a time where --timeout is given"
         raise invalid("PROBLEM", rule, shown)
     return Restricted(problem, _box_in(box, problem)) if box else problem
@@ -431,7 +432,7 @@ def _made(name: str, make: Any, kind: Any, given: Mapping[str, str], own: Sequen
     try:
         problem = make if isinstance(make, Problem) else make(**values)
         if isinstance(problem, Problem):
-            problem.name()  # the user's too, and needed in messages later on
+            problem_name(problem)  # the user's too, and needed in messages later on
     except (Exception, SystemExit) as error:
         if isinstance(error, PsiError):
             raise

@@ -43,7 +43,7 @@ from pymoo_psi.comparison._runs import (
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.parallel import active_workers, in_order, in_parallel, progress_bar
 from pymoo_psi.pareto import listed
-from pymoo_psi.problems import design_space, problem_layout, require_problem
+from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem
 from pymoo_psi.table import Layout
 
 if TYPE_CHECKING:
@@ -331,7 +331,7 @@ def compare(
     if reference is not None:
         instance("reference", reference, Reference, "Reference.load(path) reads one")
         if reference.problem != problem_text(problem):
-            rule = f"one for {problem.name()} with the same bounds and constants"
+            rule = f"one for {problem_name(problem)} with the same bounds and constants"
             raise invalid("reference", rule, Received(json.loads(reference.problem)["problem"]))
     by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
     if n_evaluations is None:
@@ -370,7 +370,7 @@ def compare(
     if reference is None:
         reference = Reference.of(problem, done, reference_front, polish=polish)
     measures = _measures(done, reference, n_jobs)
-    return Comparison(problem.name(), problem.n_obj, done, reference, measures, layout)
+    return Comparison(problem_name(problem), problem.n_obj, done, reference, measures, layout)
 
 
 @contextmanager
@@ -405,7 +405,8 @@ def _costs(problem: Any, tasks: Sequence[Task], took: Mapping[str, float], n_job
     }
     whole = sum(needs.values()) / workers
     n = sum(task.n_evaluations for task in tasks)
-    text = f"{problem.name()}: {counted(len(tasks), 'run')} of {counted(n, 'evaluation')} in all, "
+    text = f"{problem_name(problem)}: {counted(len(tasks), 'run')} of "
+    text += f"{counted(n, 'evaluation')} in all, "
     if whole < 60:
         return f"{text}less than a minute"
     parts = ", ".join(f"{name} {_duration(own / workers)}" for name, own in needs.items())

@@ -23,6 +23,7 @@ from pymoo_psi.problems import (
     evaluate_designs,
     problem_identity,
     problem_layout,
+    problem_name,
 )
 from pymoo_psi.study import read_study, write_study
 from pymoo_psi.table import Layout, TestTable, columns_of, design_matrix, head_of, table_of
@@ -219,7 +220,7 @@ def seconds_of_algorithms(
         seconds[algorithm.name] = took * sum((budget / n) ** power for budget in budgets)
     if unable:
         received = Received(counted(len(unable), "other"))
-        rule = f"able to run on {problem.name()}"
+        rule = f"able to run on {problem_name(problem)}"
         raise invalid("algorithms", rule, received, f"leave out {'; '.join(unable)}")
     return seconds
 

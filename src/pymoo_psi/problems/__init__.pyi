@@ -21,6 +21,7 @@ from ._program import ProgramProblem as ProgramProblem
 from ._program import ProgramRun as ProgramRun
 from ._pymoo import WrappedProblem as WrappedProblem
 from ._pymoo import call_of as call_of
+from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties

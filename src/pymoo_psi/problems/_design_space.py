@@ -13,7 +13,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.problems._pymoo import own_parameters
+from pymoo_psi.problems._pymoo import own_parameters, problem_name
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -215,15 +215,27 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
         space = _named_space(problem) if getattr(problem, "vars", None) else _vector_space(problem)
     if continuous and not space.continuous:
         kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
-        raise ArgumentTypeError(f"{problem.name()} must have continuous variables, got {kinds}")
+        raise ArgumentTypeError(
+            f"{problem_name(problem)} must have continuous variables, got {kinds}"
+        )
     return space
 
 
 def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
-    """Return what a problem's attribute ``names`` calls its variables, by their default names."""
+    """Return what a problem calls its variables, by their default names."""
+    given = given_names(problem, space)
+    return {name: given.get(name, name) for name in space.names}
+
+
+def given_names(problem: Any, space: DesignSpace) -> dict[str, str]:
+    """Return what a problem's attribute ``names`` calls columns, by their default names.
+
+    A list with a text for each variable names these; anything else is not meant for us.
+    """
     own = getattr(problem, "names", None)
-    own = own if isinstance(own, Mapping) else {}  # another type is refused with the layout
-    return {name: str(own.get(name, name)) for name in space.names}
+    if isinstance(own, (list, tuple, np.ndarray)) and len(own) == len(space.names):
+        return dict(zip(space.names, map(str, own), strict=True))
+    return {str(name): str(own[name]) for name in own} if isinstance(own, Mapping) else {}
 
 
 def problem_layout(
@@ -256,15 +268,11 @@ def problem_layout(
     if maximize and names is None and not set(own) <= set(maximize):
         rule = f"a list with what the problem says itself, {', '.join(own)}"
         raise invalid("maximize", rule, maximize, "or change the problem's attribute")
-    names, units = (
-        mapping(
-            name,
-            getattr(problem, name, None) or {} if given is None else given,
-            "names to texts",
-            "also as an attribute of the problem",
-        )
-        for name, given in (("names", names), ("units", units))
+    names = (
+        given_names(problem, space) if names is None else mapping("names", names, "names to texts")
     )
+    units = getattr(problem, "units", None) or {} if units is None else units
+    units = mapping("units", units, "names to texts", "also as an attribute of the problem")
     kinds = [variable.kind for variable in space.variables]
     discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
     plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
@@ -289,7 +297,7 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     it returns, as the chute's does.
     """
     return {
-        "problem": problem.name(),
+        "problem": problem_name(problem),
         "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
         "objectives": problem.n_obj,
         "inequality constraints": problem.n_ieq_constr,
@@ -301,7 +309,7 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
 def _vector_space(problem: Any) -> DesignSpace:
     kinds = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
     if problem.vtype not in kinds:
-        raise wrong_type(f"vtype of {problem.name()}", "float, int or bool", problem.vtype)
+        raise wrong_type(f"vtype of {problem_name(problem)}", "float, int or bool", problem.vtype)
     kind, n_var = kinds[problem.vtype], problem.n_var
     names = [f"x{j + 1}" for j in range(n_var)]
     if kind is Kind.BINARY:  # pymoo asks for no bounds there
@@ -326,7 +334,7 @@ def _named_space(problem: Any) -> DesignSpace:
             options = tuple(variable.options)
             variables.append(Variable(str(name), Kind.CHOICE, 0.0, len(options) - 1.0, options))
         else:
-            where = f"variable {name!r} of {problem.name()}"
+            where = f"variable {name!r} of {problem_name(problem)}"
             raise wrong_type(where, "Real, Integer, Binary or a Choice with options", variable)
     return DesignSpace(tuple(variables), named=True)
 
@@ -345,6 +353,6 @@ def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Var
             low = np.nan
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        where = f"bounds of {name} of {problem.name()}"
+        where = f"bounds of {name} of {problem_name(problem)}"
         raise invalid(where, rule, Received(f"{lower} and {upper}"))
     return Variable(name, kind, low, high)

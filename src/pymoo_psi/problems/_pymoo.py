@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import hashlib
 import inspect
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,8 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
+
+_LONGEST = 1000  # characters of a constant of a model that a study shows
 
 
 def require_known_keywords(
@@ -66,44 +69,71 @@ def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
             raise invalid("uncertainty", rule, name, remedy)
 
 
+def problem_name(problem: Any) -> str:
+    """Return the name of a problem, where ``name`` may be pymoo's method or a text.
+
+    Example:
+        >>> from pymoo_psi import SphereChute
+        >>> problem_name(SphereChute())
+        'SphereChute'
+    """
+    name = getattr(problem, "name", None)
+    return str((name() if callable(name) else name) or type(problem).__name__)
+
+
 def call_of(made: object) -> str:
     """Return how an object is made whose attributes are called as the arguments of its class.
 
     Arguments with their default values, and those that it does not keep, are left out.
     """
-    shown = ", ".join(f"{name}={value!r}" for name, value in _arguments_of(made).items())
+    shown = ", ".join(f"{n}={v!r}" for n, v in _arguments_of(made, [type(made)]).items())
     return f"{type(made).__name__}({shown})"
 
 
-def _arguments_of(made: object) -> dict[str, Any]:
+def _arguments_of(made: Any, classes: Iterable[type]) -> dict[str, Any]:
     found = {}
-    for name, parameter in inspect.signature(type(made)).parameters.items():
-        value = getattr(made, name, parameter.default)
+    for name, parameter in {n: p for c in classes for n, p in _parameters(c).items()}.items():
+        value = getattr(made, name, getattr(made, f"_{name}", parameter.default))
         value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-        if value is not parameter.default and value != parameter.default:
+        if value is not parameter.default and not (_is_plain(value) and value == parameter.default):
             found[name] = value
     return found
+
+
+def _parameters(cls: type) -> Mapping[str, inspect.Parameter]:
+    return inspect.signature(cls).parameters
 
 
 def own_parameters(problem: Any) -> dict[str, Any]:
     """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
 
-    These are the arguments of its class that it keeps as attributes of the same name, but for
-    default values and what pymoo's ``Problem`` takes.
+    These are the arguments of its classes that it keeps as attributes of the same name, or with an
+    underscore before it, but for default values and what pymoo's ``Problem`` takes. A text that is
+    a path says where, not what.
     """
     if callable(own := getattr(problem, "fingerprint", None)):
         return dict(own())
     while isinstance(problem, WrappedProblem):
         problem = problem.wrapped
-    pymoos = inspect.signature(Problem).parameters
-    plain = {n: v for n, v in _arguments_of(problem).items() if n not in pymoos}
-    return {n: v for n, v in plain.items() if _is_plain(v)}
+    classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
+    given = _arguments_of(problem, classes)
+    return {
+        n: _short(v) for n, v in given.items() if n not in _parameters(Problem) and _is_plain(v)
+    }
 
 
 def _is_plain(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return all(map(_is_plain, value))
-    return isinstance(value, (bool, int, float, str))
+    return isinstance(value, (bool, int, float)) or (
+        isinstance(value, str) and not {"/", "\\"} & {*value}
+    )
+
+
+def _short(value: Any) -> Any:
+    """Return a value, or the hash of a long one, as a study keeps it."""
+    text = repr(value)
+    return value if len(text) <= _LONGEST else hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def seed_ties(algorithm: Any) -> None:
@@ -197,7 +227,7 @@ class WrappedProblem(Problem):
             >>> FailureTolerant(SphereChute()).name()
             'SphereChute'
         """
-        return str(self.wrapped.name())
+        return problem_name(self.wrapped)
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_front(*args, **kwargs) if self._same_front else None

@@ -26,6 +26,8 @@ from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 class Restricted(WrappedProblem):
     """Any pymoo problem in a part of its bounds: variables between narrower bounds, or fixed.
 
+    A variable whose bounds are equal in the problem itself is fixed, too.
+
     Objectives and constraints of a design are the whole problem's, bit for bit. An algorithm sees
     the free variables only, and its ``res.X`` has no others; :meth:`completed` puts the fixed ones
     in. In the table of PSI and ``investigate`` every variable keeps its column and its name, so
@@ -99,9 +101,9 @@ class Restricted(WrappedProblem):
             for v in space.variables
             if own[v.name] in given
         }
-        variables = tuple(parts.get(v.name, v) for v in space.variables)
+        variables = tuple(_fixed(parts.get(v.name, v)) for v in space.variables)
         self.space = replace(space, variables=variables)
-        self.box = {own[name]: _kept(part) for name, part in parts.items()}
+        self.box = {own[v.name]: _kept(v) for v in variables if v.name in parts}
         if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
@@ -178,7 +180,7 @@ def _part(variable: Variable, where: str, given: Any) -> Variable:
             rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
             raise invalid(where, rule, given)
         kept = tuple(option for option in variable.options if option in wanted)
-        return replace(variable, upper=len(kept) - 1.0, options=kept, fixed=len(kept) == 1)
+        return replace(variable, upper=len(kept) - 1.0, options=kept)
     whole = (variable.lower, variable.upper)
     if variable.kind is Kind.BINARY:
         ends = [float(boolean(where, given))] * 2
@@ -193,11 +195,16 @@ def _part(variable: Variable, where: str, given: Any) -> Variable:
         if variable.kind is Kind.INTEGER:
             rule += ", of whole numbers"
         raise invalid(where, rule, Received(f"{given}"))
-    if lower < upper:
-        return replace(variable, lower=lower, upper=upper)
+    return replace(variable, lower=lower, upper=upper)
+
+
+def _fixed(part: Variable) -> Variable:
+    """Return a variable as fixed if it has one value only."""
+    if part.lower < part.upper or part.fixed:
+        return part
     types = {Kind.REAL: float, Kind.INTEGER: int, Kind.BINARY: bool}
-    value = types[variable.kind](lower)
-    return replace(variable, lower=lower, upper=lower, options=(value,), fixed=True)
+    options = part.options or (types[part.kind](part.lower),)
+    return replace(part, options=options, fixed=True)
 
 
 def _kept(part: Variable) -> Any:

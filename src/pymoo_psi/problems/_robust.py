@@ -23,9 +23,14 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import design_space, own_names
+from pymoo_psi.problems._design_space import design_space, given_names, own_names
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
+from pymoo_psi.problems._pymoo import (
+    WrappedProblem,
+    own_parameters,
+    problem_name,
+    require_problem,
+)
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
@@ -169,8 +174,9 @@ class Robust(WrappedProblem):
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # The wrapped problem's names, without those of constraints that there are no more.
         known = {*self.space.names, *(f"f{j + 1}" for j in range(nominal.n_obj))}
-        given = getattr(nominal, "names", None) or {}
-        self.names = {name: own for name, own in given.items() if name in known}
+        self.names = {
+            name: own for name, own in given_names(nominal, self.space).items() if name in known
+        }
         shown = {self.names.get(name, name) for name in known}
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in shown}
@@ -183,7 +189,7 @@ class Robust(WrappedProblem):
             >>> Robust(SphereChute(), tolerances={"x1": 0.01}).name()
             'robust SphereChute'
         """
-        return f"robust {self.wrapped.name()}"
+        return f"robust {problem_name(self.wrapped)}"
 
     def fingerprint(self) -> dict[str, Any]:
         """Return what a study of this problem depends on besides the problem's name and bounds.
@@ -193,12 +199,11 @@ class Robust(WrappedProblem):
             >>> Robust(SphereChute(), tolerances={"x1": 0.01}).fingerprint()["criteria"]
             ['mean', 'mean', 'mean', 'mean']
         """
-        own = getattr(self.wrapped, "fingerprint", None)
         # One text for all numbers of the scenarios: these are many.
         numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
         names = [self.space.names[j] for j in self._columns]
         return {
-            "wrapped": own() if callable(own) else {},
+            "wrapped": own_parameters(self.wrapped),
             "wrapped constraints": [self.wrapped.n_ieq_constr, self.wrapped.n_eq_constr],
             "tolerances": dict(zip(names, self._relative.tolist(), strict=True)),
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",

@@ -1,0 +1,94 @@
+"""Problems of other people: every problem of pymoo and of cmo, where that is installed."""
+
+import contextlib
+import importlib
+import inspect
+import pkgutil
+import warnings
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, FailureTolerant, Restricted, Robust, investigate
+from pymoo_psi.errors import StudyMismatchError
+
+
+def made(kind):
+    """A problem that has bounds and that pymoo itself evaluates; nothing of others."""
+    for options in ({}, {"n_var": 10, "n_obj": 3}):
+        with contextlib.suppress(Exception), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            problem = kind(**options)
+            problem.evaluate((np.array(problem.xl) + problem.xu)[None] / 2)
+            return problem
+    return None
+
+
+def problems(package):
+    for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        with contextlib.suppress(ImportError):  # some need packages of their own
+            module = importlib.import_module(info.name)
+            for kind in [*vars(module).values()]:
+                own = inspect.isclass(kind) and kind.__module__ == info.name
+                if own and issubclass(kind, Problem) and (problem := made(kind)) is not None:
+                    yield problem
+
+
+@pytest.mark.filterwarnings("ignore")  # of the models
+@pytest.mark.parametrize("package", ["pymoo.problems", "cmo.problems"])
+def test_every_problem_gives_its_own_values(package):
+    found = [*problems(pytest.importorskip(package))]
+    assert len(found) > 60
+    for problem in found:
+        table = investigate(problem, 4)
+        assert minimize(problem, PSI(4)).algorithm.table.equals(table), type(problem)
+        ok = table.status != "failed"
+        F = problem.evaluate(table.X, return_as_dictionary=True, return_values_of=["F"])["F"]
+        np.testing.assert_array_equal(table.F[ok], F[ok], err_msg=str(type(problem)))
+
+
+class Model(ElementwiseProblem):
+    """A problem with a text for a name, and constants that it keeps in several ways."""
+
+    def __init__(self, k=1, weights=(1.0, 2.0), title="model", **kwargs):
+        super().__init__(n_var=2, n_obj=1, xl=0, xu=1, **kwargs)
+        self._k, self.weights, self.title = k, np.array(weights), title
+        self.name, self.names, self.calls = "own name", ["width", "height"], 0
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.calls += 1
+        out["F"] = self._k * (x @ self.weights)
+
+
+def test_a_name_may_be_a_text_and_names_a_list():
+    for problem in (Model(), FailureTolerant(Model()), Restricted(Model(), {"width": (0, 0.5)})):
+        assert investigate(problem, 4).layout.variables == ("width", "height")
+    assert Robust(Model(), tolerances={"height": 0.1}).name() == "robust own name"
+    other = Model()
+    other.names = ["more", "than", "variables"]
+    assert investigate(other, 4).layout.variables == ("x1", "x2")
+
+
+@pytest.mark.parametrize("around", [lambda p: p, FailureTolerant, lambda p: Restricted(p, {})])
+def test_a_study_is_of_one_choice_of_constants(tmp_path, around):
+    """Those that the problem keeps, not what it counts."""
+    study, problem = tmp_path / "model.db", Model(k=2, title="first")
+    investigate(around(problem), 4, study=study)
+    assert problem.calls == 4
+    investigate(around(problem), 6, study=study)
+    assert len(investigate(around(Model(k=2, title="first")), 8, study=study)) == 8
+    for changed in ({"k": 3}, {"weights": (1.0, 2.5)}, {"title": "second"}):
+        other = around(Model(**{"k": 2, "title": "first"} | changed))
+        with pytest.raises(StudyMismatchError):
+            investigate(other, 8, study=study)
+
+
+def test_a_variable_with_equal_bounds_is_fixed_in_a_part():
+    problem = Model()
+    problem.xl, problem.xu = np.array([0.5, 0.0]), np.array([0.5, 1.0])
+    part = Restricted(problem, {})
+    assert part.n_var == 1
+    np.testing.assert_array_equal(part.completed(np.array([[0.25]])), [[0.5, 0.25]])
+    np.testing.assert_array_equal(investigate(part, 8).X[:, 0], 0.5)
