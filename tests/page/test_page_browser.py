@@ -313,7 +313,7 @@ def test_designs_are_pinned_and_compared(reader):
     reader.set(pins=[first, second])
     heads = reader.page.locator("#compare-table thead th").all_inner_texts()
     assert "prototype" in heads[1]
-    reader.click(reader.page.get_by_label(f"Compare against {first}"))
+    reader.click(reader.page.get_by_label(f"as base: {first}"))
     reader.settle()
     heads = reader.page.locator("#compare-table thead th").all_inner_texts()
     assert first in heads[1]
@@ -328,7 +328,7 @@ def test_designs_are_pinned_and_compared(reader):
         text = cell.inner_text()
         assert ("better" if gain > 0 else "worse") in text
         assert f"{round(abs(100 * gain / span))} %" in text.split()[-2:][0] + " %"
-    reader.click(reader.page.get_by_label(f"Take {first} out of the comparison"))
+    reader.click(reader.page.get_by_label(f"× {first} out of the comparison"))
     reader.settle()
     assert (reader.state["pins"], reader.state["base"]) == ([second], None)
 
@@ -378,7 +378,7 @@ def test_the_nearest_designs_that_are_better_than_the_chosen_one(reader):
     assert reader.state["pins"] == [steps[0][1]]
     # The button is a new one; who works by keys stays on it.
     focused = reader.page.evaluate("document.activeElement.getAttribute('aria-label')")
-    assert focused == f"Pin {steps[0][1]}"
+    assert focused == f"Pin to compare: {steps[0][1]}"
 
 
 # Nothing is lost
@@ -505,7 +505,7 @@ def test_relaxing_and_fixed_ranges(reader):
     told = reader.page.locator("#relax-table tr").all_inner_texts()
     assert "brings back" in told[0]
     assert best in told[1]
-    reader.click(reader.page.get_by_label("Remove the upper limit on mass"))
+    reader.click(reader.page.get_by_label("Remove limit: mass, upper"))
     reader.settle()
     assert reader.state["limits"] == {}
     # A limit that all others break: the design keeps its limits, and loses its place.

@@ -50,7 +50,7 @@ function decode(payload) {
     rowOf: new Map(names.map((name, row) => [name, row])),
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
     dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
-    bySum: null, // made when dominators are looked for
+    boxes: null, // made when dominators are looked for
     last: null, // the front before
     whole: null,
   }
@@ -77,6 +77,13 @@ function picked(rows, accepts) {
   let count = 0
   for (let k = 0; k < rows.length; k++) if (accepts(rows[k])) result[count++] = rows[k]
   return result.slice(0, count)
+}
+
+// The values of some rows; Float64Array.from takes ten times as long.
+function taken(values, rows) {
+  const result = new Float64Array(rows.length)
+  for (let k = 0; k < rows.length; k++) result[k] = values[rows[k]] + 0 // no -0
+  return result
 }
 
 function concat(...lists) {
@@ -121,7 +128,8 @@ function countBelow(sorted, value, orEqual) {
 // The rows in the order of their values, missing ones last; equal ones stay as they are. Numbers
 // are sorted by themselves, as a comparing function takes ten times as long.
 function argsort(values, rows) {
-  const keys = Float64Array.from(rows, (row) => (Number.isNaN(values[row]) ? Infinity : values[row] + 0))
+  const keys = taken(values, rows)
+  for (let k = 0; k < keys.length; k++) if (Number.isNaN(keys[k])) keys[k] = Infinity
   const sorted = keys.slice().sort()
   const filled = new Int32Array(rows.length)
   const order = new Int32Array(rows.length)
@@ -135,11 +143,12 @@ function argsort(values, rows) {
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
 // default, ascending. A group reaches from its least value, so that no chain is taken for one.
 function leasts(values, tolerance) {
-  const sorted = Float64Array.from(values).sort()
+  const sorted = values.slice().sort()
   const found = new Float64Array(sorted.length)
   let count = 0
   let reach = -Infinity
-  for (const value of sorted) {
+  for (let k = 0; k < sorted.length; k++) {
+    const value = sorted[k]
     if (!(value > reach || (count === 0 && value === reach))) continue
     found[count++] = value
     reach = value + (tolerance ?? NOISE * Math.abs(value))
@@ -157,55 +166,50 @@ function settled(values) {
 //
 // A row that is Pareto optimal among all is so among fewer. A dominated one stays dominated as long
 // as the dominator found last is left, and what was optimal in the last call is compared only with
-// rows that have come back since: a limit on the worse side of an objective frees no row.
+// rows that have come back since.
 function frontOf(data, mask, rows) {
-  const {optimal, dominator, F} = data
+  const {optimal, dominator, last} = data
   if (rows.length === data.n) return picked(rows, (i) => optimal[i])
+  const added = new Uint8Array(data.n)
+  let more = 0
+  if (last) for (let i = 0; i < data.n; i++) more += added[i] = mask[i] & ~last.mask[i]
   const front = new Uint8Array(data.n)
-  const open = picked(rows, (i) => {
-    front[i] = optimal[i]
-    return !optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])
-  })
-  if (open.length) {
-    data.bySum ??= orderOfDominance(F, data.n)
-    const {last} = data
-    const isOpen = new Uint8Array(data.n)
-    for (const i of open) isOpen[i] = 1
-    const known = [...picked(rows, (i) => optimal[i])] // and the rows found to be so
-    const added = last ? known.filter((i) => !last.mask[i]) : known
-    for (const i of data.bySum) { // what dominates stands before
-      if (!isOpen[i]) continue
-      const others = last?.front[i] ? added : known
-      dominator[i] = dominatorOf(F, i, others)
-      if (dominator[i] >= 0) continue
-      front[i] = 1
-      known.push(i)
-      if (last && !last.mask[i]) added.push(i)
+  for (let k = 0; k < rows.length; k++) {
+    const i = rows[k]
+    if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
+      data.boxes ??= boxesOf(data.F, upTo(data.n))
+      const stays = last?.front[i]
+      dominator[i] = stays && !more ? -1 : dominatorOf(data, i, stays ? added : mask)
     }
+    front[i] = optimal[i] || dominator[i] < 0 ? 1 : 0
   }
   data.last = {mask: mask.slice(), front}
   return picked(rows, (i) => front[i])
 }
 
-// All rows in an order in which none is dominated by one behind it.
-function orderOfDominance(F, n) {
-  const sums = new Float64Array(n)
-  for (const column of F) {
-    const levels = leasts(column, 0)
-    for (let i = 0; i < n; i++) sums[i] += countBelow(levels, column[i], false)
-  }
-  return argsort(sums, upTo(n))
+// The rows in boxes of few that lie near each other, each with its least values: what dominates a
+// row lies in boxes whose least values are nowhere worse.
+function boxesOf(F, rows, depth = 0) {
+  if (rows.length <= 32) return [{rows, low: F.map((column) => leastOf(taken(column, rows)))}]
+  const sorted = argsort(F[depth % F.length], rows)
+  const half = rows.length >> 1
+  return [sorted.subarray(0, half), sorted.subarray(half)].flatMap((part) => boxesOf(F, part, depth + 1))
 }
 
-// The last of some rows that dominates a row; -1 if there is none.
-function dominatorOf(F, i, others) {
+// One of the rows among a mask that dominates a row; -1 if there is none.
+function dominatorOf({F, boxes}, i, among) {
   const m = F.length
   const own = F.map((column) => column[i])
-  for (let k = others.length - 1; k >= 0; k--) {
-    const other = others[k]
+  for (const {rows, low} of boxes) {
     let j = 0
-    while (j < m && F[j][other] <= own[j]) j++
-    if (j === m && F.some((column, j) => column[other] < own[j])) return other
+    while (j < m && low[j] <= own[j]) j++
+    if (j < m) continue
+    for (const other of rows) {
+      if (!among[other]) continue
+      j = 0
+      while (j < m && F[j][other] <= own[j]) j++
+      if (j === m && F.some((column, j) => column[other] < own[j])) return other
+    }
   }
   return -1
 }
@@ -277,33 +281,46 @@ class Frame {
   }
 }
 
-// Number the values of rows from 0 upwards, those equal up to a tolerance alike.
-function levels(values, rows, tolerance) {
-  const found = leasts(Float64Array.from(rows, (i) => values[i]), tolerance)
-  const numbers = new Int32Array(values.length)
-  for (const i of rows) numbers[i] = countBelow(found, values[i], true) - 1
-  return numbers
+// The rows that may be nondominated in (a, b): the others are clearly worse in both than a row in an
+// earlier part of the range of a. Nearly all are, and need no sorting.
+function candidates(rows, a, b, [noiseA, noiseB]) {
+  const PARTS = 64
+  const known = taken(a, rows)
+  const low = leastOf(known)
+  const range = greatestOf(known) - low
+  if (!(range > 2 * PARTS * noiseA)) return rows
+  const part = (i) => ((a[i] - low) / range * PARTS) | 0
+  const least = new Float64Array(PARTS + 3).fill(Infinity) // of b, two parts on: by more than the noise
+  for (let k = 0; k < rows.length; k++) {
+    const at = part(rows[k]) + 2
+    if (b[rows[k]] < least[at]) least[at] = b[rows[k]]
+  }
+  for (let at = 1; at < least.length; at++) least[at] = Math.min(least[at], least[at - 1])
+  return picked(rows, (i) => !(least[part(i)] < b[i] - noiseB))
 }
 
-// Mark the rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
-// All are levels, small integers.
-function nondominatedPair(rows, a, b, other) {
-  const first = new Int32Array(rows.length).fill(-1) // by a, the row of the least b, then other
-  for (const i of rows) {
-    const j = first[a[i]]
-    if (j < 0 || b[i] < b[j] || (b[i] === b[j] && other[i] < other[j])) first[a[i]] = i
+// Number the values of rows from 0 upwards, those equal up to a tolerance alike.
+function levels(values, rows, tolerance) {
+  const own = taken(values, rows)
+  const found = leasts(own, tolerance)
+  return Int32Array.from(own, (value) => countBelow(found, value, true) - 1)
+}
+
+// The rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
+function nondominatedPair(front, columns, noise) {
+  const rows = candidates(front, columns[0], columns[1], noise)
+  const [a, b, other] = columns.map((values, k) => levels(values, rows, noise[k]))
+  const first = new Int32Array(rows.length).fill(-1) // by a, the place of the least b, then other
+  for (let k = 0; k < rows.length; k++) {
+    const j = first[a[k]]
+    if (j < 0 || b[k] < b[j] || (b[k] === b[j] && other[k] < other[j])) first[a[k]] = k
   }
   let low = Infinity
   for (const j of first) {
     if (b[j] < low) low = b[j]
     else if (j >= 0) first[a[j]] = -1
   }
-  const mask = new Uint8Array(a.length)
-  for (const i of rows) {
-    const j = first[a[i]]
-    if (j >= 0 && b[i] === b[j] && other[i] === other[j]) mask[i] = 1
-  }
-  return mask
+  return rows.filter((_, k) => first[a[k]] >= 0 && b[k] === b[first[a[k]]] && other[k] === other[first[a[k]]])
 }
 
 // The ranking of the rows left (pareto's rank_of_efficiency), with the points U and N of another
@@ -322,31 +339,30 @@ function ranked(data, mask, fixed = null) {
   const rank = new Int8Array(total).fill(-1)
   const isBest = new Uint8Array(total)
   const front = rows.length ? frontOf(data, mask, rows) : rows
-  const V = F.map((column) => Float64Array.from(front, (i) => column[i]))
+  const V = F.map((column) => taken(column, front))
   const frame = new Frame(V, data.normalize, fixed)
   const all = rows.length ? concat(rows, upTo(total).subarray(n)) : rows
   const [mu, units] = frame.measured(F, all, total)
   const noise = frame.noise(units)
-  const [l1, l2, l3] = mu.map((column, k) => levels(column, front, noise[k]))
-  const p12 = nondominatedPair(front, l1, l2, l3)
-  const p13 = nondominatedPair(front, l1, l3, l2)
-  const p23 = nondominatedPair(front, l2, l3, l1)
+  const pair = (...places) => nondominatedPair(front, places.map((k) => mu[k]), places.map((k) => noise[k]))
+  const [p12, p13, p23] = [pair(0, 1, 2), pair(0, 2, 1), pair(1, 2, 0)]
   for (let k = 0; k < rows.length; k++) rank[rows[k]] = 0
-  for (let k = 0; k < front.length; k++) {
-    const i = front[k]
-    pareto[i] = 1
-    // P12 and P13 lie inside P23 but for the tolerance.
-    rank[i] = 3 * (p23[i] | p12[i] | p13[i]) + 2 * p13[i] + p12[i]
-  }
-  const best = [...picked(front, (i) => l1[i] === 0)]
+  for (let k = 0; k < front.length; k++) pareto[front[k]] = 1
+  // P12 and P13 lie inside P23 but for the tolerance.
+  for (const i of new Set([...p12, ...p13, ...p23])) rank[i] = 3
+  for (const i of p13) rank[i] += 2
+  for (const i of p12) rank[i] += 1
+  const reach = leastOf(taken(mu[0], front)) + noise[0]
+  const best = [...picked(front, (i) => mu[0][i] <= reach)]
   for (const i of best) isBest[i] = 1
   mu.forEach((column, k) => {
     for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
-  return {mask, rows, count: rows.length, front, byMu1: argsort(mu[0], front), pareto, rank, mu1: mu[0],
-    mu2: mu[1], mu3: mu[2], ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest,
-    frame, V, fixed}
+  let byMu1 = null
+  return {mask, rows, count: rows.length, front, pareto, rank, mu1: mu[0], mu2: mu[1], mu3: mu[2],
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest, frame, V, fixed,
+    get byMu1() { return byMu1 ??= argsort(mu[0], front) }}
 }
 
 // ------------------------------------------------------------------------------------------ limits
@@ -361,7 +377,8 @@ function left(data, state) {
   for (const [name, [low, high]] of Object.entries(state.limits)) {
     const {values} = data.by.get(name)
     const out = new Uint8Array(n)
-    const [least, most] = [low ?? -Number.MAX_VALUE, high ?? Number.MAX_VALUE]
+    const least = low ?? -Number.MAX_VALUE
+    const most = high ?? Number.MAX_VALUE
     for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
     rejected.set(name, out)
   }

@@ -7,7 +7,7 @@
 const page = (() => {
   const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
   const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
-  const MOST_DRAWN = 1000 // designs in a chart; more lines are a blur, and take longer than a frame
+  const MOST_DRAWN = 500 // designs in a chart; more lines are a blur, and take longer than a frame
   const GROUPS = [["objective", "Objectives"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
   const $ = (id) => document.getElementById(id)
   const countText = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
@@ -184,7 +184,7 @@ const page = (() => {
         const limit = [...state.limits[name]]
         limit[end] = value
         setLimit(data.by.get(name), limit, true)
-      }, {"aria-label": `${value === null ? "Remove" : "Relax"} the ${end ? "upper" : "lower"} limit on ${name}`}) : null)))))
+      }, {"aria-label": `${value === null ? "Remove limit" : "Relax"}: ${name}, ${end ? "upper" : "lower"}`}) : null)))))
     const stuck = !ranking.count && found.every(({back}) => back === 0)
     if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
   }
@@ -230,10 +230,10 @@ const page = (() => {
     change({pins})
   }
 
-  const pinButton = (row) => button(isPinned(row) ? "Pinned ✓" : "Pin to compare", () => pin(row),
-    {"aria-pressed": isPinned(row), "aria-label": `Pin ${called(row)}`})
-  const chooseButton = (row) => button(state.chosen === called(row) ? "Chosen ✓" : "Choose", () => choose(row),
-    {"aria-pressed": state.chosen === called(row), "aria-label": `Choose ${called(row)}`})
+  const pinButton = (row) => button("Pin to compare", () => pin(row),
+    {"aria-pressed": isPinned(row), "aria-label": `Pin to compare: ${called(row)}`})
+  const chooseButton = (row) => button("Choose", () => choose(row),
+    {"aria-pressed": state.chosen === called(row), "aria-label": `Choose: ${called(row)}`})
 
   // The verdict.
 
@@ -337,8 +337,8 @@ const page = (() => {
         make("div.roles", {}, [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")),
         k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
         make("div.tools", {},
-          k > 0 ? button("as base", () => change({base: name}), {"aria-label": `Compare against ${name}`, title: "Compare the others against it"}) : null,
-          isPinned(row) || state.base === name ? button("×", () => takeOut(name), {"aria-label": `Take ${name} out of the comparison`, title: "Take out"}) : null))
+          k > 0 ? button("as base", () => change({base: name}), {"aria-label": `as base: ${name}`, title: "Compare the others against it"}) : null,
+          isPinned(row) || state.base === name ? button("×", () => takeOut(name), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
     })
     renew($("compare-table"),
       make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Objective"), heads)),
@@ -942,8 +942,8 @@ const page = (() => {
     renew($("snapshot-list"), ...state.snapshots.map((one) => {
       const others = state.snapshots.filter((other) => other !== one)
       return make("li", {}, make("span", {}, one.name),
-        button("Go back", () => take({...Logic.checked(data, {...one.state, snapshots: state.snapshots})}), {"aria-label": `Go back to ${one.name}`}),
-        button("×", () => change({snapshots: others}), {"aria-label": `Delete ${one.name}`}))
+        button("Go back", () => take({...Logic.checked(data, {...one.state, snapshots: state.snapshots})}), {"aria-label": `Go back: ${one.name}`}),
+        button("×", () => change({snapshots: others}), {"aria-label": `× ${one.name}`}))
     }))
   }
   function keepSnapshot() {
@@ -1050,6 +1050,7 @@ const page = (() => {
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
+    parts: {showLimits, showCounts, showVerdict, showCompare, showPreference, showCharts, showSnapshots, table: () => table.show(), showSteps}, parallel, model: modelOfCharts,
     get resting() { return !waiting && thinking === 0 }, plots, scale: scaleOf,
   }
 })()
