@@ -6,8 +6,23 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import VectorizedSphereChute, cautions, explain, lp_tau, rank_of_efficiency
+from pymoo_psi import (
+    PSI,
+    PsiError,
+    VectorizedSphereChute,
+    cautions,
+    compare_designs,
+    explain,
+    investigate,
+    lp_tau,
+    rank_of_efficiency,
+    representatives,
+)
+from pymoo_psi.pareto import Caution
+from tests.pareto.test_objectives import PUBLISHED, published
 
 X = np.linspace(0, 1, 101)
 
@@ -120,6 +135,98 @@ def test_one_outlier_moves_the_choice_and_is_named():
     )
     assert said(F, "outlier").startswith("Design 101 alone stretches the range of 1 80 times")
     assert kinds(F[:-1]) == []
+
+
+OURS = {"suspect", "sign", "unlike"}  # of values, whatever the ranking makes of them
+VALLEY = np.column_stack([3 + X[::4], 5 + (1 - X[::4]) ** 2])
+
+
+@pytest.mark.parametrize("mark", [-9999.0, -99999.0, -1e30, -1.0, -4000.0])
+@pytest.mark.parametrize("dominated", [0, 1])
+def test_a_mark_of_failure_that_wins_leads_all_cautions(mark, dominated):
+    """In all objectives it dominates the others, in one of them it is an end of the set."""
+    failed = np.full((dominated, 2), 1e30)  # what loses is no harm
+    for bad in ([mark, mark], [mark, 5.1]):
+        F = np.vstack([VALLEY, failed, [bad]])
+        ranking = rank_of_efficiency(F)
+        (first, *_) = cautions(ranking)
+        row = len(F) - 1
+        assert first.kind == ("suspect" if row in ranking.salukvadze else "unlike")
+        assert first.sentence.startswith(f"Design {row}")
+        names = pd.DataFrame(-F, columns=["gain", "yield"])
+        turned = cautions(rank_of_efficiency(names, maximize=["gain", "yield"]))
+        assert mark == -1 or first.kind in [caution.kind for caution in turned]
+
+
+@pytest.mark.parametrize("bad", [[2.9, 9999.0], [9999.0, 4.9], [2.9, 1e30], [-50.0, 700.0]])
+def test_a_value_unlike_all_others_is_named(bad):
+    found = cautions(np.vstack([VALLEY, [bad]]))
+    assert found[0].kind in ("suspect", "unlike")
+    assert found[0].sentence.startswith("Design 26")
+
+
+def test_a_maximised_objective_that_is_never_positive():
+    F = pd.DataFrame(VALLEY * [1, -1], columns=["cost", "yield"])
+    assert cautions(F, maximize=["yield"])[0] == Caution(
+        "sign", "yield is maximised, but nowhere above 0: its sign may be turned."
+    )
+    assert "sign" not in kinds(F + 7, maximize=["yield"])
+    assert "sign" not in kinds(F)
+
+
+def test_no_false_alarm_of_values():
+    """Published sets, fronts of pymoo's problems, and random designs of these."""
+    sets = [F for name in PUBLISHED for F in published(name)]
+    for name in (
+        "zdt1",
+        "zdt2",
+        "zdt3",
+        "zdt6",
+        "kursawe",
+        "dtlz1",
+        "dtlz2",
+        "dtlz7",
+        "bnh",
+        "osy",
+    ):
+        problem = get_problem(name)
+        sets += [problem.pareto_front()] if name.startswith("zdt") else []
+        for n in (16, 64, 512):
+            designs = problem.xl + (problem.xu - problem.xl) * lp_tau(n, problem.n_var, first=2)
+            sets.append(problem.evaluate(designs, return_values_of=["F"]))
+    rng = np.random.default_rng(0)
+    for k in range(300):
+        shape = rng.integers(3, 200), rng.integers(1, 6)
+        sets.append(
+            [rng.normal(size=shape), rng.random(shape), np.round(9 * rng.random(shape))][k % 3]
+        )
+    assert not [F for F in sets if OURS.intersection(c.kind for c in cautions(F))]
+
+
+def test_anything_that_holds_objectives_is_taken():
+    table = investigate(get_problem("bnh"), 64)
+    result = minimize(get_problem("bnh"), PSI(64), seed=1)
+    F = table.F[table.feasible()]
+    _, ranking = table.ranked()
+    told = [str(caution) for caution in cautions(ranking)]
+    assert [str(caution) for caution in cautions(table)] == told
+    best = table.best().names[0]
+    row = int(ranking.salukvadze[0])
+    assert explain(table, best).sentences == explain(ranking, row).sentences
+    assert (
+        compare_designs(table, [best, 0]).gains.tolist()
+        == compare_designs(F, [row, 0]).gains.tolist()
+    )
+    front = rank_of_efficiency(result.F)
+    assert representatives(result, 3).rows.tolist() == representatives(front, 3).rows.tolist()
+    assert len(representatives(table, 3).rows) == len(representatives(pd.DataFrame(F), 3).rows) == 3
+    assert explain(minimize(get_problem("sphere"), PSI(16), seed=1), 0).dominated_by == -1
+    for wrong in (object(), "f.csv", {"f1": [1, 2]}, None):
+        for ask in (cautions, lambda F: explain(F, 0), lambda F: representatives(F, 2)):
+            with pytest.raises(PsiError, match="^F must be an array of real numbers"):
+                ask(wrong)
+    with pytest.raises(PsiError, match="maximize must be left out where a table or ranking"):
+        cautions(table, maximize=[0])
 
 
 def test_objectives_without_weight_and_objectives_that_count_twice():

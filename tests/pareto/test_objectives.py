@@ -76,12 +76,16 @@ PUBLISHED = [
 ]
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
-def test_published_sets(name):
+def published(name):
     """The data sets that ship with moocore: the first set of each, and parts of two as one."""
     data = moocore.get_dataset(name)
     every = data[:, :-1]
-    for F in (every[data[:, -1] == 1], every[:300]):
+    return every[data[:, -1] == 1], every[:300]
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_published_sets(name):
+    for F in published(name):
         exact, ranking = exact_ranking(F), rank_of_efficiency(F)
         assert exact.decided
         assert ranking.rank.tolist() == exact.rank

@@ -25,7 +25,7 @@ Example:
 
 :func:`cautions` returns how clear the choice is, :func:`explain` why it is this design and what
 another would cost, :func:`compare_designs` what is gained and lost, :func:`representatives` the few
-that stand for all. These take a ranking, the last three also objectives as they are.
+that stand for all. They take arrays, frames, test tables, rankings and results of pymoo alike.
 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,

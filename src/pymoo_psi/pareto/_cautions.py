@@ -7,15 +7,16 @@ Each check here is one such condition.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import instance
+from pymoo_psi._validation import counted
 from pymoo_psi.pareto._dominance import nondominated
-from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of
+from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
 from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
@@ -41,6 +42,10 @@ OUTWEIGHED = 10.0
 OUTLIER = 2.0
 """A design that doubles a range lies farther from all others than they from each other."""
 
+FAR = 10.0
+"""A value farther from all others than ten times their range is no value of the same kind."""
+
+_OTHERS = 4  # values that tell what is usual
 _FEW = 20  # of fewer designs many may have a rank, and all can be looked at
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
@@ -51,9 +56,10 @@ class Caution(NamedTuple):
     """One reason not to rely on the optimum of a ranking without a second look.
 
     Attributes:
-        kind: ``"alone"``, ``"constant"``, ``"redundant"``, ``"scale"``, ``"equidistant"``,
-            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``, ``"outlier"``, ``"unstable"`` or
-            ``"unselective"``; see :func:`cautions`.
+        kind: ``"suspect"``, ``"sign"``, ``"unlike"``, ``"alone"``, ``"constant"``,
+            ``"redundant"``, ``"scale"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
+            ``"extreme"``, ``"edge"``, ``"outlier"``, ``"unstable"`` or ``"unselective"``; see
+            :func:`cautions`.
         sentence: What is the case, in one sentence.
 
     Example:
@@ -70,12 +76,20 @@ class Caution(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
-def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
-    """Return the reasons not to rely on the Salukvadze optimum of a ranking.
+def cautions(
+    F: Any, *, normalize: bool = True, maximize: Collection[Any] = ()
+) -> tuple[Caution, ...]:
+    """Return the reasons not to rely on the Salukvadze optimum, the gravest first.
 
     =============== ============================================================================
     kind            what is the case
     =============== ============================================================================
+    ``suspect``     The optimum has a value unlike those of all other designs in an objective: ten
+                    times their range away, in orders of magnitude, too, if all have one sign; or
+                    such as programs write for failures (-9999, 1e30, -1 among positive ones) and
+                    away from all others by their range.
+    ``sign``        A maximised objective is nowhere above 0, as where its sign has been turned.
+    ``unlike``      A Pareto-optimal design other than the optimum has such a value.
     ``alone``       All Pareto-optimal designs have the same values: there is nothing to weigh.
     ``constant``    Objectives are equal for all Pareto-optimal designs.
     ``redundant``   Objectives agree to within 1 % of their ranges, and so count more than once.
@@ -102,25 +116,28 @@ def cautions(ranking: EfficiencyRanking) -> tuple[Caution, ...]:
     other can, and is not tried: the only one that dominates a design which lies beyond N.
 
     Args:
-        ranking: Of any designs, from :func:`pymoo_psi.rank_of_efficiency`.
+        F: A ranking, which has its own ``normalize`` and ``maximize``; or ``(n, m)`` objective
+            values as for :func:`pymoo_psi.rank_of_efficiency`.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
+        maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
         The cautions in the order above; none if the choice is clear.
 
     Raises:
-        ArgumentTypeError: ``ranking`` is no ranking.
+        ArgumentValueError: ``F`` or ``maximize`` does not fit.
+        ArgumentTypeError: ``F`` does not hold real numbers.
 
     Example:
-        >>> from pymoo_psi import rank_of_efficiency
         >>> F = [[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]
-        >>> cautions(rank_of_efficiency(F))
+        >>> cautions(F)
         ()
-        >>> for caution in cautions(rank_of_efficiency([*F, [0.1, 0.7], [-0.1, 90.0]])):
+        >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Design 4 alone stretches the range of f2 90 times; without it the optimum would be design 1,
+        Design 4 alone stretches the range of f2 9 times; without it the optimum would be design 1,
         which differs by 60 % of the range in f2.
     """
-    instance("ranking", ranking, EfficiencyRanking)
+    ranking = ranking_from(F, normalize, maximize)
     return tuple(Caution(kind, sentence(kind, **values)) for kind, values in _found(ranking))
 
 
@@ -129,6 +146,7 @@ def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
     objectives, normalize = ranking.objectives, ranking.frame.normalize
     names = np.array([str(name) for name in objectives.names], dtype=object)
     rows, values = front_of(ranking)
+    yield from _of_values(ranking, rows)
     low, n = values.min(axis=0), len(rows)
     d = (values - low) / unit_lengths(low, values.max(axis=0))  # 0 in a constant objective
     varying = d.any(axis=0)
@@ -163,6 +181,53 @@ def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
     ranked = int((ranking.rank[rows] > 0).sum())
     if n >= _FEW and 2 * ranked > n:
         yield "unselective", {"ranked": ranked, "count": n}
+
+
+def _of_values(ranking: EfficiencyRanking, rows: Rows) -> Iterator[Found]:
+    """What is the case of single values, whatever the ranking makes of them."""
+    objectives, signs, unlike = ranking.objectives, list[Found](), list[Found]()
+    near = rows  # and the designs that would be optimal without these, where they are few
+    dominated = np.flatnonzero(~ranking.pareto)
+    if len(dominated):
+        left = objectives.values[dominated] * objectives.sign
+        near = np.concatenate([rows, dominated[nondominated(left)]])
+    pairs = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
+    for name, sign, column in pairs:
+        if sign < 0 and column.max() <= 0 > column.min():
+            signs.append(("sign", {"objective": name}))
+        front, every = column[rows], np.unique(column)
+        pool = np.unique(front)
+        pool = pool if len(pool) > _OTHERS else np.unique(column[near])
+        for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
+            found, between = rows[front == value], np.abs(every - value)
+            if len(others) < _OTHERS or not len(found):
+                continue
+            # Dominated designs in between tell that such values are usual.
+            if not _is_unlike(float(value), others, float(between[between > 0].min())):
+                continue
+            said = {"objective": name, "value": number(float(value))}
+            said |= {"low": number(float(others[0])), "high": number(float(others[-1]))}
+            if len(best := np.intersect1d(found, ranking.salukvadze)):
+                yield "suspect", {"design": capital(ranking.name_of(int(best[0]))), **said}
+            else:
+                one = f"{capital(ranking.name_of(int(found[0])))} has a value"
+                several = f"{counted(len(found), 'design')} have values"
+                unlike.append(("unlike", {"designs": one if len(found) == 1 else several, **said}))
+    yield from signs + unlike
+
+
+def _is_unlike(value: float, others: Array, gap: float) -> bool:
+    """Whether a value below or above ``(k,)`` ordered others, by a gap, is none of their kind."""
+    low, high = float(others[0]), float(others[-1])
+    if value == -1.0 and low > 0:
+        return True
+    if re.fullmatch("9{3,}([.]0)?", str(abs(value))) or abs(value) >= 1e20:
+        return gap > high - low
+    far = gap > FAR * (high - low)
+    if far and min(value * low, value * high) > 0:  # of one sign
+        orders = np.abs(np.log([value / low, value / high]))
+        far = bool(orders.min() > np.log(high / low) * np.sign(low))
+    return far
 
 
 def _of_optimum(

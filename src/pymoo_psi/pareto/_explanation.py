@@ -234,7 +234,9 @@ def explain(
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used;
-            or a ranking of them, which has its own ``normalize`` and ``maximize``.
+            or a ranking, which has its own ``normalize`` and ``maximize``; or anything else that
+            :func:`pymoo_psi.rank_of_efficiency` takes. Of a test table the rows are its feasible
+            designs, its ``names`` their labels; its method ``explain`` goes by test point.
         i: The row of the design, from 0; or its label if that is a text. An integer is always a
             row, whatever the labels are.
         normalize: Of the rank in the sentences, as for

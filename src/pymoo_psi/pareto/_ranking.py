@@ -76,13 +76,22 @@ class Objectives:
         """Check and keep objective values.
 
         Args:
-            F: ``(n, m)`` array or data frame, n, m >= 1.
+            F: ``(n, m)`` array or data frame, n, m >= 1; the feasible designs of a test table, with
+                their names; a ranking; or a result of pymoo, whose ``F`` is minimised.
             maximize: Which are to be maximised, by name or column index from 0.
 
         Raises:
             ArgumentValueError: The values are not finite, or there is no such objective.
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
+        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+        if isinstance(F, EfficiencyRanking) or hasattr(F, "ranked"):  # the latter a test table
+            if len(maximize):
+                rule = "left out where a table or ranking has directions of its own"
+                raise invalid("maximize", rule, list(maximize))
+            return F.objectives if isinstance(F, EfficiencyRanking) else F.ranked()[1].objectives
+        if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo; of one objective it is (1,)
+            F = F.F if F.F is None else np.atleast_2d(F.F)
         names: tuple[Any, ...] = ()
         labels: Any = None
         # A data frame by what it offers, so that arrays do not pay for importing pandas.
@@ -94,7 +103,6 @@ class Objectives:
         if labels is None:
             names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
         objectives = cls(values, np.ones(m), names, labels)
-        collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         objectives.sign[[objectives.column("maximize", entry) for entry in maximize]] = -1.0
         return objectives
 
@@ -311,7 +319,9 @@ def rank_of_efficiency(
 
     Args:
         F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
-            m >= 1. Of a pandas data frame the names of columns and rows are kept.
+            m >= 1. Of a pandas data frame the names of columns and rows are kept. Or a result of
+            pymoo; or a test table or ranking, which have directions of their own: of a table the
+            feasible designs are taken, called by their ``names``.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does.

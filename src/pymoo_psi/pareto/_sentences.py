@@ -49,6 +49,11 @@ SENTENCES = {
     "new": "Proposed is now {design} instead of {other}: {difference}.",
     "nearest": "No limit brings a design back by itself. Together these do: {changes} ({design}).",
     # Cautions.
+    "suspect": "{design}, which would be chosen, has {value} in {objective}, unlike all others, "
+    "{low} to {high}: a failure may be written so, or a sign be turned.",
+    "sign": "{objective} is maximised, but nowhere above 0: its sign may be turned.",
+    "unlike": "{designs} of {value} in {objective}, unlike all others, {low} to {high}: a failure "
+    "may be written so.",
     "alone": "All Pareto-optimal designs have the same values: the objectives do not conflict.",
     "constant": "Equal for all Pareto-optimal designs, and without weight: {objectives}.",
     "redundant": "Objectives that agree to within 1 % of their ranges, and so count more than "
