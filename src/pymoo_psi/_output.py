@@ -24,6 +24,7 @@ _ROWS = 8192  # written at a time, so that the memory for texts stays small
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
 # Apostrophes in front count with the text, so that no two texts are written alike. logic.js has
 # this rule for what the page exports; the cells of tests/formulas.py try both.
+_LEADING = "'=+-@＝＋－＠\t\r\n"
 _FORMULA = re.compile(
     r"'*(?![+-]?([0-9.,]*(e[+-]?[0-9]+)?%?|inf|infinity|nan)\Z)[=+\-@＝＋－＠\t\r\n]",
     re.IGNORECASE,
@@ -71,7 +72,10 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
 
 def inert(cell: Any) -> Any:
     """Return a cell as it is written: a text that would be a formula is led by an apostrophe."""
-    return f"'{cell}" if isinstance(cell, str) and _FORMULA.match(cell) else cell
+    # The first letter alone is looked at before, as most cells are no formulas.
+    if isinstance(cell, str) and cell[:1] in _LEADING and _FORMULA.match(cell):
+        return f"'{cell}"
+    return cell
 
 
 def written_text(cell: str) -> str:
@@ -106,26 +110,19 @@ def write_csv(
     Raises:
         OSError: It cannot be written.
     """
-    names = list(columns)
-    n = len(columns[names[0]]) if names else 0
+    texts = {name for name, column in columns.items() if column.dtype.kind not in "biuf"}
+    cells = (cell for name in texts for cell in columns[name].tolist() if isinstance(cell, str))
+    # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
+    quoted = quoted or any("\r" in text for text in (*columns, *cells))
     with whole_file(path) as written, written.open("w", encoding="utf-8", newline="") as file:
         file.write(f"{head}\n" if head else "")
-        # Until Python 3.13 csv leaves a carriage return unquoted, which breaks the row.
-        returns = not quoted and any("\r" in cell for cell in _texts_of(columns))
-        quoting: Any = csv.QUOTE_NONNUMERIC if quoted or returns else csv.QUOTE_MINIMAL
+        quoting: Any = csv.QUOTE_NONNUMERIC if quoted else csv.QUOTE_MINIMAL
         writer = csv.writer(file, quoting=quoting, lineterminator="\n")
-        writer.writerow(map(inert, names))
-        for start in range(0, n, _ROWS):
-            cells = (map(inert, columns[name][start : start + _ROWS].tolist()) for name in names)
-            writer.writerows(zip(*cells, strict=True))
-
-
-def _texts_of(columns: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names and the texts of columns."""
-    yield from columns
-    for column in columns.values():
-        if column.dtype.kind not in "biuf":
-            yield from (cell for cell in column.tolist() if isinstance(cell, str))
+        writer.writerow(map(inert, columns))
+        for start in range(0, max(map(len, columns.values()), default=0), _ROWS):
+            parts = ((n, column[start : start + _ROWS].tolist()) for n, column in columns.items())
+            rows = (map(inert, part) if name in texts else part for name, part in parts)
+            writer.writerows(zip(*rows, strict=True))
 
 
 class Shown:

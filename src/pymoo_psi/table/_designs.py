@@ -6,6 +6,7 @@ a frame or a file with the type it had.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -234,7 +235,7 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
     kind = next((kind for kind in (bool, int, float, str) if isinstance(cell, kind)), None)
     if kind is None:
         raise wrong_type(name, "of numbers, booleans or text", cell)
-    if kind is float and not np.isfinite(cell):
+    if kind is float and not math.isfinite(cell):
         raise invalid(name, "finite", cell)
     if (kind is int and not -(2**63) <= cell < 2**63) or (kind is str and not is_writable(cell)):
         found = Received("a larger integer") if kind is int else cell

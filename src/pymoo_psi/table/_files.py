@@ -208,9 +208,9 @@ def read_csv(path: Path, content: str | bytes) -> tuple[Head, Columns]:
             na_values=real, **exact,
         )  # fmt: skip
         columns = _complete(frame.rename(columns=written_text), n, kinds)
-        for name, kind in kinds.items():
-            if kind is Kind.CHOICE and name in columns:
-                columns[name] = np.fromiter(map(written_text, columns[name]), object)
+        for name in (name for name in columns if kinds[name] is Kind.CHOICE):
+            texts = {text: written_text(text) for text in {*columns[name]}}
+            columns[name] = np.fromiter((texts[text] for text in columns[name]), object)
     return head, columns
 
 

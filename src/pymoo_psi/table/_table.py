@@ -1322,13 +1322,18 @@ def _require_distinct(numbers: NDArray[np.int64]) -> None:
 
 def _blank(column: NDArray[Any]) -> Mask:
     """``(n,)`` which cells hold nothing."""
+    if column.dtype.kind == "f":
+        return np.asarray(np.isnan(column))
     return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
 def _unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:
     """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
     if one.dtype.kind == "f" == two.dtype.kind:
-        return np.asarray(~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True))
+        other = (one != two) & ~(np.isnan(one) & np.isnan(two))
+        if rounding and other.any():
+            other &= ~np.isclose(one, two, rtol=rounding, atol=0)
+        return np.asarray(other)
     pairs = zip(one.tolist(), two.tolist(), strict=True)
     return np.array([type(u) is not type(v) or u != v for u, v in pairs], dtype=bool)
 
