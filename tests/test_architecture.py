@@ -115,17 +115,41 @@ def test_every_module_of_a_subpackage_is_private():
     assert {name for name in modules if "/" in name and "/_" not in name} == set()
 
 
-def test_what_is_imported_is_declared():
-    """Outside packages are dependencies, or belong to an extra that the importing file names."""
-    text = (PROJECT / "pyproject.toml").read_text("utf-8")
-    declared = re.findall(r'^ +"([A-Za-z0-9-]+)[\[>=]|= \["([A-Za-z0-9-]+)>|, "([A-Za-z0-9-]+)>',
-                          text, re.M)  # fmt: skip
-    names = {name.lower().replace("-", "_") for found in declared for name in found if name}
-    known = names | {"sklearn" if "scikit_learn" in names else ""} | sys.stdlib_module_names
-    found = {module.split(".")[0].lower() for path in FILES for module in imports(path)}
+# Modules whose distribution has another name.
+MODULES = {"scikit_learn": "sklearn", "dask": "distributed"}
+
+
+def declared(requirements):
+    found = (re.match("[A-Za-z0-9-]+", text)[0].lower().replace("-", "_") for text in requirements)
+    return {MODULES.get(name, name) for name in found}
+
+
+def outside(modules):
+    tops = {module.split(".")[0].lower() for module in modules}
+    return tops - {"pymoo_psi"} - {name.lower() for name in sys.stdlib_module_names}
+
+
+def test_what_is_imported_is_declared_and_the_reverse():
+    """An extra is imported in functions only; those for tests and documents are of no use here."""
+    tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+    needed = declared(project["dependencies"])
+    optional = project["optional-dependencies"]
+    extras = declared(
+        text for name in optional if name not in ("test", "docs") for text in optional[name]
+    )
+    everywhere = outside(module for path in FILES for module in imports(path))
     # A notebook brings IPython itself, a type checker typing_extensions.
-    allowed = known | {"pymoo_psi", "ipython", "typing_extensions"}
-    assert found - allowed == set()
+    assert everywhere - needed - extras <= {"ipython", "typing_extensions"}
+    assert needed <= everywhere
+    at_once = {
+        alias.name if isinstance(node, ast.Import) else node.module
+        for path in FILES
+        for node in ast.parse(path.read_text("utf-8")).body
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        for alias in node.names
+    }
+    assert outside(at_once) <= needed
 
 
 def test_every_public_name_is_there():

@@ -71,18 +71,23 @@ def test_a_name_may_be_a_text_and_names_a_list():
     assert investigate(other, 4).layout.variables == ("x1", "x2")
 
 
-@pytest.mark.parametrize("around", [lambda p: p, FailureTolerant, lambda p: Restricted(p, {})])
-def test_a_study_is_of_one_choice_of_constants(tmp_path, around):
-    """Those that the problem keeps, not what it counts."""
-    study, problem = tmp_path / "model.db", Model(k=2, title="first")
-    investigate(around(problem), 4, study=study)
-    assert problem.calls == 4
-    investigate(around(problem), 6, study=study)
-    assert len(investigate(around(Model(k=2, title="first")), 8, study=study)) == 8
-    for changed in ({"k": 3}, {"weights": (1.0, 2.5)}, {"title": "second"}):
-        other = around(Model(**{"k": 2, "title": "first"} | changed))
-        with pytest.raises(StudyMismatchError):
-            investigate(other, 8, study=study)
+class Heir(Model):
+    def __init__(self, data=(), **kwargs):
+        super().__init__(**kwargs)
+        self.data = np.array(data)
+
+
+@pytest.mark.parametrize(
+    "changed", [{"k": 3}, {"weights": (1.0, 2.5)}, {"data": range(1, 1001)}], ids=str
+)
+def test_constants_of_base_classes_and_large_ones_are_part_of_a_study(tmp_path, changed):
+    """What counts evaluations, or is a path, is not."""
+    study, given = tmp_path / "model.db", {"k": 2, "data": range(1000)}
+    for folder in ("one/run", "other/run"):
+        investigate(FailureTolerant(Heir(title=folder, **given)), 4, study=study)
+    assert study.stat().st_size < 100_000
+    with pytest.raises(StudyMismatchError):
+        investigate(Heir(**given | changed), 4, study=study)
 
 
 def test_a_variable_with_equal_bounds_is_fixed_in_a_part():

@@ -1,10 +1,7 @@
 """Designs that fail: which ones, with which reason, and that no algorithm goes astray."""
 
-import warnings
-
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.ga import GA
@@ -12,9 +9,7 @@ from pymoo.algorithms.soo.nonconvex.isres import ISRES
 from pymoo.algorithms.soo.nonconvex.nelder import NelderMead
 from pymoo.algorithms.soo.nonconvex.pso import PSO
 from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.indicators.igd import IGD
 from pymoo.optimize import minimize
-from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import PSI, FailureTolerant
 from pymoo_psi.errors import EvaluationError
@@ -101,27 +96,6 @@ class Holed(Problem):
         F = np.column_stack([X[:, 0] + distance, 1 - X[:, 0] + distance])[:, : self.n_obj]
         F[X[:, 1] < self.hole] = np.nan
         out["F"] = F
-
-    def _calc_pareto_front(self, n=50):
-        return np.column_stack([np.linspace(0, 1, n), np.linspace(1, 0, n)])
-
-
-DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=20)
-
-
-def test_nsga3_collapses_on_nan_and_finds_the_full_front_here():
-    fronts = {}
-    for name, problem in {"plain": Holed(), "tolerant": FailureTolerant(Holed())}.items():
-        with warnings.catch_warnings():
-            if name == "plain":
-                warnings.simplefilter("ignore")
-            fronts[name] = minimize(problem, NSGA3(DIRECTIONS), ("n_gen", 40), seed=1).F
-    igd = IGD(Holed().pareto_front())
-    assert len(np.atleast_2d(fronts["plain"])) <= 3
-    assert len(fronts["tolerant"]) >= len(DIRECTIONS) - 2  # pymoo draws ties without the seed
-    assert np.isfinite(fronts["tolerant"]).all()
-    assert igd(fronts["tolerant"]) < 0.03
-    assert not igd(np.atleast_2d(fronts["plain"])) <= 0.03  # NaN before pymoo 0.6.1.6
 
 
 ONE = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import zlib
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -96,8 +97,7 @@ class FailureTolerant(WrappedProblem):
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
         self.failures: list[Failure] = []
-        self._worst = np.full(problem.n_obj, -np.inf)  # of every objective so far
-        self._penalties: dict[Any, tuple[float, ...]] = {}
+        self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
         super().__init__(problem, n_ieq_constr=n_ieq_constr)
 
@@ -128,32 +128,26 @@ class FailureTolerant(WrappedProblem):
         return formatted
 
     def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
+        """Give failed designs objectives that are worse than any that did not fail so far."""
         F = out["F"]
-        seen = np.where(np.isfinite(F), F, -np.inf)
-        self._worst = np.maximum(self._worst, seen.max(axis=0, initial=-np.inf))
+        seen = np.where(np.isfinite(F), np.abs(F), -np.inf)
+        self._largest = np.maximum(self._largest, seen.max(axis=0, initial=-np.inf))
+        known = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
+        # Of the size of the values, since algorithms scale by the range of a population; and the
+        # same design has the same ones again until that doubles: dynamic algorithms evaluate
+        # designs twice and take another value for a change of the problem.
+        level = np.exp2(np.minimum(np.ceil(np.log2(known + 1)), 1022))
         for i in np.flatnonzero(failed):
-            F[i] = self._penalty(X[i])
+            x = X[i]
+            key = (
+                x.tobytes() if isinstance(x, np.ndarray) and x.dtype != object else repr(x).encode()
+            )
+            # no two designs alike, which some algorithms cannot bear
+            F[i] = level * (1.0 + (1 + zlib.crc32(key)) / 2**33)
         # pymoo takes a violation from here even where a problem has no constraints, and then
         # leaves failed designs out of its optimum
         violation = constraint_violation(out["G"], out["H"])
         out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
-
-    def _penalty(self, x: Any) -> tuple[float, ...]:
-        """Return objectives of a failed design, worse than any that did not fail so far."""
-        key = x.tobytes() if isinstance(x, np.ndarray) and x.dtype != object else repr(x)
-        # The same design has the same objectives again: dynamic algorithms evaluate designs twice
-        # and take another value for a change of the problem.
-        penalty = self._penalties.get(key)
-        if penalty is None or not (penalty > self._worst).all():
-            known = np.where(np.isfinite(self._worst), self._worst, _VIOLATION)
-            # Worse by once to twice their own size, since algorithms scale by the range of a
-            # population, and no two alike, which some cannot bear: multiples of the golden ratio.
-            margin = 1 + len(self._penalties) * 0.6180339887498949 % 1
-            with np.errstate(over="ignore"):
-                worse = known + margin * (np.abs(known) + 1)
-            penalty = tuple(np.minimum(worse, np.finfo(np.float64).max).tolist())
-            self._penalties[key] = penalty
-        return penalty
 
 
 def leave_failed_out(algorithm: Any) -> None:

@@ -63,7 +63,7 @@ def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
         raise wrong_type("problem", "a pymoo Problem", problem, hint)
     for name in uncertain:
         # There pymoo puts keywords that it does not know: a misspelt one would change nothing.
-        if name in getattr(problem, "data", ()):
+        if isinstance(problem.data, dict) and name in problem.data:
             rule = f"of parameters that {type(problem).__name__} takes"
             remedy = "pymoo only keeps it; name an argument so, or correct the name"
             raise invalid("uncertainty", rule, name, remedy)
@@ -201,7 +201,8 @@ class WrappedProblem(Problem):
         named = getattr(problem, "vars", None)
         same += ["vars"] if named else ["n_var", "xl", "xu", "vtype"]
         own = {name: getattr(problem, name) for name in [*same, "requires_kwargs"]}
-        super().__init__(**{**own, **problem.data, **changed})
+        super().__init__(**{**own, **changed})
+        self.data = problem.data  # pymoo's further arguments, or what the model has called so
 
     def __getattr__(self, name: str) -> Any:
         """Give what only the wrapped problem has, to repairs and operators that ask for it."""
