@@ -74,7 +74,8 @@ class Noted(ElementwiseProblem):
         self.log = log
 
     def fingerprint(self) -> dict[str, Any]:
-        return {}  # the log changes no value
+        """Return nothing: the log changes no value."""
+        return {}
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         if self.log:
