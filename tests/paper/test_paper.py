@@ -52,8 +52,10 @@ def test_a_deviation_is_found(rolling):
     assert agreement["the same seven designs"]
     assert not agreement["f2, f3, f4 equal at four decimals"]
     assert not agreement["f1 within 6e-4 of print"]
-    few = Reproduction(512, tuple(solve_case(mu, "rolling", 512) for mu in PAPER_MU)).agreement()
-    assert not few["the same seven designs"]
+    other = dataclasses.replace(rolling.cases[0], test_point=rolling.cases[0].test_point + 1)
+    swapped = Reproduction(4096, (other, *rolling.cases[1:])).agreement()
+    assert not swapped["the same seven designs"]
+    assert Reproduction(512, rolling.cases).agreement() == {}
 
 
 def test_processes_change_nothing(small):

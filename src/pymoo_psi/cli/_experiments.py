@@ -202,12 +202,10 @@ def _stacked(table: pd.DataFrame, optima: pd.DataFrame | None = None) -> pd.Data
 
 def _verdict(result: Reproduction) -> tuple[str, bool]:
     """Say what of the paper is matched, or that nothing is compared; and whether all is well."""
-    # Other numbers of points have optima of their own, which say nothing about the paper's.
-    if result.n_points != PAPER_POINTS or not result.comparable():
+    if not (agreement := result.agreement()):
         known = ", ".join(map(str, PAPER_MU))
         paper = f"{PAPER_POINTS} points of the rolling model with mu = {known}"
         return f"Not compared: the paper has {paper}.", True
-    agreement = result.agreement()
     held = "; ".join(text for text, holds in agreement.items() if holds)
     missed = "; ".join(text for text, holds in agreement.items() if not holds)
     matched = f"Matched under rolling: {held or 'nothing'}."

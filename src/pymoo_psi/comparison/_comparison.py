@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._output import Shown, latex_table
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Received,
     boolean,
@@ -197,21 +197,6 @@ class Comparison(Shown):
             True
         """
         return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))
-
-    def to_latex(self) -> str:
-        """Return medians and quartiles as a table of LaTeX.
-
-        It is a ``tabular`` with the rules of the package booktabs.
-
-        Example:
-            Of the result in the example of :class:`Comparison`:
-
-            >>> print(result.to_latex().splitlines()[2])
-            evaluations & algorithm & runs & hypervolume & IGD+ & epsilon & optimum distance & ...
-        """
-        return latex_table(
-            [(str(name), column.tolist()) for name, column in self._for_readers().items()]
-        )
 
     def _for_readers(self) -> pd.DataFrame:
         """Return the summary as texts: each median with its quartiles in brackets."""
