@@ -804,7 +804,9 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
 def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -> str:
     """Say which test points of an investigation are not stored in any of its shares."""
     known = [facts for facts in studies if "share" in facts]
-    (first, last), of = _span(known) if known else (1, 0), known[0]["share"][1] if known else 1
+    if not known:
+        return ""
+    (first, last), of = _span(known), known[0]["share"][1]
     absent = np.setdiff1d(np.arange(first, last + 1), numbers, assume_unique=True)
     if len(absent) == 0:
         return ""

@@ -95,7 +95,6 @@ def read_table(
         ArgumentValueError: It is no table of named columns with one design or more; a row of it
             summarises others; a column that is needed cannot be read; or the formulation does not
             fit.
-        ArgumentTypeError: ``skip_rows`` holds no numbers.
         StudyError: It is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 
@@ -181,6 +180,9 @@ def _opened(
         return table_of(*read_parquet(path, content), path, TestTable)
     if content.startswith(_ZIP):
         return cells_of_workbook(content, skipped, sheet)
+    if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
+        what = "it is a workbook of old, or with a password"
+        raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
     text = decoded(content, encoding)
     first, end, rest = text.partition("\n")
     if MARK in first:
