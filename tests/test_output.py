@@ -18,7 +18,6 @@ from pymoo_psi import TestTable, compare, representatives
 from pymoo_psi._output import ROWS, latex_table, whole_file
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
-from pymoo_psi.selection import SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import Layout, convergence, read_table
 from tests.formulas import CELLS
 from tests.processes import posix
@@ -61,7 +60,6 @@ def frame_of(table):
         lambda t: t.ranking(),
         lambda t: convergence(t),
         lambda t: representatives(frame_of(t), 3, maximize=["gain"]),
-        lambda t: compare_selectors(frame_of(t), {EVIL: SalukvadzeOptimum()}),
     ],
 )
 def test_names_are_data_in_a_notebook(table, view):

@@ -369,7 +369,7 @@ def selectors(rng, folder):
 
     def several():
         compared = selection.compare_selectors(F, chosen, normalize=normalize, maximize=maximize)
-        return {"agreement": compared.agreement} | dict(compared.chosen)
+        return dict(getattr(compared, "chosen", compared))
 
     attempt(found, "compared", several)
     return found

@@ -186,7 +186,7 @@ def run_rank(options: Rank) -> int:
     say_best(frame, options.top, "The best by rank of efficiency:", ranking, units)
     if selectors:
         optimum = int(ranking.salukvadze[0])
-        for entry, chosen in compare_selectors(ranking, selectors).chosen.items():
+        for entry, chosen in compare_selectors(ranking, selectors).items():
             say(f"{entry}: {alternative(ranking, chosen, optimum, units)}")
     if options.representatives is not None:
         _say_representatives(ranking, options.representatives)

@@ -35,11 +35,15 @@ and the templates of all sentences (:data:`SENTENCES`).
 from pymoo_psi.pareto._cautions import Caution, cautions
 from pymoo_psi.pareto._dominance import (
     EQ_TOLERANCE,
+    LAST_PLACES,
     competes,
     constraint_violation,
     front_numbers,
+    levels,
     meets_constraints,
     nondominated,
+    settled,
+    unit_lengths,
     violated_constraints,
 )
 from pymoo_psi.pareto._explanation import (
@@ -50,9 +54,11 @@ from pymoo_psi.pareto._explanation import (
     explain,
 )
 from pymoo_psi.pareto._indicators import (
+    Representatives,
     epsilon_additive,
     hypervolume,
     igd_plus,
+    representatives,
     spread_subset,
 )
 from pymoo_psi.pareto._ranking import (
@@ -66,8 +72,6 @@ from pymoo_psi.pareto._ranking import (
     ranking_from,
     ranking_of,
 )
-from pymoo_psi.pareto._representatives import Representatives, representatives
-from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
     listed,

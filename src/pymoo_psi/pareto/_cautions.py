@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import counted
-from pymoo_psi.pareto._dominance import nondominated
+from pymoo_psi.pareto._dominance import nondominated, settled, unit_lengths
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
-from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
 Array = NDArray[np.float64]

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import collection, counted, integer, invalid
+from pymoo_psi.pareto._dominance import settled, unit_lengths
 from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
-from pymoo_psi.pareto._rounding import settled, unit_lengths
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ inferred from its tables, all of which it reproduces.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -43,8 +43,14 @@ from pymoo_psi._validation import (
     objective_matrix,
     wrong_type,
 )
-from pymoo_psi.pareto._dominance import nondominated, nondominated_pair
-from pymoo_psi.pareto._rounding import LAST_PLACES, levels, settled, unit_lengths
+from pymoo_psi.pareto._dominance import (
+    LAST_PLACES,
+    levels,
+    nondominated,
+    nondominated_pair,
+    settled,
+    unit_lengths,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -210,15 +216,6 @@ class EfficiencyRanking(Shown):
         """
         label = self.objectives.labels[row]
         return label if isinstance(label, str) else f"design {label}"
-
-    def with_labels(self, labels: Sequence[Any]) -> EfficiencyRanking:
-        """Return the same ranking with other labels of the designs.
-
-        Example:
-            >>> rank_of_efficiency([[1, 4], [2, 2]]).with_labels(["A", "B"]).name_of(1)
-            'B'
-        """
-        return replace(self, objectives=replace(self.objectives, labels=labels))
 
     @property
     def ideal(self) -> Array:

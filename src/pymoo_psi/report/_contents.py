@@ -165,7 +165,7 @@ class Case:
                 "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
                 other: SalukvadzeOptimum(normalize=not normalize),
             }
-        choices = compare_selectors(ranking, selectors).chosen if selectors else {}
+        choices = compare_selectors(ranking, selectors) if selectors else {}
         # They are about the optimum, which need not be what was chosen.
         optimum = ranking.name_of(int(ranking.salukvadze[0]))
         what = "" if chosen in ranking.salukvadze else f" to {optimum}, the optimum"

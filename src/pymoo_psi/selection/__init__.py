@@ -1,4 +1,4 @@
-"""Selection of designs from a Pareto set: selectors, their agreement, robustness.
+"""Selection of designs from a Pareto set: selectors and robustness.
 
 Every selector has ``.do(F)``, which gives the rows to choose. :class:`EfficientSubset` gives
 exactly one rank (``ranking.rank >= 5`` gives it with the optimum). The methods of
@@ -11,21 +11,16 @@ Example:
     >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
     >>> SalukvadzeOptimum().do(F)
     array([2])
-    >>> comparison = compare_selectors(F, {
+    >>> compare_selectors(F, {
     ...     "Salukvadze": SalukvadzeOptimum(),
     ...     "sum": CompromiseProgramming(1),
     ...     "worst": CompromiseProgramming(np.inf),
     ... })
-    >>> print(comparison.agreement_frame())
-                Salukvadze  sum  worst
-    Salukvadze         1.0  0.0    1.0
-    sum                0.0  1.0    0.0
-    worst              1.0  0.0    1.0
+    {'Salukvadze': array([2]), 'sum': array([1]), 'worst': array([2])}
 
-    ``comparison.to_frame()`` shows what each chooses, with ranks and distances. Where parameters of
-    the problem are uncertain, :func:`robustness` evaluates the designs in quasi-random scenarios
-    and ranks them anew in each: how often is a design the optimum, and what does it lose on the
-    best of the scenario (regret)?
+    Where parameters of the problem are uncertain, :func:`robustness` evaluates the designs in
+    quasi-random scenarios and ranks them anew in each: how often is a design the optimum, and what
+    does it lose on the best of the scenario (regret)?
 
     >>> from scipy.stats import uniform
     >>> from pymoo_psi import VectorizedSphereChute, robustness
@@ -50,7 +45,6 @@ and write ``_choose(self, ranking)``, which returns an index array; else derive 
 :func:`compare_selectors` takes it as it is.
 """
 
-from pymoo_psi.selection._agreement import SelectorComparison, compare_selectors
 from pymoo_psi.selection._robustness import Robustness, robustness
 from pymoo_psi.selection._selectors import (
     CompromiseProgramming,
@@ -62,6 +56,7 @@ from pymoo_psi.selection._selectors import (
     RankingSelector,
     ReferencePoint,
     SalukvadzeOptimum,
+    compare_selectors,
 )
 
 __all__ = [
@@ -75,7 +70,6 @@ __all__ = [
     "ReferencePoint",
     "Robustness",
     "SalukvadzeOptimum",
-    "SelectorComparison",
     "compare_selectors",
     "robustness",
 ]

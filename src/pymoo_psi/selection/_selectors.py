@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numbers
 import warnings
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -26,6 +26,7 @@ from pymoo_psi._validation import (
     finite_array,
     finite_number,
     invalid,
+    mapping,
     wrong_type,
 )
 from pymoo_psi.pareto import (
@@ -35,6 +36,7 @@ from pymoo_psi.pareto import (
     front_of,
     levels,
     nondominated,
+    ranking_from,
     ranking_of,
     unit_lengths,
 )
@@ -395,6 +397,77 @@ class McdmMethod(RankingSelector):
             )
         ranks = np.asarray(self.method.rank(scores))
         return np.flatnonzero(ranks == ranks.min())
+
+
+def compare_selectors(
+    F: Any,
+    selectors: Mapping[str, Any],
+    *,
+    normalize: bool = True,
+    maximize: Collection[Any] = (),
+) -> dict[str, Rows]:
+    """Return what several selectors choose from one set of designs.
+
+    All get the Pareto-optimal rows only, since methods that take dominated rows into account would
+    shift their scales by them. Those of this package know which objectives are maximised, so that
+    a reference point is in the original directions; others get all objectives minimised. What a
+    selector does to Python's warning filters is undone.
+
+    Args:
+        F: ``(n, m)`` objective values, or what else :func:`pymoo_psi.rank_of_efficiency` takes.
+        selectors: By name, anything with pymoo's ``.do(F)`` that returns an index, several, or
+            None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``,
+            methods of pymcdm in a :class:`pymoo_psi.selection.McdmMethod`.
+        normalize: Of a ranking that ``F`` is not yet; the selectors have options of their own.
+        maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Returns:
+        By name of the selector, the indices of the rows it chooses; perhaps none.
+
+    Raises:
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, or a selector returns what is no
+            index of a row.
+        ArgumentTypeError: ``selectors`` is no mapping to objects with ``.do``.
+
+    Example:
+        >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
+        >>> compare_selectors(F, {
+        ...     "Salukvadze": SalukvadzeOptimum(),
+        ...     "L1": CompromiseProgramming(1),
+        ...     "L2": CompromiseProgramming(2),
+        ... })
+        {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
+    """
+    mapping("selectors", selectors, "names to selectors")
+    ranking = ranking_from(F, normalize, maximize)
+    front = np.flatnonzero(ranking.pareto)
+    objectives = ranking.objectives.rows(front)
+    return {
+        name: front[_choice(f"selectors[{name!r}]", selector, objectives)]
+        for name, selector in selectors.items()
+    }
+
+
+def _choice(name: str, selector: Any, objectives: Objectives) -> Rows:
+    """Return what a selector chooses, each row once, in its own order, which may be of preference.
+
+    Args:
+        name: The selector, for messages.
+        selector: One of this package, which knows names and directions, or any with ``.do(F)``.
+        objectives: Of the Pareto-optimal designs.
+    """
+    if isinstance(selector, type) or not hasattr(selector, "do"):
+        raise wrong_type(name, "an object with .do(F)", selector)
+    if isinstance(selector, RankingSelector):
+        return selector.chosen(objectives)
+    n, F = len(objectives.values), objectives.minimized
+    with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+        answer = selector.do(F)
+    rows = np.atleast_1d(np.asarray([] if answer is None else answer))
+    if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
+        rule = f"a selector that returns indices from 0 to {n - 1}"
+        raise invalid(name, rule, Received(repr(answer)))
+    return np.array(list(dict.fromkeys(rows.tolist())), dtype=np.intp)
 
 
 def _checked(weights: ArrayLike | None) -> Array | None:
