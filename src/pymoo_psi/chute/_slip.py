@@ -280,19 +280,18 @@ def _along(
     reach = step * _rate(tau, q)
     kind = np.searchsorted(LONGEST, np.maximum(reach, -BACK * reach))
     if not step.ndim:
-        return _quadrature_of(vx, y, rho, q, b, tau, step, *QUADRATURES[kind])
+        return _quadrature_of(*QUADRATURES[int(kind)], vx, y, rho, q, b, tau, step)
     columns, found = np.array([vx, y, rho, q, b, tau, step]), np.empty((4, step.size))
     for k, (nodes, weights) in enumerate(QUADRATURES):
         chosen = np.flatnonzero(kind == k)
         for i in range(0, chosen.size, BLOCK):  # nodes along the first axis, designs the second
             j = chosen[i : i + BLOCK]
-            block: Any = columns[:, j]
-            found[:, j] = _quadrature_of(*block, nodes[:, None], weights[:, None])
+            found[:, j] = _quadrature_of(nodes[:, None], weights[:, None], *columns[:, j])
     return found[0], found[1], found[2], found[3]
 
 
 def _quadrature_of(
-    vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any, nodes: Array, weights: Array
+    nodes: Array, weights: Array, vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
 ) -> tuple[Any, Any, Any, Any]:
     """Follow the slip as `_along`, by the nodes and weights of one quadrature."""
     slope, tau1 = tau - 1.0 + TINY, tau + 1.0
