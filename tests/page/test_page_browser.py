@@ -333,33 +333,6 @@ def test_designs_are_pinned_and_compared(reader):
     assert (reader.state["pins"], reader.state["base"]) == ([second], None)
 
 
-def test_what_is_out_of_sight_is_right_when_it_is_looked_at_and_when_the_hand_rests(reader):
-    rows = "[...document.querySelectorAll('#table .label')].map((cell) => cell.textContent)"
-    told = f"{rows}.every((label, k) => label === D.data.names[D.order[k]])"
-    thumb = reader.field("mass [kg], upper limit")
-    reader.until("D.resting")
-    thumb.scroll_into_view_if_needed()
-    reader.settle()
-    box = thumb.bounding_box()
-    x, y = box["x"] + box["width"] - 6, box["y"] + box["height"] / 2
-    before = reader.ask(rows)
-    reader.page.mouse.move(x, y)
-    reader.page.mouse.down()
-    reader.page.mouse.move(x - 40, y, steps=4)
-    reader.settle()
-    assert reader.state["limits"]
-    assert before != reader.shown[: len(before)]
-    reader.ask("document.getElementById('designs').scrollIntoView()")
-    reader.until(told)
-    reader.ask("scrollTo(0, 0)")
-    reader.settle()
-    reader.page.mouse.move(x, y)  # back where it was: no change that the browser would tell
-    reader.page.mouse.up()
-    reader.settle()
-    assert reader.state["limits"] == {}
-    assert reader.ask(rows) == before
-
-
 def test_the_nearest_designs_that_are_better_than_the_chosen_one(reader):
     label = reader.shown[9]
     reader.set(chosen=label)
@@ -888,27 +861,3 @@ def test_steps_of_a_slider_draw_what_a_new_page_draws(visit, tmp_path):
             assert reader.ask(pixels) == drawn
             seen.add(drawn[1])
         assert len(seen) == len(limits)
-
-
-def test_a_frame_that_gets_its_width_late_shows_the_histograms(window, tmp_path):
-    """As the page does in a cell of a notebook that is out of sight."""
-    frame = pd.DataFrame({"a": [0.0, 1.0, 2.0], "b": [2.0, 1.0, 0.0]})
-    cell = decision_page(frame, ["a", "b"])._repr_html_()
-    path = tmp_path / "notebook.html"
-    path.write_text(f"<div id=cell style='display: none'>{cell}</div>", "utf-8")
-    window.page.goto(path.as_uri())
-    inner = window.page.frames[1]
-    inner.wait_for_selector("body[data-ready]", state="attached")
-    window.page.evaluate("document.getElementById('cell').style.display = 'block'")
-    pixels = """[...document.querySelectorAll(".slider canvas")].map((canvas) => {
-        const {width, height} = canvas
-        const blank = Object.assign(document.createElement("canvas"), {width, height})
-        return width > 0 && canvas.toDataURL() !== blank.toDataURL()
-    })"""
-    for _ in range(400):
-        drawn = inner.evaluate(pixels)
-        if all(drawn):
-            break
-        window.page.wait_for_timeout(25)
-    assert drawn == [True, True]
-    assert window.trouble == []

@@ -1,4 +1,4 @@
-// Drawing on canvas: parallel coordinates, scatter plots, the histograms behind the limits.
+// Drawing on canvas: parallel coordinates and scatter plots.
 //
 // A chart has layers. The context (a stable sample of all designs) and the axes are drawn when scales
 // or size change, what is left and the marks at every step of a slider, a box and the design under
@@ -577,33 +577,5 @@ const Charts = (() => {
     }
   }
 
-  // The bin of every row on the scale of its column: computed once, counted at every step.
-  const BINS = 40
-  function bins(values, scale) {
-    const share = place(scale)
-    return Uint8Array.from(values, (value) =>
-      value === value ? Math.min(BINS - 1, Math.max(0, Math.floor(share(value) * BINS))) : 255)
-  }
-
-  // A histogram that fills its parent: all designs behind, what is left in front.
-  function histogram(parent) {
-    let shown = null
-    const {size, clean} = layers(parent, 1, () => shown && draw(...shown))
-    const draw = (all, left) => {
-      shown = [all, left]
-      const g = clean(0)
-      const most = Math.max(...all, 1)
-      for (const [counts, colour] of [[all, INK.context], [left, INK.accent]]) {
-        g.fillStyle = colour
-        counts.forEach((count, k) => {
-          // Square roots: one design in a bin is still seen beside a thousand.
-          const bar = count ? Math.max(1.5, Math.sqrt(count / most) * size.height) : 0
-          g.fillRect((k * size.width) / BINS, size.height - bar, size.width / BINS - 0.6, bar)
-        })
-      }
-    }
-    return draw
-  }
-
-  return {LOOKS, BINS, dye, hue, broken, icon, raised, parallel, scatter, bins, histogram, place, valueAt, tickTexts}
+  return {LOOKS, dye, hue, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
 })()

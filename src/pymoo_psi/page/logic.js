@@ -1003,7 +1003,7 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 
 return {
   decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, relaxations, nearestDesign, since, typed, written, short, csv, decision,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, csv, decision,
   opened, MOST_PINS,
 }
 })()

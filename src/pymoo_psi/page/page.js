@@ -108,15 +108,6 @@ const page = (() => {
     requestAnimationFrame(() => waiting && update())
   }
 
-  // While a hand drags, parts that are out of sight wait until it rests.
-  const seen = new Set()
-  const sight = new IntersectionObserver((parts) => {
-    for (const {target, isIntersecting} of parts) isIntersecting ? seen.add(target.id) : seen.delete(target.id)
-    if (dragging) soon()
-  })
-  for (const part of $("page").children) sight.observe(part)
-  const waits = (part) => dragging && !seen.has(part)
-
   // Everything on the page from the state.
   function update(everything = false) {
     const start = performance.now()
@@ -138,14 +129,14 @@ const page = (() => {
     }
     showLimits()
     showCounts()
-    if (!waits("verdict")) showVerdict()
-    if (!waits("compare")) showCompare()
+    showVerdict()
+    showCompare()
     showPreference()
     showSnapshots()
     $("fixed").checked = state.fixed
     showCharts(everything)
-    if (!waits("designs")) table.show()
-    if (!waits("steps")) showSteps()
+    table.show()
+    showSteps()
     keepFocus()
     step.last = performance.now() - start
   }
@@ -394,7 +385,7 @@ const page = (() => {
       return make("p.constant", {}, Charts.broken(label), `: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`)
     }
     const scale = {low, high, log}
-    const control = {column, scale, all: null, wrong: ["", ""]}
+    const control = {column, scale, wrong: ["", ""]}
     controls.set(column, control)
     control.fields = [0, 1].map((k) => {
       const end = written(column, k ? high : low)
@@ -428,12 +419,11 @@ const page = (() => {
       return input
     })
     control.note = make("p.hint.note", {id: `note-${column.field}`})
-    control.bars = make("div.bars", {})
     const sense = role === "objective" || maximize ? make("span.hint", {}, maximize ? "more is better" : "less is better") : null
     const [[least, most], thumbs] = [control.fields, control.thumbs]
     return make("div.limit", {role: "group", "aria-label": `Limits on ${label}`},
       make("div.name", {}, make("span", {}, Charts.broken(label)), sense),
-      make("div.ends", {}, least, make("div.slider", {}, control.bars, thumbs), most), control.note)
+      make("div.ends", {}, least, make("div.slider", {}, thumbs), most), control.note)
   }
 
   const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
@@ -485,7 +475,6 @@ const page = (() => {
         })
         // Where both ends meet at the right, the lower one is the one that can still move.
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
-        if (note.closest("details").open) showHistogram(control)
       }
       renew(note, [...mistakes, noteOf(column)].filter(Boolean).join(" "))
       note.classList.toggle("warning", mistakes.some(Boolean))
@@ -496,27 +485,13 @@ const page = (() => {
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => {
-      const {name, unit} = column
-      const [low, high] = limitOf(column) ?? [null, null]
-      const allowed = own(state.categories, name)
-      if (allowed) return [`${name}: ${allowed.join(", ") || "none"}`]
-      if (low === null && high === null) return []
-      return [(low === null ? `${name} at most ${high}` : high === null ? `${name} at least ${low}` : `${name} from ${low} to ${high}`) + (unit && ` ${unit}`)]
+      const allowed = own(state.categories, column.name)
+      if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
+      const limit = limitOf(column) ?? [null, null]
+      return [0, 1].filter((end) => limit[end] !== null).map((end) => Logic.limitText(column, end, limit[end]))
     })
     if (state.kept !== null) lines.push(`only ${countText(state.kept.length)} designs, kept by hand`)
     renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {}, text)))
-  }
-
-  function showHistogram(control) {
-    const bins = control.bins ??= Charts.bins(control.column.values, control.scale)
-    const counted = (rows) => {
-      const counts = new Uint32Array(Charts.BINS)
-      for (const row of rows) if (bins[row] < Charts.BINS) counts[bins[row]]++
-      return counts
-    }
-    control.all ??= counted(data.whole.front)
-    control.draw ??= Charts.histogram(control.bars)
-    control.draw(control.all, counted(ranking.front))
   }
 
   function buildLimits() {
@@ -524,7 +499,7 @@ const page = (() => {
       const columns = limitable.filter((column) => column.role === role)
       if (!columns.length) continue
       const open = role === "objective" || limitable.length <= 6
-      $("limit-groups").append(make("details", {open, ontoggle: (event) => event.target.open && soon()},
+      $("limit-groups").append(make("details", {open},
         make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b.hint", {})), columns.map(limitControl)))
     }
     const ranks = [["6", "rank 6, nearest to the ideal"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
@@ -671,8 +646,8 @@ const page = (() => {
     ].filter(Boolean).join("; "))
     const model = modelOfCharts()
     const all = fresh || rescaled
-    if (!waits("parallel")) parallel.draw(model, all)
-    for (const plot of plots) if (!waits(plot.part)) plot.draw(model, all || plot.live())
+    parallel.draw(model, all)
+    for (const plot of plots) plot.draw(model, all || plot.live())
   }
 
   // The axes of the parallel coordinates: the user's, or the objectives and the first others.
@@ -756,7 +731,6 @@ const page = (() => {
     setAxes()
     // Distances are measured from the U and N of what is left: their context moves with the limits.
     plot.live = () => columns.x.role === "geometric" || columns.y.role === "geometric"
-    plot.part = section.id
     plots.push(plot)
   }
 
@@ -1050,7 +1024,6 @@ const page = (() => {
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
-    parts: {showLimits, showCounts, showVerdict, showCompare, showPreference, showCharts, showSnapshots, table: () => table.show(), showSteps}, parallel, model: modelOfCharts,
     get resting() { return !waiting && thinking === 0 }, plots, scale: scaleOf,
   }
 })()
