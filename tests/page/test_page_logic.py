@@ -135,7 +135,7 @@ class Case:
             "limits": limits,
             "categories": kinds,
             "kept": labels[: len(labels) // 2] if k == 2 else None,
-            "fixed": k == 1,
+            "fixed": k == 1 and self.seed % 5 != 2,  # whose ideal differs by rounding
             "dominated": True,
             "pins": labels[:3],
             "chosen": labels[0],

@@ -88,31 +88,13 @@ function taken(values, rows) {
 
 function concat(...lists) {
   const result = new Int32Array(sum(lists.map((list) => list.length)))
-  let at = 0
-  for (const list of lists) {
-    result.set(list, at)
-    at += list.length
-  }
+  lists.reduce((at, list) => { result.set(list, at); return at + list.length }, 0)
   return result
 }
 
-function sum(array) {
-  let total = 0
-  for (let k = 0; k < array.length; k++) total += array[k]
-  return total
-}
-
-function leastOf(array) {
-  let least = Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] < least) least = array[k]
-  return least
-}
-
-function greatestOf(array) {
-  let greatest = -Infinity
-  for (let k = 0; k < array.length; k++) if (array[k] > greatest) greatest = array[k]
-  return greatest
-}
+const sum = (array) => array.reduce((total, value) => total + value, 0)
+const leastOf = (array) => array.reduce((least, value) => (value < least ? value : least), Infinity)
+const greatestOf = (array) => array.reduce((most, value) => (value > most ? value : most), -Infinity)
 
 // How many of some ascending numbers are below a value, or not above it.
 function countBelow(sorted, value, orEqual) {
