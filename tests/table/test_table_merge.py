@@ -95,6 +95,9 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
         match="got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design",
     ):
         whole.merge(moved)
+    named = replace(whole, layout=replace(LAYOUT, label="id"), extra={"id": list("abcdefgh")})
+    with pytest.raises(PsiError, match="got .* and 9.0 as f1 of a; do not join"):
+        named.rows([0]).merge(replace(named.rows([0]), F=[[9.0, 9.0]]))
 
 
 def test_values_of_other_types_are_not_the_same():

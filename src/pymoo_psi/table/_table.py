@@ -1283,11 +1283,14 @@ def _require_one_result(table: TestTable, first: NDArray[np.intp] | None = None)
             other &= ~(_blank(one) | _blank(two))
         if other.any():
             i = other.argmax()
-            names = table.names
+            rows = np.unique(table.numbers, return_index=True)[1]
+            called = table.rows(rows).names
             if layout.experiments:
-                origin = zip(*table._origin().values(), strict=True)
-                names = [f"test point {number} of {name}" for name, number in origin]
-            a, b = names[first[again[i]]], names[again[i]]
+                origin = zip(*table.rows(rows)._origin().values(), strict=True)
+                called = [f"test point {number} of {name}" for name, number in origin]
+            names = dict(zip(rows.tolist(), called, strict=True))
+            a = names[first[again[i]]]
+            b = names.get(again[i], a)
             which = a if a == b else f"{a} and {b}, the same design"
             found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
             remedy = "do not join runs of different problems, bounds or versions"
