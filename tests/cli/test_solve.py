@@ -7,11 +7,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -276,3 +278,32 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
         err,
     )
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
+
+
+@pytest.mark.parametrize("lower", [0.0, -1 / 3, 1e-310, 0.1234567890123456, 12.345, 1e300, -1e16])
+@pytest.mark.parametrize("width", [1e-300, 1e-9, 1 / 7, 2e5, 1e300])
+def test_a_printed_box_is_taken_and_holds_the_feasible_designs(lower, width):
+    """Whatever the scale: read as it is typed it lies in the bounds, and around these designs."""
+    from pymoo_psi.cli import _solve
+
+    class Scaled(Problem):
+        names: ClassVar = {"x1": "a,b=c"}
+
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=1, xl=[lower, 0], xu=[lower + width, 1])
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = x[:, :1]
+
+    if lower + width == lower:
+        return
+    problem = Scaled()
+    table = investigate(problem, 16)
+    third = np.sort(table.X[:, 0])[5]
+    table = table.under(Formulation(limits={"a,b=c": float(third), "x2": 0.7}))
+    box = _solve._box_in([_solve.feasible_box(table, problem)], problem)
+    low, high = box["a,b=c"]
+    inside = table.X[table.feasible(), 0]
+    assert lower <= low <= inside.min()
+    assert inside.max() <= high <= lower + width
+    Restricted(problem, box)

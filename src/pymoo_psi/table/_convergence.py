@@ -110,8 +110,9 @@ class Convergence(Shown):
         """
         if len(self.tests) < 2 or not np.isfinite(self.moved[-1]):
             return float("nan"), float("nan")
-        before, now = self.mu1[-2:].tolist()
-        return (before - now) / before if before > now else 0.0, float(1 / self.hypervolume[-2] - 1)
+        (before, now), volume = self.mu1[-2:].tolist(), float(self.hypervolume[-2])
+        larger = 1 / volume - 1 if volume > 0 else float("inf")
+        return (before - now) / before if before > now else 0.0, larger
 
     def verdict(self, *, tolerance: float = 0.01) -> str:
         """Say what the last doubling of the tests changed in the decision, and what is not known.
@@ -151,11 +152,12 @@ class Convergence(Shown):
             return f"{one}, so that distances have no unit. {last} {changed}. {unknown}"
         still = max(nearer, larger - 2 * self.volume_error[-2]) > tolerance
         what = "still changed the decision by more than" if still else "changed the decision by"
+        grown = f"by {percent(larger)}" if np.isfinite(larger) else "from nothing"
         moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
         return (
             f"{last} {what} {'' if still else 'less than '}{percent(tolerance)}: it brought the "
-            f"best design {percent(nearer)} nearer to U{moved}, and enlarged the hypervolume by "
-            f"{percent(larger)}. {unknown}"
+            f"best design {percent(nearer)} nearer to U{moved}, and enlarged the hypervolume "
+            f"{grown}. {unknown}"
         )
 
 

@@ -1,0 +1,85 @@
+"""solve, rank, page and report propose the same design, and give the same ranks."""
+
+import json
+import re
+import shutil
+import subprocess
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import page
+from pymoo_psi.table import read_table
+
+LOGIC = Path(page.__file__).with_name("logic.js")
+RANKED = """
+const Logic = require(process.argv[1])
+const data = Logic.decode(JSON.parse(require("fs").readFileSync(0, "utf-8")))
+const {state} = Logic.initial(data)
+const {rank, best} = Logic.ranked(data, Logic.left(data, state).mask)
+console.log(JSON.stringify({rank: [...rank].slice(0, data.n), best}))
+"""
+
+
+def a_source(rng):
+    """A study and the command that made it, or a file; and options for all commands."""
+    if rng.random() < 0.4:
+        name, limit = [("bnh", "f1<=70"), ("osy", "f2<=90"), ("models:Mixed", "n<=7")][
+            rng.integers(3)
+        ]
+        options = ["--limits", limit] if rng.random() < 0.5 else []
+        options += ["--no-normalize"] if rng.random() < 0.3 else []
+        solve = ["solve", name, "--points", rng.integers(2, 200), "--study", "s.db", *options]
+        return "s.db", [*solve, "--out", "s.csv"], options
+    n, m = int(rng.integers(1, 60)), int(rng.integers(2, 5))
+    F = rng.random((n, m)) * 10.0 ** rng.integers(-9, 9, m)
+    if rng.random() < 0.4:  # ties, and equal designs
+        F = np.ceil(rng.random((n, m)) * 4)
+    if rng.random() < 0.2:
+        F[:, 0] = F[0, 0]
+    frame = pd.DataFrame(F, columns=[f"f{j + 1}" for j in range(m)])
+    frame.insert(0, "name", [f"D{i}" for i in rng.permutation(n)])
+    frame["more"] = rng.random(n)
+    frame.to_csv("s.csv", index=False)
+    options = ["--objectives", ",".join(frame.columns[1 : m + 1])]
+    options += ["--maximize", "f2"] if rng.random() < 0.5 else []
+    options += ["--limits", f"more<={rng.uniform(0.3, 1):.4f}"] if rng.random() < 0.5 else []
+    options += ["--no-normalize"] if rng.random() < 0.3 else []
+    return "s.csv", None, options
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.parametrize("seed", [*range(8), 518])  # its first half has no hypervolume
+def test_all_commands_agree(run, tmp_path, undrawn, seed):
+    path, solve, options = a_source(np.random.default_rng(seed))
+    solved = 0 if solve is None else run(*solve)[0]
+    code, _, err = run("rank", path, *options, "--out", "r.json")
+    if solved == 1 or code == 2:  # then no command has anything to propose
+        assert (code, "no feasible design" in err) == (2, True)
+        assert run("report", path, *options)[0] == 1
+        return
+    assert (solved, code, err) == (0, 0, "")
+    ranked = json.loads((tmp_path / "r.json").read_text("utf-8"))
+    number = "test_point" if "test_point" in ranked["designs"][0] else "row"
+    ranks = {design[number]: design["rank"] for design in ranked["designs"]}
+    best, names = ranked["salukvadze_rows"], read_table(path)
+    names = dict(zip(names.numbers.tolist(), names.names, strict=True))
+    if solve is not None:
+        front = pd.read_csv("s.csv", comment="#")
+        optimal = {d[number]: d["rank"] for d in ranked["designs"] if d["pareto"]}
+        assert dict(zip(front[number], front["rank"], strict=True)) == optimal
+    assert run("page", path, *options)[0] == 0
+    text = re.search('id="payload">(.*?)</script>', (tmp_path / "page.html").read_text("utf-8"))[1]
+    done = subprocess.run(
+        ["node", "-e", RANKED, LOGIC], input=text, text=True, capture_output=True, check=True
+    )
+    found, shown = json.loads(done.stdout), json.loads(text)["names"]
+    on_page = {name: rank for name, rank in zip(shown, found["rank"], strict=True) if rank >= 0}
+    assert on_page == {names[n]: rank for n, rank in ranks.items()}
+    assert {shown[i] for i in found["best"]} == {names[n] for n in best}
+    assert run("report", path, *options)[0] == 0
+    report = unescape((tmp_path / "report.html").read_text("utf-8"))
+    assert f"Chosen is {names[best[0]]}." in report
