@@ -51,5 +51,5 @@ def test_designs_near_failures_are_avoided(edge):
     """But not in every round, lest a model that fails there at random is never asked again."""
     _, made, _ = proposals(Valley(fails_beyond=edge))
     beyond = made[:, 0] > edge
-    assert beyond[:18].mean() < 0.2
+    assert beyond[:18].mean() < 0.25  # half of the bounds is beyond, and the best designs are
     assert beyond[18:].any()

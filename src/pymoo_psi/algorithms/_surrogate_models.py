@@ -34,6 +34,8 @@ _BEYOND = 1e6
 # a tail, as of a pole, has values on the way.
 _PENALTY = 1e4
 _HUGE = 1e100  # the squares of larger values overflow
+# A priori, the logarithm of a trend's share of the variance.
+_LOG_TREND = -2.0
 # Tests to which lengths are fitted: more take the third power of their number in time, a second
 # for an output with 512, and change lengths little.
 _MOST = 256
@@ -154,8 +156,7 @@ class Fit:
 
     Attributes:
         scales: Of the q outputs.
-        lengths: For each output, ``(d + 1,)`` logarithms of the lengths of the variables, and of
-            the noise's share of the variance.
+        lengths: For each output, as :func:`fit_lengths` returns them.
         errors: ``(q,)`` root mean squares of what Gaussian processes miss tests by that they do
             not know, in standard deviations.
     """
@@ -255,7 +256,10 @@ KINDS: dict[str, Any] = {
 
 
 class GaussianProcess:
-    """A Gaussian process with Matérn's kernel, ν = 5/2, and constant mean.
+    """A Gaussian process with constant mean, Matérn's kernel, ν = 5/2, and trends.
+
+    The trends, linear and quadratic functions of single variables, are a part of the kernel. They
+    are most of what few tests tell of many variables.
 
     Mean and variance are those that make the data likeliest for given lengths (Rasmussen and
     Williams, Gaussian Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
@@ -263,14 +267,14 @@ class GaussianProcess:
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
-        lengths: ``(d + 1,)`` as fitted by :func:`fit_lengths`.
+        lengths: ``(d + 3,)`` as fitted by :func:`fit_lengths`.
     """
 
     def __init__(self, Z: Array, t: Array, lengths: Array) -> None:
-        self._scale = np.exp(-lengths[:-1])
-        self._Z = Z * self._scale
-        K, _ = _matern(self._Z, self._Z)
-        K[np.diag_indices(len(K))] += np.exp(lengths[-1])
+        self._scale, self._trend = np.exp(-lengths[:-3]), np.exp(lengths[-2:] / 2)
+        self._seen = self._features(Z)
+        K = self._kernel(self._seen)
+        K[np.diag_indices(len(K))] += np.exp(lengths[-3])
         self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
         ones = cho_solve(self._factor, np.ones(len(K)), check_finite=False)
         self.mean = float(ones @ t / ones.sum())
@@ -279,20 +283,29 @@ class GaussianProcess:
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
-        K, _ = _matern(Z * self._scale, self._Z)
-        return np.asarray(self.mean + K @ self._weights)
+        return np.asarray(self.mean + self._kernel(self._features(Z)) @ self._weights)
 
     def deviation(self, Z: Array) -> Array:
         """Return the ``(k,)`` standard deviations at designs."""
-        K, _ = _matern(Z * self._scale, self._Z)
+        scaled, trend = self._features(Z)
+        K, prior = self._kernel((scaled, trend)), 1 + (trend**2).sum(axis=1)
         known = (K * cho_solve(self._factor, K.T, check_finite=False).T).sum(axis=1)
-        return np.asarray(np.sqrt(self.variance * np.maximum(1 - known, 0)))
+        return np.asarray(np.sqrt(self.variance * np.maximum(prior - known, 0)))
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
         """Return what all others say of each value: ``(n,)`` means and variances (eq. 5.12)."""
         inverse, _ = lapack.dpotri(self._factor[0], lower=1)
         diagonal = np.diag(inverse)
         return t - self._weights / diagonal, self.variance / diagonal
+
+    def _features(self, Z: Array) -> tuple[Array, Array]:
+        """Return designs as Matérn's kernel and as the trend see them."""
+        weights = np.repeat(self._trend, Z.shape[1])
+        return Z * self._scale, np.hstack(_trends(Z)) * weights
+
+    def _kernel(self, at: tuple[Array, Array]) -> Array:
+        (scaled, trend), (scaled_seen, trend_seen) = at, self._seen
+        return _matern(scaled, scaled_seen)[0] + trend @ trend_seen.T
 
 
 def fit_lengths(Z: Array, t: Array) -> Array:
@@ -303,7 +316,8 @@ def fit_lengths(Z: Array, t: Array) -> Array:
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
 
     Returns:
-        ``(d + 1,)`` logarithms of the lengths, and of the noise's share of the variance.
+        ``(d + 3,)`` logarithms of the lengths, and of the shares that noise and linear and
+        quadratic trends have of the variance.
     """
     d = Z.shape[1]
     # Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube, or
@@ -317,10 +331,13 @@ def fit_lengths(Z: Array, t: Array) -> Array:
         # of the noise a half-normal prior, lest a model that has none is smoothed
         w = (x[d] - _LOG_NOISE[0]) / 5.0
         slope[d] += w / 5.0
-        return value + 0.5 * float(z @ z) + 0.5 * w**2, slope
+        v = (x[d + 1 :] - _LOG_TREND) / 3.0
+        slope[d + 1 :] += v / 3.0
+        return value + 0.5 * float(z @ z) + 0.5 * w**2 + 0.5 * float(v @ v), slope
 
-    start = np.append(np.full(d, np.log(0.5) + 0.5 * np.log(d)), np.log(1e-4))
-    bounds = [_LOG_LENGTH] * d + [_LOG_NOISE]
+    lengths = np.full(d, np.log(0.5) + 0.5 * np.log(d))
+    start = np.append(lengths, [np.log(1e-4), _LOG_TREND, _LOG_TREND])
+    bounds = [_LOG_LENGTH] * d + [_LOG_NOISE] + [(-12.0, 6.0)] * 2
     options = {"maxiter": _STEPS}
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return np.asarray(found.x)
@@ -332,18 +349,20 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     Args:
         Z: ``(n, d)`` designs.
         t: ``(n,)`` values.
-        x: ``(d + 1,)`` logarithms of lengths and noise.
+        x: ``(d + 3,)`` logarithms of lengths, noise and trends.
     """
     n, d = Z.shape
     S = Z * np.exp(-x[:d])
     K, slope = _matern(S, S)
+    trends = [np.exp(weight) * (B @ B.T) for weight, B in zip(x[d + 1 :], _trends(Z), strict=True)]
+    K += sum(trends)
     diagonal = np.diag_indices(n)
     noise = np.exp(x[d])
     K[diagonal] += noise
     # of the transpose, which is the same and in LAPACK's order; above the diagonal 0
     L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
     if failed:  # not positive definite to rounding: no lengths to be looked for here
-        return 1e10, np.zeros(d + 1)
+        return 1e10, np.zeros(d + 3)
     # A copy: of values that are apart, NumPy 1.25 takes another logarithm where the result happens
     # to lie behind them in memory, so that a run that goes on would differ in the last digit.
     log_det = 2 * float(np.log(np.diag(L).copy()).sum())
@@ -358,11 +377,21 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     # dL/dK = (K^-1 - a a' / variance) / 2; equation 5.9, with the variance at its best
     W = inverse
     W -= np.outer(a, a / variance)
-    trace = float(np.trace(W))
+    # dK/dlog of a share is that share of K
+    shares = [noise * float(np.trace(W)), *(float((W * trend).sum()) for trend in trends)]
     W *= slope
     # dK/dlog l_j = slope * (difference of column j)^2; sums of it over all pairs by products
     gradient = (S**2 * W.sum(axis=1)[:, None]).sum(axis=0) - (S * (W @ S)).sum(axis=0)
-    return value, np.append(gradient, 0.5 * noise * trace)
+    return value, np.append(gradient, 0.5 * np.array(shares))
+
+
+def _trends(Z: Array) -> list[Array]:
+    """Return the linear and the quadratic functions of each variable, ``(n, d)`` each.
+
+    Legendre's polynomials: over the cube each has mean 0, and all of a degree together variance 1.
+    """
+    u, d = 2 * Z - 1, Z.shape[1]
+    return [u * np.sqrt(3 / d), (3 * u**2 - 1) * np.sqrt(5 / 4 / d)]
 
 
 def _matern(A: Array, B: Array) -> tuple[Array, Array]:
