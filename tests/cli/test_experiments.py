@@ -72,13 +72,14 @@ def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
 
 
 @pytest.mark.parametrize("out", [[], ["--out", "tables"]])
-def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, out):
+def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, tmp_path, out):
     def interrupted(problem, *, folder, **options):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "psi_16.db").touch()
         raise KeyboardInterrupt
 
     monkeypatch.setattr(_experiments, "compare", interrupted)
+    monkeypatch.setattr(_experiments, "mkdtemp", lambda prefix: str(tmp_path))
     code, printed, err = run("compare", "bnh", *out)
     assert (code, printed) == (130, "")
     assert err.startswith("pymoo-psi: interrupted; 1 run kept; the same command")
