@@ -5,11 +5,11 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from scipy.stats.qmc import LatinHypercube
 
 from pymoo_psi import (
     Formulation,
     PsiError,
+    QMCSampling,
     Recorded,
     Restricted,
     SurrogatePSI,
@@ -151,7 +151,7 @@ def test_of_a_surrogates_study_the_points_before_the_proposals_count():
 
 def test_what_an_algorithm_has_chosen_is_no_even_sample(tmp_path):
     path = tmp_path / "sought.db"
-    minimize(Recorded(get_problem("bnh"), study=path), NSGA2(40), ("n_gen", 4), seed=1)
+    minimize(Recorded(get_problem("bnh"), study=path), NSGA2(40), ("n_gen", 15), seed=1)
     table = TestTable.read_study(path)
     for asked in (table, table.under(Formulation(objectives=["f2"]))):
         for ask in (sensitivities, convergence):
@@ -170,7 +170,7 @@ def test_even_designs_of_unknown_origin_count(sampling):
     rng = np.random.default_rng(2)
     X = rng.random((125, 3))
     if sampling == "lhs":
-        X = LatinHypercube(3, rng=rng).random(125)
+        X = QMCSampling("lhs").unit_points(125, 3, random_state=rng)
     if sampling == "grid":
         X = np.array(np.meshgrid(*[np.linspace(0, 1, 5)] * 3)).reshape(3, -1).T
     table = table_of(X, X[:, :2])

@@ -109,17 +109,17 @@ def histogram(
         name, place = variable, table.column(variable)
         known = np.isfinite(place)
         shown = known & masks[1] if (known & masks[1]).any() else known
-        edges = _equal_bins(*_range(place[shown], np.nan, np.nan), bins)
+        edges = _edges(place[shown], np.nan, np.nan, bins)
     else:
         j = layout.variable(variable)
         name, place, known = layout.variables[j], table.X[:, j], every
         if table.kinds[j] is Kind.REAL:
             place = place.astype(np.float64)  # of variables of several kinds it is objects
-            edges = _equal_bins(*_range(place, layout.lower[j], layout.upper[j]), bins)
+            edges = _edges(place, layout.lower[j], layout.upper[j], bins)
         else:
             options, place = value_ranks(place)
             values, edges = tuple(options), np.arange(-0.5, len(options))
-    counts = (_counts(place[mask & known], edges) for mask in masks)
+    counts = (np.histogram(place[mask & known], edges)[0] for mask in masks)
     return Histogram(name, edges, values, *counts)
 
 
@@ -455,27 +455,11 @@ def _lies_evenly(table: TestTable, ordered: bool) -> bool:
     return min(chances) * len(chances) > 1e-3
 
 
-def _range(place: Array, lower: float, upper: float) -> tuple[float, float]:
-    """Return the bounds, widened to every value; the range of the values without bounds."""
+def _edges(place: Array, lower: float, upper: float, bins: int) -> Array:
+    """Return equidistant edges between bounds, widened to all values; theirs without bounds."""
     known = np.array([lower, upper])
     points = np.concatenate([known[np.isfinite(known)], place])
-    return (float(points.min()), float(points.max())) if len(points) else (0.0, 1.0)
-
-
-def _equal_bins(low: float, high: float, bins: int) -> Array:
-    """Return ``(bins + 1,)`` equidistant edges; about the range if it has no room for them."""
-    edges = np.linspace(low, high, bins + 1)
-    if not (np.diff(edges) > 0).all():
-        # Half a unit about a single value of common size; relative to it, room for 10⁶ bins.
-        pad = max(0.5, 1e-9 * max(abs(low), abs(high)))
-        edges = np.linspace(low - pad, high + pad, bins + 1)
-    return np.asarray(edges, dtype=np.float64)
-
-
-def _counts(place: Array, edges: Array) -> NDArray[np.int64]:
-    if len(edges) < 2:
-        return np.zeros(0, dtype=np.int64)
-    return np.histogram(place, edges)[0].astype(np.int64)
+    return np.histogram_bin_edges(points, bins)
 
 
 def _best(values: Array) -> float:
