@@ -372,7 +372,10 @@ def _roles(
         if not objectives:
             raise UnfitError("no column holds numbers that can be objectives")
         if len(objectives) == 1:
-            what = f"{objectives[0]!r} is the only column that can be an objective"
+            what = (
+                f"{objectives[0]!r} is the only column that can be an objective: of numbers, and "
+                "not named as a label or a result such as rank"
+            )
             raise UnfitError(f"{what}; to rank by it alone, say --objectives {objectives[0]!r}")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
