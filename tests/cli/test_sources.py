@@ -123,7 +123,7 @@ def test_no_column_is_named_as_one_of_a_ranking(run, command, tmp_path):
     assert "named unlike the columns of a ranking, got 'rank'" in err
     (tmp_path / "set.csv").write_text("name,rank,cost\nA,1,2\nB,2,1\n")
     assert (
-        "'cost' is the only column that can be an objective, as 'rank' is"
+        "of numbers, and not named as a label or a result such as rank"
         in run(command, "set.csv")[2]
     )
     code, printed, err = run(command, "set.csv", "--objectives", "rank,cost")
