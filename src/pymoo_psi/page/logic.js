@@ -204,8 +204,10 @@ const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 // (pareto's UtopianFrame).
 class Frame {
   constructor(V, normalize, fixed) {
-    this.ideal = fixed?.ideal ?? V.map(leastOf)
-    this.nadir = fixed?.nadir ?? V.map(greatestOf)
+    this.low = V.map(leastOf)
+    this.high = V.map(greatestOf)
+    this.ideal = fixed?.ideal ?? this.low
+    this.nadir = fixed?.nadir ?? this.high
     this.lengths = this.ideal.map((low, j) => { // infinite where the range is none
       const high = this.nadir[j]
       return high - low > NOISE * Math.max(Math.abs(low), Math.abs(high)) ? high - low : Infinity
@@ -214,8 +216,8 @@ class Frame {
     this.line = this.lengths.map((length, j) =>
       Number.isFinite(length) ? (this.nadir[j] - this.ideal[j]) / this.scale[j] : 0)
     // How large the values of each objective are in the scale.
-    this.sizes = V.map((column, j) => !Number.isFinite(this.lengths[j]) ? 0 : Math.max(
-      ...[leastOf(column), greatestOf(column), this.ideal[j], this.nadir[j]].map(Math.abs)) / this.scale[j])
+    this.sizes = this.lengths.map((length, j) => !Number.isFinite(length) ? 0 : Math.max(
+      ...[this.low, this.high, this.ideal, this.nadir].map((point) => Math.abs(point[j]))) / this.scale[j])
     const most = Math.max(...this.line) || 1
     const norm = Math.sqrt(sum(this.line.map((value) => (value / most) ** 2))) || 1
     this.direction = this.line.map((value) => value / most / norm)
@@ -656,11 +658,11 @@ function compare(data, ranking, rows, base) {
 // Why a design: its distances from the best, and the nearest design that is better in an objective
 // (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  const {front, V, frame: {lengths}, pareto} = ranking
+  const {front, V, frame: {lengths, low}, pareto} = ranking
   const {objectives, names} = data
   const n = front.length
   const own = data.F.map((column) => column[row])
-  const behind = own.map((value, j) => value - leastOf(V[j]))
+  const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const distance = new Float64Array(n)
   V.forEach((column, j) => {
@@ -710,7 +712,7 @@ function explain(data, ranking, row) {
   return {
     row,
     objectives: objectives.map(({name, values, maximize}, j) => ({
-      name, value: values[row], best: maximize ? -leastOf(V[j]) : leastOf(V[j]), away: behind[j], share: shares[j],
+      name, value: values[row], best: maximize ? -low[j] : low[j], away: behind[j], share: shares[j],
     })),
     weakest,
     steps,
