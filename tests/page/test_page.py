@@ -5,8 +5,18 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import (
+    PSI,
+    Formulation,
+    PsiError,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+    rank_of_efficiency,
+)
 from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout
@@ -67,6 +77,26 @@ def test_existing_designs_have_names_of_their_own():
     assert column_of(sent, "f1")[-1] == 2.0
     old = beams().iloc[[3]].set_index("number")
     assert payload_of(page_of_beams(prototype=old))["names"][-1] == "B1004 (existing)"
+
+
+def test_rankings_and_results_of_pymoo_are_sources():
+    frame = beams()[OBJECTIVES].set_axis(beams()["number"])
+    ranking = rank_of_efficiency(frame, maximize=["strength"])
+    sent = payload_of(decision_page(ranking))
+    assert sent["opens_with"]["maximize"] == ["strength"]
+    assert sent["names"] == [*frame.index]
+    np.testing.assert_array_equal(column_of(sent, "strength"), frame["strength"])
+    result = minimize(get_problem("bnh"), PSI(32))
+    sent = payload_of(decision_page(result))
+    assert [c["role"] for c in sent["columns"]][:4] == ["objective"] * 2 + ["variable"] * 2
+    np.testing.assert_array_equal(column_of(sent, "f2"), result.F[:, 1])
+    np.testing.assert_array_equal(column_of(sent, "x1"), result.X[:, 0])
+
+
+def test_what_cannot_be_ranked_has_no_page():
+    frame = pd.DataFrame({"a": [-1.7e308, 1.7e308], "b": [1.0, 0.0]})
+    with pytest.raises(PsiError, match="finite range"):
+        decision_page(frame, ["a", "b"])
 
 
 def test_it_opens_with_a_formulation_and_further_limits():
