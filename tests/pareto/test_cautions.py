@@ -1,5 +1,7 @@
 """The advice and its cautions on sets of every shape are what a specialist would say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -213,6 +215,9 @@ def test_anything_that_holds_objectives_is_taken():
     best = table.best().names[0]
     row = int(ranking.salukvadze[0])
     assert explain(table, best).sentences == explain(ranking, row).sentences
+    named = replace(table, layout=replace(table.layout, units={"f1": "kg", "x1": "mm"}))
+    assert explain(named, best).sentences == named.explain().sentences
+    assert explain(named, best).units == {"f1": "kg"}
     assert (
         compare_designs(table, [best, 0]).gains.tolist()
         == compare_designs(F, [row, 0]).gains.tolist()

@@ -242,7 +242,7 @@ def explain(
         normalize: Of the rank in the sentences, as for
             :func:`pymoo_psi.rank_of_efficiency`; distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
-        units: Units of objectives by name, for the sentences and the frame.
+        units: Units of objectives by name, for the sentences; a test table's own unless given.
 
     Returns:
         Numbers and sentences (``print`` it).
@@ -284,9 +284,10 @@ def explain(
         excess = np.fmax((values - own) / lengths, 0).max(axis=1)
         dominated_by = int(front[_nearest(excess == excess.min(), distance)[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    steps = _compared(ranking, [row, *others], units or {})
+    units = _units(F, ranking, units)
+    steps = _compared(ranking, [row, *others], units)
     shares = _shares(behind, lengths)
-    return Explanation(ranking, row, units or {}, behind, shares, neighbours, steps, dominated_by)
+    return Explanation(ranking, row, units, behind, shares, neighbours, steps, dominated_by)
 
 
 def compare_designs(
@@ -326,7 +327,8 @@ def compare_designs(
     if len(collection("rows", rows, "a list of rows of F")) < 2:
         raise invalid("rows", "two rows or more", list(rows))
     ranking = ranking_from(F, normalize, maximize)
-    return _compared(ranking, [_row("rows", row, ranking) for row in rows], units or {})
+    at = [_row("rows", row, ranking) for row in rows]
+    return _compared(ranking, at, _units(F, ranking, units))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -387,6 +389,15 @@ def _nearest(candidates: NDArray[np.bool_], distance: Array) -> Rows:
 def _shares(differences: Array, lengths: Array) -> Array:
     """Return differences in units of the ranges; NaN for one where the range is 0."""
     return np.where(np.isinf(lengths) & (differences != 0), np.nan, differences / lengths + 0.0)
+
+
+def _units(
+    F: Any, ranking: EfficiencyRanking, units: Mapping[Any, str] | None
+) -> Mapping[Any, str]:
+    """Return the units that are given, or those of a test table."""
+    own = getattr(getattr(F, "layout", None), "units", {})
+    names = ranking.objectives.names
+    return {n: unit for n, unit in own.items() if n in names} if units is None else units
 
 
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
