@@ -59,9 +59,9 @@ def busy(page: Page, session: Any) -> float:
     return 1000 * next(m["value"] for m in found if m["name"] == "TaskDuration")
 
 
-# A step of a slider, from the event to the frame after it, by which the charts are painted.
-STEP = """(value) => new Promise((painted) => {
-  const thumb = document.querySelector('[data-measured]')
+# A step of a slider, from the event, anywhere between two frames, to the frame after the one that
+# draws it: by then it is painted.
+STEP = """(thumb, value) => new Promise((painted) => {
   const start = performance.now()
   thumb.value = value
   thumb.dispatchEvent(new Event('input'))
@@ -81,16 +81,12 @@ def measured(
     print(f"  {path.stat().st_size / 1e6:.1f} MB; ready after {ready:.0f} ms, ", end="")
     print(f"of which the processor {busy(page, session):.0f} ms")
     for name in names:
-        page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
-        page.get_by_label(f"{name}, {'lower' if rising else 'upper'} limit").evaluate(
-            """(thumb) => { const former = document.querySelector('[data-measured]')
-            former?.removeAttribute('data-measured')
-            thumb.dataset.measured = 'yes' }"""
-        )
+        thumb = page.get_by_label(f"{name}, {'lower' if rising else 'upper'} limit")
+        thumb.evaluate("(thumb) => { thumb.closest('details').open = true }")
         clock, processor = [], []
         for k in range(1, STEPS + 1):
             before = busy(page, session)
-            clock.append(page.evaluate(STEP, 25 * k if rising else 1000 - 25 * k))
+            clock.append(thumb.evaluate(STEP, 25 * k if rising else 1000 - 25 * k))
             processor.append(busy(page, session) - before)
         low, high = page.evaluate("(name) => decisionPage.state().limits[name]", name)
         left = frame[frame[name] >= low if rising else frame[name] <= high]

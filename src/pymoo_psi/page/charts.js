@@ -237,7 +237,8 @@ const Charts = (() => {
     const plot = document.createElement("div")
     plot.className = "plot"
     parent.append(heads, plot)
-    let [axes, model] = [[], null]
+    let [axes, model, marked] = [[], null, -1]
+    let density = null // of what is left, see cloud
     const {size, clean, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
@@ -288,28 +289,33 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, rows, colour) {
-      if (model.hues && colour !== INK.context) lines(g, rows, (row) => ({strokeStyle: model.hues(row), globalAlpha: 0.6, lineWidth: 1}))
-      else if (rows.length > 150) cloud(g, rows, colour, Math.max(0.1, 60 / rows.length))
-      else lines(g, rows, () => ({strokeStyle: colour, globalAlpha: 0.7, lineWidth: 1}))
+    function plain(g, rows, colour, former) {
+      const hues = colour === INK.context ? null : model.hues
+      if (rows.length > 150 && !hues) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
+      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha: 0.7, lineWidth: 1}))
+      return null
     }
 
     // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
-    // counted here, as strokes of thousands of lines would take the browser fifty times as long.
-    function cloud(g, rows, colour, alpha) {
+    // counted here, as strokes of thousands of lines would take the browser fifty times as long. A
+    // former density on the same axes is mended by the lines that come and go.
+    function cloud(g, rows, colour, alpha, former) {
       const {width, height} = g.canvas
-      const image = g.createImageData(width, height)
-      const counts = new Uint16Array(width * height)
-      countLines(counts, width, rows)
+      const image = former?.image ?? g.createImageData(width, height)
+      const counts = former?.counts ?? new Uint16Array(width * height)
+      const drawn = new Set(rows)
+      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
+      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
       const shades = Uint32Array.from({length: 256}, (_, k) =>
         (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
       const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) if (counts[k]) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
+      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
       g.putImageData(image, 0, 0)
+      return {image, counts, drawn}
     }
 
-    function countLines(counts, width, rows) {
+    function countLines(counts, width, rows, step) {
       for (let j = 0; j + 1 < axes.length; j++) {
         const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
@@ -323,7 +329,7 @@ const Charts = (() => {
             y += slope
             const next = y | 0
             const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k]++
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
             at = next
           }
         }
@@ -344,7 +350,7 @@ const Charts = (() => {
         const look = model.look(row)
         look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      plain(g, others, LOOKS.unranked.colour)
+      density = plain(g, others, LOOKS.unranked.colour, density)
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: model.hues?.(row) ?? LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 0.8}))
       }
@@ -395,14 +401,16 @@ const Charts = (() => {
       if (!size.width || !axes.length) return
       // Distances are measured from the U and N of what is left: they move with the limits.
       if (all || axes.some((column) => column.role === "geometric")) {
+        density = null
         drawContext()
         drawAxes()
       }
       drawLeft()
-      mark(-1)
+      if (marked >= 0) mark(-1)
     }
 
     function mark(row) {
+      marked = row
       const g = clean(3)
       if (row >= 0) lines(g, [row], () => ({strokeStyle: INK.accent, lineWidth: 3}))
     }

@@ -317,8 +317,6 @@ const page = (() => {
     $("compare-table").hidden = rows.length < 2
     renew($("compare-hint"), ...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
-    // By what the reader has asked for, so that nothing changes places under a limit that is dragged.
-    $("page").classList.toggle("wide", state.pins.length + (state.chosen !== null) + (data.total > data.n) > 2)
     if (rows.length < 2) return renew($("compare-table"))
     const {objectives} = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
@@ -359,7 +357,7 @@ const page = (() => {
       make("td", {}, make("strong", {}, called(next.row)), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
   }
 
-  // Limits: number fields, a slider with two ends, the histogram behind it.
+  // Limits: number fields, a slider with two ends.
 
   const limitOf = (column) => own(state.limits, column.name)
   const controls = new Map()
