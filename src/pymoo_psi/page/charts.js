@@ -516,14 +516,12 @@ const Charts = (() => {
       const g = clean(1)
       const at = placed()
       const {selected} = model
-      const few = model.context.length <= 200 // whose dots have room to be seen
       for (const row of model.left) {
         const spot = at(row)
         if (!inside(spot)) continue
         g.globalAlpha = selected.size && !selected.has(row) ? 0.15 : 1
         const look = LOOKS[model.look(row)]
-        const size = few && look.size <= 2 ? 1.4 * look.size : look.size
-        shape(g, {shape: look.shape, size, colour: model.hues?.(row) ?? look.colour}, ...spot)
+        shape(g, {...look, colour: model.hues?.(row) ?? look.colour}, ...spot)
       }
       g.globalAlpha = 1
       for (const {row, look} of model.marks) {

@@ -63,8 +63,7 @@ const page = (() => {
   let left, ranking, verdict, order
   let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
-  let selected = new Set()
-  let hovered = -1
+  let [selected, hovered] = [new Set(), -1]
   const step = {last: 0} // milliseconds of the last update
 
   // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
@@ -434,12 +433,9 @@ const page = (() => {
       const others = without(state.categories, column.name)
       change({categories: allowed.length === boxes.length ? others : {...others, [column.name]: allowed}})
     }
-    const tick = (on) => { for (const box of boxes) box.checked = on; ticked() }
     const note = make("p.hint.note", {})
     controls.set(column, {column, boxes, note})
     return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
-      boxes.length > 6 ? make("div.bar", {}, [["All", true], ["None", false]].map(([text, on]) =>
-        button(text, () => tick(on), {"aria-label": `${text} of ${column.label}`}))) : null,
       make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
         boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts, too many to tick`)), note)
   }
@@ -507,8 +503,8 @@ const page = (() => {
     }}))
     $("ranks").append(...ranks.map(([rank, text], k) =>
       make("label", {}, boxes[k], Charts.icon(rank === "0" ? "unranked" : rank), make("span", {}, text), make("b.hint", {}))))
-    if (data.total > data.n) $("ranks").append(make("p.key", {}, Charts.icon("prototype"), "prototype, always shown"))
-    $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned"))
+    $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned",
+      data.total > data.n ? [Charts.icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
     $("cautions").append(make("p.hint", {}), ...data.cautions.map((text) => make("p.caution", {}, readable(text))))
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
@@ -592,12 +588,8 @@ const page = (() => {
 
   function endsOf(ranking, column) {
     const values = Logic.values(data, ranking, column)
-    let [least, most] = [Infinity, -Infinity]
-    for (const row of state.dominated ? ranking.rows : ranking.front) {
-      if (values[row] < least) least = values[row]
-      if (values[row] > most) most = values[row]
-    }
-    return [least, most]
+    const known = Float64Array.from(state.dominated ? ranking.rows : ranking.front, (row) => values[row]).sort()
+    return [known[0] ?? Infinity, known.findLast((value) => value === value) ?? -Infinity] // missing ones are last
   }
 
   function modelOfCharts() {
@@ -687,9 +679,8 @@ const page = (() => {
     setLimit(column, limit.map((end) => (end === null ? null : rounded(column, end))), done)
   const parallel = Charts.parallel($("parallel-chart"), {limit: brushed, pick: choose, hover})
 
-  const MOST_HUES = 8
   function buildColours() {
-    const columns = data.columns.filter(({texts}) => texts && texts.length <= MOST_HUES)
+    const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
     $("colour").append(make("option", {}, "rank"), ...columns.map(({label}) => make("option", {}, label)))
     show("colours", false)
     $("colour").addEventListener("change", () => {
@@ -756,11 +747,8 @@ const page = (() => {
       const known = column.values.filter((value) => value === value)
       return longest([known.reduce((a, b) => (b < a ? b : a), Infinity), known.reduce((a, b) => (b > a ? b : a), -Infinity)].map((end) => written(column, end)))
     }
-    // Below their heading designs have no "test point" before their numbers.
-    const prefix = `${data.label.replaceAll("_", " ")} `
-    const short = (row) => called(row).startsWith(prefix) ? called(row).slice(prefix.length) : called(row)
     const columns = [
-      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: short, kind: ""},
+      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ""},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
@@ -836,10 +824,9 @@ const page = (() => {
     }
 
     const toggle = (row) => selectRows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
-    const byPage = () => Math.max(1, Math.floor(box.clientHeight / HEIGHT) - 2)
     const keys = {
-      ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + byPage()),
-      PageUp: () => go(cursor - byPage()), Home: () => go(0), End: () => go(order.length - 1),
+      ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
+      PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
       ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
       Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
       " ": () => toggle(order[cursor]),
