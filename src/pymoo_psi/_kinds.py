@@ -16,6 +16,8 @@ class Kind(str, Enum):
 
     REAL = "real"
     """A float64."""
+    LOG = "log"
+    """A float64 above 0 on a logarithmic scale, where steps are factors."""
     INTEGER = "integer"
     """An int64."""
     BINARY = "binary"
@@ -23,9 +25,15 @@ class Kind(str, Enum):
     CHOICE = "choice"
     """One of some options: texts, or values of several types."""
 
+    @property
+    def real(self) -> bool:
+        """Whether values are real numbers, on either scale."""
+        return self in (Kind.REAL, Kind.LOG)
+
 
 DTYPES: dict[Kind, Any] = {
     Kind.REAL: np.float64,
+    Kind.LOG: np.float64,
     Kind.INTEGER: np.int64,
     Kind.BINARY: np.bool_,
     Kind.CHOICE: np.object_,

@@ -22,19 +22,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import identity_text, integer, invalid
+from pymoo_psi._validation import Received, identity_text, integer, invalid
 from pymoo_psi.algorithms._run import Points, RunOptions, points_of_run
-from pymoo_psi.algorithms._sampling import default_sampling, sampling_name, uniform_sampling
+from pymoo_psi.algorithms._sampling import (
+    UniformSampling,
+    default_sampling,
+    sampling_name,
+    uniform_sampling,
+)
 from pymoo_psi.algorithms._store import SECONDS, Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
     DesignSpace,
+    Required,
     columns_of_values,
     design_space,
     evaluate_designs,
     problem_identity,
     problem_layout,
+    required,
     stream_designs,
     streams,
     untolerant,
@@ -124,8 +131,12 @@ class Engine:
         further: int = 0,
         method: str = "",
     ) -> None:
-        self.problem, self._stop = untolerant(problem, options.on_failure == "raise")
-        self.space = design_space(self.problem)
+        model, self._stop = untolerant(problem, options.on_failure == "raise")
+        self.problem = required(model, options.requirements)
+        self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
+        default = {own: name for name, own in (options.names or {}).items()}
+        log = None if options.log is None else [default.get(name, name) for name in options.log]
+        self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         layout = problem_layout(self.problem, self.space, *columns)
         self._keep, self._limits = keep, options.limits
@@ -136,6 +147,8 @@ class Engine:
         if n_points is not None:
             integer("n_points", n_points, minimum=1)
             sampling = uniform_sampling(options.sampling) or default_sampling(n_dim)
+            if options.fill:
+                n_points = self._points_to_fill(n_points, sampling, options)
             self.points = points_of_run(options, n_points, sampling, n_dim)
             last = first + n_points - 1 + further
         self.table = TestTable.empty(layout)
@@ -152,7 +165,7 @@ class Engine:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
         self.store = Store(options, self.table, (first, last))
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
-        self._streams = streams(self.problem)
+        self._streams = streams(self._model)
         workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
         self._ahead = 0  # points that may be evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
@@ -273,7 +286,45 @@ class Engine:
         if self._repeats is not None:
             rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
             self._put_again(again)
-        return rows
+        return self._that_meet_requirements(rows)
+
+    def _that_meet_requirements(self, rows: Rows) -> Rows:
+        """Return the rows of points whose designs meet the requirements; store the others."""
+        if not isinstance(self.problem, Required) or len(rows) == 0:
+            return rows
+        matrix = self.points.at(rows).matrix(self.space)
+        above = self.problem.amounts(matrix)
+        unmet = (above > 0).any(axis=1)
+        if unmet.any():
+            sizes = self.problem.n_obj, self.problem.wrapped.n_ieq_constr, self.problem.n_eq_constr
+            F, G, H = np.full(sizes[0], np.inf), np.zeros(sizes[1]), np.zeros(sizes[2])
+            values: list[Values] = [
+                {"F": F, "G": np.append(G, amounts), "H": H, "failure": ""}
+                for amounts in above[unmet]
+            ]
+            tests = self.tests_of(rows[unmet], values, matrix[unmet])
+            self.store.keep(tests, 0.0)
+            self._give(tests, called=False)
+        return rows[~unmet]
+
+    def _points_to_fill(self, n_points: int, sampling: UniformSampling, options: RunOptions) -> int:
+        """Return how many points it takes until so many meet the requirements."""
+        if not isinstance(self.problem, Required):
+            return n_points
+        if not sampling.extendable or options.share:
+            rule = "used without share and with a sequence that can be continued"
+            raise invalid("fill", rule, True)
+        n = n_points
+        while True:
+            points = points_of_run(options, n, sampling, len(self.space.searched))
+            met = (self.problem.amounts(points.matrix(self.space)) <= 0).all(axis=1)
+            if (total := int(met.sum())) >= n_points:
+                return int(np.flatnonzero(met)[n_points - 1]) + 1
+            if n > 1000 * n_points:
+                raise invalid(
+                    "requirements", "met by one point in 1000", Received(f"{total} of {n}")
+                )
+            n *= 2
 
     def _one_by_one(self) -> Generator[None]:
         """Evaluate designs by workers that do not wait for each other."""
@@ -293,12 +344,17 @@ class Engine:
             return complete or bool(self._stop and result[1]["failure"])
 
         def keep(rows: Rows, values: Sequence[Values], seconds: ArrayLike) -> None:
-            self._put(self.tests_of(rows, values), seconds)
+            matrix = self.points.at(rows).matrix(self.space)
+            if isinstance(self.problem, Required):
+                above = self.problem.amounts(matrix)
+                pairs = zip(values, above, strict=True)
+                values = [v | {"G": np.append(v["G"], a)} if "G" in v else v for v, a in pairs]
+            self._put(self.tests_of(rows, values, matrix), seconds)
 
         top_up(0)
         if waiting:
             top_up(self._ahead)
-            results = stream_designs(self.problem, waiting, one_by_one=self._stop)
+            results = stream_designs(self._model, waiting, one_by_one=self._stop)
             for _ in in_groups(results, keep, at_once):
                 yield
                 top_up(self._ahead)

@@ -189,7 +189,7 @@ def encoded(space: DesignSpace, points: Array) -> Array:
     """
     columns = []
     for variable, u in zip(space.searched, points.T, strict=True):
-        if variable.kind is Kind.REAL:
+        if variable.kind.real:
             columns.append(u)
             continue
         count = int(variable.upper - variable.lower) + 1

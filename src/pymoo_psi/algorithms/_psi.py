@@ -32,6 +32,7 @@ from pymoo_psi.problems import (
     evaluate_designs,
     require_known_keywords,
     require_problem,
+    required,
     untolerant,
 )
 from pymoo_psi.table import TestTable, bounds_of, excess, lacking
@@ -131,6 +132,7 @@ class PSI(Algorithm):
             shown = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", shown, "make another")
         problem, stop = untolerant(problem)
+        problem = required(problem, self.options.requirements)
         if stop:
             self.options = replace(self.options, on_failure="raise")
         self._lines = progress_lines(kwargs.get("progress", False))

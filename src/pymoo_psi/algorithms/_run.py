@@ -71,6 +71,13 @@ class RunOptions:
             of them off.
         units: Units of columns by these names, also of further outputs. Unless given, those of
             the problem's attribute ``units``.
+        log: Variables whose scale is logarithmic: points are spread evenly, and surrogates see
+            distances, in the logarithm. Unless given, those of the problem's attribute ``log``.
+        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or functions; see
+            :class:`Required`. The model never runs for a design that violates one: it counts as
+            infeasible. Unless given, those of the problem's attribute ``requirements``.
+        fill: Go on in the sequence until ``n_points`` designs meet the requirements; the others
+            are numbered, too.
         block_size: Points per iteration of ``PSI``, after each of which display, callback and
             termination are called: by default the run has 32 iterations, of at least 64 points.
             For ``investigate``, points that are evaluated together, at most.
@@ -92,6 +99,9 @@ class RunOptions:
     names: Mapping[str, str] | None = None
     maximize: Collection[str] | None = None
     units: Mapping[str, str] | None = None
+    log: Collection[str] | None = None
+    requirements: Any = None
+    fill: bool = False
     block_size: int | None = None
 
     def __post_init__(self) -> None:

@@ -27,8 +27,7 @@ from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
 from ._requirements import Required as Required
 from ._requirements import Requirement as Requirement
-from ._requirements import requirements_of as requirements_of
-from ._requirements import violations as violations
+from ._requirements import required as required
 from ._restricted import Restricted as Restricted
 from ._robust import Robust as Robust
 from ._robust import evaluated as evaluated

@@ -46,9 +46,12 @@ class Variable:
 
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
-        if self.kind is Kind.REAL:
+        if self.kind.real:
+            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            found = low + (high - low) * points
+            found = np.exp(found) if self.kind is Kind.LOG else found
             # of a point 1, which no sequence has, rounding may lie above the bound
-            return np.minimum(self.lower + (self.upper - self.lower) * points, self.upper)
+            return np.clip(found, self.lower, self.upper)
         # n values share [0, 1) in n equal parts; the last one is upper, of a point 1 too
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
         steps = np.minimum(steps, self.upper)
@@ -64,17 +67,30 @@ class Variable:
             steps = np.array([texts.index(str(value)) for value in values.tolist()], dtype=float)
         else:
             steps = values.astype(np.float64) - self.lower
-        if self.kind is Kind.REAL:
-            width = self.upper - self.lower
-            return np.clip(steps / width, 0, 1) if width > 0 else np.zeros(len(values))
+        if self.kind.real:
+            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            steps = self._on_scale(values.astype(np.float64)) - low
+            return np.clip(steps / (high - low), 0, 1) if high > low else np.zeros(len(values))
         return np.asarray((steps + 0.5) / (self.upper - self.lower + 1))
+
+    def _logarithmic(self, name: str) -> Variable:
+        """Return the same variable on a logarithmic scale."""
+        if not self.kind.real or self.lower <= 0:
+            shown = f"a {self.kind.value} variable" if not self.kind.real else f"{self.lower:g}"
+            rule = "that of a real variable and above 0 on a logarithmic scale"
+            raise invalid(f"the lower bound of {name}", rule, Received(shown))
+        return replace(self, kind=Kind.LOG)
+
+    def _on_scale(self, values: Array) -> Array:
+        """Return real values on the scale on which they are spread."""
+        return np.log(values) if self.kind is Kind.LOG else values
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
         """Return the numbers in [0, 1] between which numbers lie that are allowed.
 
         Of a choice, whose options have any order, others may lie between them, too.
         """
-        if self.kind is Kind.REAL:
+        if self.kind.real:
             low, high = self.points(np.clip([least, greatest], self.lower, self.upper))
         else:
             if self.kind is Kind.CHOICE:
@@ -123,7 +139,7 @@ class DesignSpace:
     @property
     def continuous(self) -> bool:
         """Whether all variables are real and a design is a vector."""
-        return not self.named and all(variable.kind is Kind.REAL for variable in self.variables)
+        return not self.named and all(variable.kind.real for variable in self.variables)
 
     @property
     def free(self) -> DesignSpace:
@@ -138,7 +154,7 @@ class DesignSpace:
     @property
     def finite(self) -> bool:
         """Whether no variable has more than a finite number of values, so that designs recur."""
-        return all(v.fixed or v.kind is not Kind.REAL or v.lower == v.upper for v in self.variables)
+        return all(v.fixed or not v.kind.real or v.lower == v.upper for v in self.variables)
 
     def matrix(self, points: Array) -> NDArray[Any]:
         """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.
@@ -198,17 +214,22 @@ class DesignSpace:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
 
 
-def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
+def design_space(
+    problem: Any, *, continuous: bool = False, log: Collection[str] | None = None
+) -> DesignSpace:
     """Return the design space of a pymoo problem.
 
     Args:
         problem: The problem.
         continuous: Accept only continuous variables.
+        log: Names of the variables whose scale is logarithmic; those of the problem's attribute
+            ``log`` unless given.
 
     Raises:
         ArgumentTypeError: A variable is of a type that has no uniform points, or is not continuous
             where it must be.
-        ArgumentValueError: A bound is missing, infinite or above the other one.
+        ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
+            scale does not begin above 0.
     """
     space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
     if not isinstance(space, DesignSpace):
@@ -218,7 +239,17 @@ def design_space(problem: Any, *, continuous: bool = False) -> DesignSpace:
         raise ArgumentTypeError(
             f"{problem_name(problem)} must have continuous variables, got {kinds}"
         )
-    return space
+    own = own_names(problem, space)
+    wanted = getattr(problem, "log", None) or () if log is None else log
+    for name in collection("log", wanted, "a list of variables", "one goes into a list too"):
+        known_name("log", name, {*own, *own.values()})
+    return replace(
+        space,
+        variables=tuple(
+            v._logarithmic(own[v.name]) if {v.name, own[v.name]} & {*wanted} else v
+            for v in space.variables
+        ),
+    )
 
 
 def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:

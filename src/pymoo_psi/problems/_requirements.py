@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
-from pymoo_psi.problems._design_space import design_space, own_names
+from pymoo_psi.problems._design_space import design_space, given_names, own_names
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 Array = NDArray[np.float64]
@@ -142,13 +142,13 @@ class Required(WrappedProblem):
         if requirements is None:
             requirements = getattr(problem, "requirements", None)
         self._space = design_space(problem)
-        self._names = [*own_names(problem, self._space).values()]
-        self.required = requirements_of(requirements, self._names)
+        self._variables = [*own_names(problem, self._space).values()]
+        self.required = requirements_of(requirements, self._variables)
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements = None  # they are constraints here
         texts = {f"g{n + k}": each.text for k, each in enumerate(self.required, 1)}
-        self.names = {**(getattr(problem, "names", None) or {}), **texts}
+        self.names = given_names(problem, self._space) | texts
 
     def violations(self, designs: Any) -> Array:
         """Return ``(n, k)`` by how much n designs violate the k requirements, <= 0 where met.
@@ -156,7 +156,14 @@ class Required(WrappedProblem):
         Args:
             designs: As the problem takes them.
         """
-        return violations(self.required, self._names, self._space.to_matrix(designs))
+        return self.amounts(self._space.to_matrix(designs))
+
+    def amounts(self, matrix: NDArray[Any]) -> Array:
+        """Return the same of ``(n, n_var)`` rows of a test table's designs."""
+        # lists, as a matrix of several kinds of variables holds objects
+        rows = zip(self._variables, matrix.T, strict=True)
+        columns = {name: np.array(column.tolist()) for name, column in rows}
+        return np.column_stack([each.violation(columns) for each in self.required])
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate the designs that meet the requirements; pymoo calls this from ``evaluate``."""
@@ -179,16 +186,9 @@ class Required(WrappedProblem):
         return formatted
 
 
-def violations(
-    required: Sequence[Requirement], names: Sequence[str], matrix: NDArray[Any]
-) -> Array:
-    """Return ``(n, k)`` by how much designs violate requirements.
-
-    Args:
-        required: The k requirements.
-        names: What they call the variables.
-        matrix: ``(n, n_var)`` designs.
-    """
-    # lists, as a matrix of several kinds of variables holds objects
-    columns = {n: np.array(c.tolist()) for n, c in zip(names, matrix.T, strict=True)}
-    return np.column_stack([each.violation(columns) for each in required])
+def required(problem: Any, requirements: Any = None) -> Any:
+    """Return a problem with its requirements, or those given, as :class:`Required`."""
+    if isinstance(problem, Required):
+        return problem
+    given = requirements if requirements is not None else getattr(problem, "requirements", None)
+    return Required(problem, given) if given else problem

@@ -189,7 +189,7 @@ def _part(variable: Variable, where: str, given: Any) -> Variable:
         both = zip(pair, whole, strict=True)
         ends = [end if value is None else finite_number(where, value) for value, end in both]
     lower, upper = ends
-    whole_numbers = variable.kind is Kind.REAL or all(end.is_integer() for end in ends)
+    whole_numbers = variable.kind.real or all(end.is_integer() for end in ends)
     if not whole[0] <= lower <= upper <= whole[1] or not whole_numbers:
         rule = f"a value, or (lower, upper) in increasing order, from {whole[0]} to {whole[1]}"
         if variable.kind is Kind.INTEGER:
@@ -202,7 +202,7 @@ def _fixed(part: Variable) -> Variable:
     """Return a variable as fixed if it has one value only."""
     if part.lower < part.upper or part.fixed:
         return part
-    types = {Kind.REAL: float, Kind.INTEGER: int, Kind.BINARY: bool}
+    types = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
     options = part.options or (types[part.kind](part.lower),)
     return replace(part, options=options, fixed=True)
 

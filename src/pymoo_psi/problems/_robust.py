@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     Received,
     finite_number,
@@ -161,7 +160,7 @@ class Robust(WrappedProblem):
         ]
         for name, column in zip(tolerances, self._columns, strict=True):
             variable = self.space.variables[column]
-            if variable.kind is not Kind.REAL or variable.fixed:
+            if not variable.kind.real or variable.fixed:
                 remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
                 raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
         for name in relative:

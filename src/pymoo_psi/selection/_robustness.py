@@ -312,7 +312,7 @@ def _within_bounds(problem: Any, designs: NDArray[Any]) -> Mask:
     space = design_space(problem)
     inside = np.ones(len(designs), dtype=bool)
     for variable, column in zip(space.variables, space.to_matrix(designs).T, strict=True):
-        if variable.kind in (Kind.REAL, Kind.INTEGER):
+        if variable.kind.real or variable.kind is Kind.INTEGER:
             values = column.astype(np.float64)
             inside &= (values >= variable.lower) & (values <= variable.upper)
     return inside

@@ -73,7 +73,13 @@ _TABLES = {
     "proposals": "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
     "study": "(name TEXT PRIMARY KEY, value TEXT)",
 }
-_TYPES = {Kind.REAL: "", Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
+_TYPES = {
+    Kind.REAL: "",
+    Kind.LOG: "",
+    Kind.INTEGER: "INTEGER",
+    Kind.BINARY: "INTEGER",
+    Kind.CHOICE: "TEXT",
+}
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 60.0  # seconds for readers to end their query before a commit, and for that commit

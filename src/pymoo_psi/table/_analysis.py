@@ -113,9 +113,13 @@ def histogram(
     else:
         j = layout.variable(variable)
         name, place, known = layout.variables[j], table.X[:, j], every
-        if table.kinds[j] is Kind.REAL:
+        if table.kinds[j].real:
             place = place.astype(np.float64)  # of variables of several kinds it is objects
-            edges = _edges(place, layout.lower[j], layout.upper[j], bins)
+            ends = layout.lower[j], layout.upper[j]
+            if table.kinds[j] is Kind.LOG:
+                edges = np.exp(_edges(np.log(place), *np.log(ends), bins))
+            else:
+                edges = _edges(place, *ends, bins)
         else:
             options, place = value_ranks(place)
             values, edges = tuple(options), np.arange(-0.5, len(options))
@@ -158,14 +162,14 @@ def section_points(
     j, n = table.layout.variable(variable), integer("n", n, minimum=2)
     row = design_of(table, design)
     kind = table.kinds[j]
-    if kind not in (Kind.REAL, Kind.INTEGER):
+    if not kind.real and kind is not Kind.INTEGER:
         rule = "a real number or an integer"
         raise invalid("variable", rule, Received(f"one that is a {kind.value}"))
     start = finite_number("lower", float(table.layout.lower[j]) if lower is None else lower)
     end = finite_number("upper", float(table.layout.upper[j]) if upper is None else upper)
     if start > end:
         raise invalid("lower", "at most upper", Received(f"{start} > {end}"))
-    values = np.linspace(start, end, n)
+    values = (np.geomspace if kind is Kind.LOG else np.linspace)(start, end, n)
     if kind is Kind.INTEGER:
         values = np.unique(np.rint(values)).astype(np.int64)
     points = np.tile(row, (len(values), 1))

@@ -50,13 +50,13 @@ def design_matrix(
         rule = "two-dimensional (n designs, n_var variables)"
         raise invalid(name, rule, Received(f"shape {array.shape}"))
     matrix = _normal(name, array, listed=array is not value and not kinds)
-    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == kinds:
+    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == _of_values(kinds):
         return matrix  # whoever puts the table together refuses another number of columns
     result = np.empty(matrix.shape, dtype=object)
-    for j, kind in enumerate(kinds):
+    for j, (kind, of_values) in enumerate(zip(kinds, _of_values(kinds), strict=True)):
         result[:, j] = [_as_kind(cell, kind) for cell in matrix[:, j].tolist()]
         for cell in result[:, j].tolist():
-            if kind not in (Kind.CHOICE, _KIND_OF_TYPE[type(cell)]):
+            if of_values is not Kind.CHOICE and of_values is not _KIND_OF_TYPE[type(cell)]:
                 column = f"x{j + 1}" if variables is None else variables[j]
                 rule = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
                 raise ArgumentTypeError(rule)
@@ -141,7 +141,7 @@ def values_in_order(column: NDArray[Any]) -> list[Any]:
 
 def common_dtype(kinds: Sequence[Kind]) -> Any:
     """Return the dtype of a matrix of variables of these kinds; float64 if there is none."""
-    different = set(kinds) or {Kind.REAL}
+    different = {*_of_values(kinds)} or {Kind.REAL}
     return DTYPES[different.pop()] if len(different) == 1 else np.object_
 
 
@@ -207,6 +207,11 @@ def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
     return _narrowest(cells, array.shape)
 
 
+def _of_values(kinds: Sequence[Kind]) -> tuple[Kind, ...]:
+    """Return what values of these kinds are by themselves."""
+    return tuple(Kind.REAL if kind.real else kind for kind in kinds)
+
+
 def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     types = {type(cell) for row in cells for cell in row} or {float}
     kind = _KIND_OF_TYPE[types.pop()] if len(types) == 1 else Kind.CHOICE
@@ -219,7 +224,7 @@ def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
 def _as_kind(cell: Any, kind: Kind) -> Any:
     """Return the number of a kind that is equal to a cell, or the cell if there is none."""
     # Exact types, since True is an int for isinstance.
-    if type(cell) is int and kind is Kind.REAL and float(cell) == cell:
+    if type(cell) is int and kind.real and float(cell) == cell:
         return float(cell)
     if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and abs(cell) < 2**63:
         return int(cell)

@@ -38,7 +38,12 @@ Table = TypeVar("Table")
 MARK = "pymoo_psi_test_table"
 _FORMAT = 4  # of the head
 _ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
-_TYPES = {Kind.REAL: "fi", Kind.INTEGER: "i", Kind.BINARY: "b"}  # of columns in a frame
+_TYPES = {
+    Kind.REAL: "fi",
+    Kind.LOG: "fi",
+    Kind.INTEGER: "i",
+    Kind.BINARY: "b",
+}  # of columns in a frame
 # Entries of a head that are left out where they are as here; in the order of Layout's arguments.
 _OPTIONAL: dict[str, Any] = {
     "outputs": (), "maximize": (), "units": {}, "experiments": (), "label": None,
@@ -198,7 +203,7 @@ def read_csv(path: Path, content: str | bytes) -> tuple[Head, Columns]:
         file = StringIO(text.removeprefix("\ufeff"), newline="")
         head, n, kinds = _parsed_head(comment_text(file.readline()))
         types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
-        real = {inert(name): ["nan"] for name, kind in kinds.items() if kind is Kind.REAL}
+        real = {inert(name): ["nan"] for name, kind in kinds.items() if kind.real}
         # From 3.1 on pandas reads every digit by itself, and warns of being asked.
         old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
         exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}

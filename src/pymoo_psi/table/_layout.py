@@ -114,6 +114,11 @@ class Layout:
             bounds.setflags(write=False)
         if (values["lower"] > values["upper"]).any():  # false with NaN, a bound that is not known
             raise invalid("lower", "at most upper", Received(f"{self.lower} and {self.upper}"))
+        for name, kind, low in zip(
+            values["variables"], values["kinds"], values["lower"], strict=False
+        ):
+            if kind is Kind.LOG and low <= 0:
+                raise invalid(f"the lower bound of {name!r}", "above 0 on a log scale", low)
         columns = values["objectives"] + values["outputs"]
         for name in values["maximize"]:
             known_name("maximize", name, columns)
@@ -153,8 +158,8 @@ class Layout:
             lower: ``(n_var,)`` lower bounds, NaN where there is none; unknown unless given.
             upper: ``(n_var,)`` upper bounds, as for ``lower``.
             eq_tolerance: How far an equality constraint may be from 0.
-            kinds: What each variable is, "real", "integer", "binary" or "choice"; as the values of
-                the designs unless given.
+            kinds: What each variable is, "real", "log" (real, on a logarithmic scale), "integer",
+                "binary" or "choice"; as the values of the designs unless given.
             outputs: Names of what else the model gives.
             maximize: The objectives to be maximised.
             units: Units of columns by name.

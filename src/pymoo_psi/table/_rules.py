@@ -235,7 +235,7 @@ class _Split:
         low, high = (None, None) if part is None else part
         if self.kind is Kind.INTEGER:
             return (low, self.values[k]), (self.values[k] + 1, high)
-        edge = _shortest(self.values[k], self.values[k + 1])
+        edge = _shortest(self.values[k], self.values[k + 1], self.kind is Kind.LOG)
         return (low, edge), (edge, high)
 
 
@@ -251,10 +251,11 @@ def _splits(table: TestTable, j: int) -> list[_Split]:
     ]
 
 
-def _shortest(low: float, high: float) -> float:
+def _shortest(low: float, high: float, log: bool) -> float:
     """Return the shortest decimal number from ``low`` on and below ``high``."""
+    middle = np.sqrt(low) * np.sqrt(high) if log else (low + high) / 2
     for digits in range(1, 17):
-        edge = float(f"{(low + high) / 2:.{digits}g}")
+        edge = float(f"{middle:.{digits}g}")
         if low <= edge < high:
             return edge
     return low
@@ -266,7 +267,7 @@ def _text(name: str, kind: Kind, part: Any) -> str:
     if kind is Kind.BINARY:
         return f"{name} = {part}"
     low, high = ("" if end is None else f"{end:.15g}" for end in part)
-    real = kind is Kind.REAL
+    real = kind.real
     if low == high:
         return f"{name} = {low}"
     if low and high:

@@ -341,7 +341,7 @@ class TestTable(Shown):
         begin with the same points.
         """
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
-        finite = [kind is not Kind.REAL or low == high for kind, low, high in bounds]
+        finite = [not kind.real or low == high for kind, low, high in bounds]
         return bool(finite) and (all(finite) or len(self.layout.experiments) > 1)
 
     def column(self, name: str) -> NDArray[Any]:
@@ -667,11 +667,14 @@ class TestTable(Shown):
             raise self._none_feasible()
         lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
         for j, kind in enumerate(self.kinds):
-            if kind not in (Kind.REAL, Kind.INTEGER):
+            if not kind.real and kind is not Kind.INTEGER:
                 continue
             column = self.X[feasible, j].astype(np.float64)
-            more = margin * (column.max() - column.min())
-            low, high = column.min() - more, column.max() + more
+            low, high = column.min(), column.max()
+            if kind is Kind.LOG:
+                low, high = low / (high / low) ** margin, high * (high / low) ** margin
+            else:
+                low, high = low - margin * (high - low), high + margin * (high - low)
             if kind is Kind.INTEGER:
                 low, high = np.floor(low), np.ceil(high)
             # fmax and fmin ignore a bound that is NaN, as there is none.
