@@ -8,7 +8,19 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 
-from pymoo_psi import FailureTolerant, JoblibRunner, PsiError, Required, Restricted, nsga3
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    JoblibRunner,
+    PsiError,
+    QMCSampling,
+    Recorded,
+    Required,
+    Restricted,
+    TestTable,
+    investigate,
+    nsga3,
+)
 
 
 def model(x, y):
@@ -121,3 +133,59 @@ def test_a_function_must_say_so_of_each_design():
     problem = Required(Plain(), [lambda columns: True])
     with pytest.raises(PsiError, match="truth values of shape"):
         problem.evaluate(np.array([[0.5, 0.5]]))
+
+
+@pytest.mark.parametrize(
+    "make", [Plain, Vectorised, lambda: Plain(elementwise_runner=JoblibRunner(2))]
+)
+def test_psi_reports_designs_that_violate_one_as_infeasible(make):
+    table = investigate(make(), 64)
+    met = table.X[:, 1] <= 2 * table.X[:, 0]
+    assert 10 < met.sum() < 54
+    assert (table.status[~met] == "infeasible").all()
+    assert np.isfinite(table.F[met]).all()
+    if "heat" in table.layout.outputs:
+        assert np.isfinite(table.column("heat")[met]).all()
+    assert {*table.to_frame()["violated"][~met]} == {"slender: height <= 2*width"}
+    run = minimize(make(), PSI(64))
+    assert run.algorithm.table.equals(table)
+    assert run.algorithm.evaluator.n_eval == met.sum()
+    assert investigate(Required(make()), 64).equals(table)
+
+
+def test_points_go_on_until_enough_designs_meet_them():
+    table = investigate(Plain(), 40, fill=True)
+    assert np.isfinite(table.F).all(axis=1).sum() == 40
+    assert np.isfinite(table.F[-1]).all()
+    assert table.equals(investigate(Plain(), len(table)))
+    with pytest.raises(PsiError, match="met by one point in 1000"):
+        investigate(Plain(), 4, fill=True, requirements=["height <= -1"])
+    with pytest.raises(PsiError, match="can be continued"):
+        investigate(Plain(), 4, fill=True, sampling=QMCSampling("lhs"), seed=1)
+
+
+def test_a_study_continues_with_them(tmp_path):
+    whole = investigate(Plain(), 48)
+    investigate(Plain(), 20, study=tmp_path / "run.db")
+    assert investigate(Plain(), 48, study=tmp_path / "run.db").equals(whole)
+    read = TestTable.read_study(tmp_path / "run.db")
+    assert read.equals(whole)
+    with pytest.raises(PsiError):
+        investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])
+
+
+def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():
+    algorithm = PSI(32)
+    algorithm.setup(Plain())
+    while algorithm.has_next():
+        infills = algorithm.ask()
+        algorithm.evaluator.eval(algorithm.problem, infills)
+        algorithm.tell(infills=infills)
+    np.testing.assert_array_equal(algorithm.table.F, investigate(Plain(), 32).F)
+
+
+def test_recorded_runs_none_that_violates_one(tmp_path):
+    problem = Recorded(Plain(), study=tmp_path / "run.db")
+    result = minimize(problem, NSGA2(pop_size=20), ("n_eval", 100), seed=1)
+    assert (result.X[:, 1] <= 2 * result.X[:, 0]).all()
+    assert (problem.table.status == "infeasible").any()

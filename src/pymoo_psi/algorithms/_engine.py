@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, identity_text, integer, invalid
+from pymoo_psi._validation import Received, collection, identity_text, integer, invalid
 from pymoo_psi.algorithms._run import Points, RunOptions, points_of_run
 from pymoo_psi.algorithms._sampling import (
     UniformSampling,
@@ -135,7 +135,10 @@ class Engine:
         self.problem = required(model, options.requirements)
         self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         default = {own: name for name, own in (options.names or {}).items()}
-        log = None if options.log is None else [default.get(name, name) for name in options.log]
+        log = options.log
+        if log is not None:
+            collection("log", log, "a list of variables", "one goes into a list too")
+            log = [default.get(name, name) for name in log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         layout = problem_layout(self.problem, self.space, *columns)

@@ -24,10 +24,18 @@ from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSampling
 from pymoo.operators.selection.tournament import TournamentSelection
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, integer, invalid, wrong_type
 from pymoo_psi.algorithms._sampling import uniform_sampling
 from pymoo_psi.parallel import progress_lines
-from pymoo_psi.problems import require_known_keywords, require_problem, seed_ties
+from pymoo_psi.problems import (
+    LogScaled,
+    design_space,
+    require_known_keywords,
+    require_problem,
+    required,
+    seed_ties,
+)
 
 
 class NSGA3Result(Result):
@@ -44,7 +52,8 @@ def nsga3(
 ) -> NSGA3Result:
     """Minimise a problem by pymoo's NSGA-III and return the Result; ``minimize`` is not needed.
 
-    Exactly ``n_evaluations`` designs are evaluated.
+    Exactly ``n_evaluations`` designs are asked for, of which those that violate the problem's
+    ``requirements`` are not evaluated; variables of its ``log`` are searched in the logarithm.
     The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both
     more designs and more generations; the last generation is cut to the budget. Variables that
     are integer, binary or of several types have the operators that pymoo names for them.
@@ -77,6 +86,9 @@ def nsga3(
         300
     """
     require_problem(problem)
+    problem = required(problem)
+    scaled = any(v.kind is Kind.LOG for v in design_space(problem).variables)
+    problem = LogScaled(problem) if scaled else problem
     budget = integer("n_evaluations", n_evaluations, minimum=1)
     shown = {name: kwargs.pop(name) for name in ("verbose", "progress") if name in kwargs}
     require_known_keywords("nsga3", NSGA3, kwargs)
@@ -98,6 +110,14 @@ def nsga3(
     result = NSGA3Result()
     done = run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
     result.__dict__.update(done.__dict__)
+    if scaled:
+        result.problem = problem.wrapped
+        shared = {id(each): each for group in (result.pop, result.opt) for each in group}
+        found = Population.create(*shared.values())
+        found.set("X", problem.original(found.get("X")))
+        if result.X is not None:
+            best = result.opt.get("X")
+            result.X = best if np.ndim(result.F) > 1 else best[0]
     return result
 
 

@@ -23,6 +23,7 @@ from pymoo_psi.problems import (
     leave_failed_out,
     problem_name,
     require_problem,
+    required,
     seed_ties,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
@@ -97,6 +98,8 @@ class Recorded(WrappedProblem):
         if run.study is None:
             raise wrong_type("study", "the name of a file", None)
         require_problem(problem)
+        if not isinstance(problem, FailureTolerant):
+            problem = required(problem, run.requirements)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
         self._model = problem.wrapped if self._tolerant else problem

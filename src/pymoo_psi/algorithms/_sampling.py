@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,8 @@ class UniformSampling(Sampling):
             points depend on how many there are.
         randomised: Whether points depend on ``random_state``. Set it to ``True`` where they do;
             then a study wants a seed.
+        log: Variables that are spread evenly in the logarithm; those of the problem's attribute
+            ``log`` if None. In a run, the run's ``log`` counts.
 
     Example:
         >>> import numpy as np
@@ -55,6 +58,7 @@ class UniformSampling(Sampling):
 
     extendable = True
     randomised = False
+    log: Collection[str] | None = None
 
     def __repr__(self) -> str:
         """Return the call that makes it."""
@@ -65,7 +69,7 @@ class UniformSampling(Sampling):
     ) -> Any:
         if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
             random_state = np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002
-        space = design_space(problem)
+        space = design_space(problem, log=self.log)
         points = self.unit_points(n_samples, len(space.searched), random_state=random_state)
         return space.designs(space.matrix(points))
 
@@ -107,6 +111,7 @@ class LPTauSampling(UniformSampling):
 
     Args:
         first: Number of the first point, from 1, which lies at the lower bounds.
+        log: See :class:`UniformSampling`.
 
     Raises:
         ArgumentValueError: ``first`` is below 1; in use: the problem has more than 51 variables
@@ -120,8 +125,9 @@ class LPTauSampling(UniformSampling):
         array([[0.  , 0.1 ], [0.7 , 3.05]])
     """
 
-    def __init__(self, *, first: int = 1) -> None:
+    def __init__(self, *, first: int = 1, log: Collection[str] | None = None) -> None:
         super().__init__()
+        self.log = log
         self.first = integer("first", first, minimum=1)
 
     def unit_points(
@@ -145,6 +151,7 @@ class QMCSampling(UniformSampling):
         scramble: Randomise the sequence by the algorithm's seed. ``False`` gives the plain
             sequence, whose numbering is SciPy's and not that of LPτ. Poisson-disk points are
             always random.
+        log: See :class:`UniformSampling`.
 
     Raises:
         ArgumentValueError: The engine is unknown; in use: it cannot give so many points.
@@ -156,8 +163,15 @@ class QMCSampling(UniformSampling):
                [0.25 , 0.667]])
     """
 
-    def __init__(self, engine: str = "sobol", *, scramble: bool = True) -> None:
+    def __init__(
+        self,
+        engine: str = "sobol",
+        *,
+        scramble: bool = True,
+        log: Collection[str] | None = None,
+    ) -> None:
         super().__init__()
+        self.log = log
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
         self.extendable = engine in _EXTENDABLE
@@ -202,7 +216,8 @@ def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) ->
     """Return what a study must know of its points, so that the same ones come again."""
     if isinstance(sampling, LPTauSampling):
         return f"LP-tau from point {sampling.first}"
-    own = {name: value for name, value in vars(sampling).items() if name not in vars(Sampling())}
+    known = {*vars(Sampling()), "log"}
+    own = {name: value for name, value in vars(sampling).items() if name not in known}
     own = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in own.items()}
     attributes = ", ".join(f"{name}={value!r}" for name, value in own.items())
     name = getattr(sampling, "engine", f"{type(sampling).__name__}({attributes})")

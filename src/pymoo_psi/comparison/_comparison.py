@@ -43,7 +43,7 @@ from pymoo_psi.comparison._runs import (
 from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
 from pymoo_psi.parallel import active_workers, in_order, in_parallel, progress_bar
 from pymoo_psi.pareto import listed
-from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem
+from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required
 from pymoo_psi.table import Layout
 
 if TYPE_CHECKING:
@@ -303,6 +303,7 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
+    problem = required(problem)
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     # What the problem lacks, and what a reference cannot hold, is reported before any run.

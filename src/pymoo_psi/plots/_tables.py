@@ -137,7 +137,7 @@ def plot_table(
             for ax, objective in zip(below, rows, strict=True):
                 tests.draw(ax, name, objective)
                 ax.label_outer()
-            if rows and table.kinds[layout.variable(name)] is Kind.REAL:
+            if rows and table.kinds[layout.variable(name)].real:
                 top.set_xlim(below[0].get_xlim())  # others have a bin for each value
         for top in tops:
             top.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
@@ -253,7 +253,7 @@ class Column:
         j = table.layout.variable(name)
         kind, cells = table.kinds[j], table.X[:, j]
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        if kind not in (Kind.REAL, Kind.INTEGER):
+        if not kind.real and kind is not Kind.INTEGER:
             options = sorted({*cells.tolist()}, key=str)
             index = {option: k for k, option in enumerate(options)}
             places = np.array([index[cell] for cell in cells.tolist()], np.float64)
@@ -263,6 +263,9 @@ class Column:
         known = np.array([*x, *bounds])
         if kind is Kind.INTEGER and len(x) and np.ptp(known) <= 30:
             return cls(x + aside, (), (known.min() - 0.5, known.max() + 0.5))
+        if kind is Kind.LOG:
+            low, high = view(np.log(x), *np.log(bounds))
+            return cls(x, (), (float(np.exp(low)), float(np.exp(high))))
         return cls(x, (), view(x, *bounds))
 
 
@@ -334,6 +337,8 @@ class Tests:
             axes.plot(across, up, **_PROTOTYPE)
         axes.set(xlim=x.ends, ylim=y.ends)
         for letter, name in (("x", first), ("y", second)):
+            if self.table.layout.is_log(name):
+                axes.set(**{f"{letter}scale": "log"})
             _draw_limits(axes, letter, name, self.bounds.get(name, _OPEN))
         layout = self.table.layout
         name_axes(axes, layout.label_of(first), layout.label_of(second), x.options)
@@ -353,6 +358,8 @@ class Tests:
 def _draw_bars(axes: Axes, found: Histogram, *, tested: bool) -> None:
     """Draw the bars of each group; ``tested`` not where some of the tested are in no bin."""
     edges, width = found.edges, np.diff(found.edges)
+    if len(width) > 1 and not np.allclose(width, width[0]):  # of a logarithmic scale
+        axes.set_xscale("log")
     for group, ((start, end), look) in _BARS.items():
         if group == "tested" and not tested:
             continue
@@ -386,7 +393,9 @@ def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> Non
     letters = _LETTERS // (grid.ncols if grid else 1)
     axes.set_xlabel(literal(x, letters))
     axes.set_ylabel(literal(y, 22))
-    axes.locator_params(nbins=4)
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "linear":
+            axis.get_major_locator().set_params(nbins=4)
     if options:
         places = range(0, len(options), -(-len(options) // 12))
         names = [literal(options[place], 14) for place in places]

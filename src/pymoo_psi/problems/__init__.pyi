@@ -13,6 +13,7 @@ from ._failures import FailureTolerant as FailureTolerant
 from ._failures import leave_failed_out as leave_failed_out
 from ._failures import untolerant as untolerant
 from ._identification import Identification as Identification
+from ._logarithmic import LogScaled as LogScaled
 from ._named import NamedProblem as NamedProblem
 from ._named import Setting as Setting
 from ._outputs import Output as Output

@@ -51,7 +51,7 @@ class Variable:
             found = low + (high - low) * points
             found = np.exp(found) if self.kind is Kind.LOG else found
             # of a point 1, which no sequence has, rounding may lie above the bound
-            return np.clip(found, self.lower, self.upper)
+            return np.asarray(np.clip(found, self.lower, self.upper))
         # n values share [0, 1) in n equal parts; the last one is upper, of a point 1 too
         steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
         steps = np.minimum(steps, self.upper)

@@ -111,7 +111,7 @@ class Restricted(WrappedProblem):
         if not free.variables:
             raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
         if space.named:
-            changed: dict[str, Any] = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
+            changed: dict[str, Any] = {"vars": {v.name: pymoo_variable(v) for v in free.variables}}
         else:
             xl, xu = problem.xl, problem.xu  # None of binary variables
             changed = {"n_var": len(free.variables)}
@@ -214,7 +214,7 @@ def _kept(part: Variable) -> Any:
     return list(part.options) if part.kind is Kind.CHOICE else (part.lower, part.upper)
 
 
-def _pymoo_variable(variable: Variable) -> Any:
+def pymoo_variable(variable: Variable) -> Any:
     """Return pymoo's variable."""
     ends = variable.lower, variable.upper
     if variable.kind is Kind.CHOICE:

@@ -115,11 +115,11 @@ def histogram(
         name, place, known = layout.variables[j], table.X[:, j], every
         if table.kinds[j].real:
             place = place.astype(np.float64)  # of variables of several kinds it is objects
-            ends = layout.lower[j], layout.upper[j]
+            low, high = layout.lower[j], layout.upper[j]
             if table.kinds[j] is Kind.LOG:
-                edges = np.exp(_edges(np.log(place), *np.log(ends), bins))
+                edges = np.exp(_edges(np.log(place), np.log(low), np.log(high), bins))
             else:
-                edges = _edges(place, *ends, bins)
+                edges = _edges(place, low, high, bins)
         else:
             options, place = value_ranks(place)
             values, edges = tuple(options), np.arange(-0.5, len(options))

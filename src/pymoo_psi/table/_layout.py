@@ -235,6 +235,15 @@ class Layout:
         text = f"{name} [{unit}]" if unit else name
         return f"{text} (max)" if name in self.maximize else text
 
+    def is_log(self, name: str) -> bool:
+        """Whether a column is a variable on a logarithmic scale.
+
+        Example:
+            >>> Layout.of(["width", "area"], 1, kinds=["real", "log"]).is_log("area")
+            True
+        """
+        return (name, Kind.LOG) in zip(self.variables, self.kinds, strict=False)
+
     def variable(self, key: Key) -> int:
         """Return the index of a variable given by name or index.
 

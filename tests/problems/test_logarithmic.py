@@ -1,0 +1,148 @@
+"""Logarithmic variables: as the same problem with its logarithms as variables."""
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Real
+from pymoo.optimize import minimize
+
+from pymoo_psi import (
+    PSI,
+    LogScaled,
+    LPTauSampling,
+    PsiError,
+    QMCSampling,
+    Restricted,
+    SurrogatePSI,
+    TestTable,
+    investigate,
+    nsga3,
+)
+from pymoo_psi.plots import plot_table
+from pymoo_psi.table import histogram, sensitivities
+
+
+def values(exponent, height):
+    return [exponent**2 + height, (exponent - 2) ** 2 + (height - 1) ** 2]
+
+
+class Wide(ElementwiseProblem):
+    """Area from 1e-4 to 1e3; what counts is its common logarithm."""
+
+    def __init__(self, log=("area",)):
+        self.names, self.log = {"x1": "area", "x2": "height"}, list(log)
+        super().__init__(n_var=2, n_obj=2, xl=[1e-4, 0.0], xu=[1e3, 2.0])
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = values(np.log10(x[0]), x[1])
+
+
+class Plain(ElementwiseProblem):
+    """The same with the logarithm as its variable."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=[-4.0, 0.0], xu=[3.0, 2.0])
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = values(*x)
+
+
+def exponents(X):
+    return np.column_stack([np.log10(np.asarray(X, float)[:, 0]), np.asarray(X, float)[:, 1]])
+
+
+@pytest.mark.parametrize(
+    "search",
+    [
+        lambda problem: investigate(problem, 64),
+        lambda problem: investigate(problem, 64, sampling=QMCSampling("halton"), seed=1),
+        lambda problem: minimize(problem, PSI(64)).algorithm.table,
+        lambda problem: minimize(problem, SurrogatePSI(44), seed=1).algorithm.table,
+    ],
+)
+def test_every_search_is_that_of_the_logarithms(search):
+    found, plain = search(Wide()), search(Plain())
+    np.testing.assert_allclose(exponents(found.X), plain.X.astype(float), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found.F, plain.F, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["area", "x1"])
+def test_the_option_is_as_the_attribute(name):
+    expected = investigate(Wide(), 16)
+    assert investigate(Wide(log=()), 16, log=[name]).equals(expected)
+    X = LPTauSampling(log=[name]).do(Wide(log=()), 16).get("X")
+    np.testing.assert_array_equal(X, expected.X)
+    assert not investigate(Wide(), 16, log=[]).equals(expected)
+
+
+def test_nsga3_searches_in_the_logarithm_and_returns_designs():
+    found, plain = (nsga3(p, n_evaluations=200, seed=1) for p in (Wide(), Plain()))
+    np.testing.assert_allclose(exponents(found.X), plain.X, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(exponents(found.pop.get("X")), plain.pop.get("X"), atol=1e-9)
+    np.testing.assert_allclose(found.F, plain.F, rtol=1e-9, atol=1e-9)
+
+
+def test_the_wrapper_serves_other_algorithms():
+    scaled = LogScaled(Wide())
+    found = minimize(scaled, NSGA2(20), ("n_eval", 200), seed=1)
+    plain = minimize(Plain(), NSGA2(20), ("n_eval", 200), seed=1)
+    np.testing.assert_allclose(found.X, plain.X, atol=1e-9)
+    np.testing.assert_allclose(exponents(scaled.original(found.X)), plain.X, atol=1e-9)
+
+
+def test_mixed_variables_may_be_logarithmic():
+    class Mixed(ElementwiseProblem):
+        def __init__(self):
+            kinds = {"area": Real(bounds=(1e-4, 1e3)), "steel": Choice(options=["a", "b"])}
+            super().__init__(vars=kinds, n_obj=2)
+            self.log = ["area"]
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = values(np.log10(x["area"]), 1.0 + (x["steel"] == "b"))
+
+    table = investigate(Mixed(), 128)
+    exponent = np.log10(table.X[:, 0].astype(float))
+    assert abs(np.quantile(exponent, [0.25, 0.5, 0.75]) - [-2.25, -0.5, 1.25]).max() < 0.1
+    result = nsga3(Mixed(), n_evaluations=60, seed=1)
+    areas = np.array([x["area"] for x in result.X])
+    assert ((areas >= 1e-4) & (areas <= 1e3)).all()
+
+
+def test_a_part_of_the_bounds_stays_logarithmic():
+    table = investigate(Restricted(Wide(), {"area": (1e-2, 1e2)}), 64)
+    expected = investigate(Restricted(Plain(), {"x1": (-2.0, 2.0)}), 64)
+    np.testing.assert_allclose(exponents(table.X), expected.X, atol=1e-9)
+    low, high = table.refined_bounds({"f1": 1.0}, margin=0.1)
+    plain_low, plain_high = expected.refined_bounds({"f1": 1.0}, margin=0.1)
+    np.testing.assert_allclose([np.log10(low[0]), np.log10(high[0])], [plain_low[0], plain_high[0]])
+
+
+def test_analysis_is_that_of_the_logarithm(tmp_path):
+    table, plain = investigate(Wide(), 256), investigate(Plain(), 256)
+    np.testing.assert_allclose(
+        np.log10(histogram(table, "area", bins=7).edges), histogram(plain, "x1", bins=7).edges
+    )
+    # equal up to rounding: ranks decide
+    np.testing.assert_allclose(
+        sensitivities(table)["first_order"], sensitivities(plain)["first_order"], atol=1e-9
+    )
+    table.to_csv(tmp_path / "table.csv")
+    table.to_study(tmp_path / "table.db")
+    for read in (
+        TestTable.read_csv(tmp_path / "table.csv"),
+        TestTable.read_study(tmp_path / "table.db"),
+    ):
+        assert read.equals(table)
+        assert read.layout.is_log("area")
+    axes = plot_table(table).axes
+    assert any(ax.get_xscale() == "log" for ax in axes)
+
+
+@pytest.mark.parametrize(
+    ("log", "match"),
+    [(["aera"], "did you mean 'area'"), (["height"], "above 0"), ("area", "a list of variables")],
+)
+def test_wrong_scales_are_refused(log, match):
+    with pytest.raises(PsiError, match=match):
+        investigate(Wide(log=()), 4, log=log)
