@@ -393,9 +393,10 @@ def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> Non
     letters = _LETTERS // (grid.ncols if grid else 1)
     axes.set_xlabel(literal(x, letters))
     axes.set_ylabel(literal(y, 22))
-    for axis in (axes.xaxis, axes.yaxis):
-        if axis.get_scale() == "linear":
-            axis.get_major_locator().set_params(nbins=4)
+    if axes.get_xscale() == "linear":
+        axes.locator_params(axis="x", nbins=4)
+    if axes.get_yscale() == "linear":
+        axes.locator_params(axis="y", nbins=4)
     if options:
         places = range(0, len(options), -(-len(options) // 12))
         names = [literal(options[place], 14) for place in places]

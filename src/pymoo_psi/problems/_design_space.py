@@ -240,8 +240,11 @@ def design_space(
             f"{problem_name(problem)} must have continuous variables, got {kinds}"
         )
     own = own_names(problem, space)
-    wanted = getattr(problem, "log", None) or () if log is None else log
-    for name in collection("log", wanted, "a list of variables", "one goes into a list too"):
+    if log is None:  # an attribute of another type is a logger or a file
+        log = getattr(problem, "log", None)
+        log = log if isinstance(log, (list, tuple)) and all(isinstance(n, str) for n in log) else ()
+    wanted = collection("log", log, "a list of variables", "one goes into a list too")
+    for name in wanted:
         known_name("log", name, {*own, *own.values()})
     return replace(
         space,
