@@ -33,6 +33,7 @@ class Column:
         unit: The user's unit; empty if there is none.
         role: What it is.
         maximize: Whether more is better.
+        log: Whether it is a variable on a logarithmic scale.
         values: ``(n,)`` float64, or texts; those of existing designs last.
     """
 
@@ -40,6 +41,7 @@ class Column:
     unit: str
     role: Role
     maximize: bool
+    log: bool
     values: NDArray[Any]
 
 
@@ -116,6 +118,7 @@ def columns_of(table: TestTable, former: TestTable | None) -> list[Column]:
             layout.units.get(name, ""),
             role,
             name in layout.maximize,
+            layout.is_log(name),
             _values(name, table, former, texts=name in texts or name in extra),
         )
         for role, names in groups
@@ -211,13 +214,17 @@ def _packed(field: str, column: Column, optimal: NDArray[np.bool_]) -> dict[str,
         return packed | {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
     values = column.values[: len(optimal)]  # without those of existing designs
     known = np.isfinite(values)
-    low, high, log = scale_of(values[known & optimal])
+    low, high, crowded = scale_of(values[known & optimal])
+    # what is spread over decades has its digits in each of them
+    decades = column.log and high > 10**_DECADES * low
     beyond = known & ((values < low) | (values > high))
     return packed | {
         "values": _base64(column.values),
-        "notation": notation_of(values[known & optimal & ~beyond]),
+        "notation": ("exponent", _DIGITS - 1)
+        if decades
+        else notation_of(values[known & optimal & ~beyond]),
         "range": [low, high],
-        "log": log,
+        "log": crowded or (column.log and low > 0),
         "clipped": int((beyond & optimal).sum()),
         "beyond": int(beyond.sum()),
     }
