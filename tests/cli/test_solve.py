@@ -284,7 +284,7 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
 @pytest.mark.parametrize("width", [1e-300, 1e-9, 1 / 7, 2e5, 1e300])
 def test_a_printed_box_is_taken_and_holds_the_feasible_designs(lower, width):
     """Whatever the scale: read as it is typed it lies in the bounds, and around these designs."""
-    from pymoo_psi.cli import _solve
+    from pymoo_psi.cli import _problem
 
     class Scaled(Problem):
         names: ClassVar = {"x1": "a,b=c"}
@@ -301,7 +301,7 @@ def test_a_printed_box_is_taken_and_holds_the_feasible_designs(lower, width):
     table = investigate(problem, 16)
     third = np.sort(table.X[:, 0])[5]
     table = table.under(Formulation(limits={"a,b=c": float(third), "x2": 0.7}))
-    box = _solve._box_in([_solve.feasible_box(table, problem)], problem)
+    box = _problem._box_in([_problem.feasible_box(table, problem)], problem)
     low, high = box["a,b=c"]
     inside = table.X[table.feasible(), 0]
     assert lower <= low <= inside.min()

@@ -83,7 +83,7 @@ ProblemName: TypeAlias = Annotated[
         metavar="PROBLEM",
         help="'chute', a test problem of pymoo such as bnh, or your own as module:attribute, "
         "beam:Beam for the class Beam in beam.py. Its arguments are options behind it: "
-        "dtlz2 --n-obj 4.",
+        "dtlz2 --n-obj 4. Or another program, by a FILE.toml.",
     ),
 ]
 SourceFile: TypeAlias = Annotated[
@@ -249,6 +249,7 @@ _CHUTE = (
     'pymoo-psi solve bnh --points 256 --limits "f1<=60, x1<=2" --study bnh.db',
     "pymoo-psi solve dtlz2 --n-obj 4 --n-var 7 --algorithm nsga3 --points 500",
     'pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"',
+    "pymoo-psi solve --new bracket.toml",
     more=_CHUTE,
     of_problem=True,
 )
@@ -261,7 +262,7 @@ class Solve(Asked):
     algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi
     points: Annotated[
         int | None,
-        _option("N", "Designs to evaluate [4096, of surrogate 256]."),
+        _option("N", "Designs to evaluate [4096, of surrogate 256, of a FILE.toml 128]."),
     ] = None
     sampling: Annotated[
         SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
@@ -289,6 +290,12 @@ class Solve(Asked):
         _option("failed|1,2", "Test failed designs of the study once more."),
     ] = None
     out: Annotated[File, _path("FILE.csv", "Write the Pareto set here.")] = None
+    new: Annotated[
+        bool, typer.Option("--new", help="Write an example of a FILE.toml, to be edited.")
+    ] = False
+    trial: Annotated[
+        bool, typer.Option("--try", help="Run the program of a FILE.toml once, and show all of it.")
+    ] = False
 
 
 @_command(

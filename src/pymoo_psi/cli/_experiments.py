@@ -22,7 +22,7 @@ from pymoo_psi.cli._output import (
     say,
     write_csv,
 )
-from pymoo_psi.cli._solve import load_problem
+from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, report
 from pymoo_psi.paper import PAPER_MU, PAPER_POINTS, Case, Reproduction, reproduce

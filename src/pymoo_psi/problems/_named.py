@@ -11,7 +11,7 @@ import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 
-from pymoo_psi._validation import finite_number, invalid, known_name, mapping
+from pymoo_psi._validation import finite_number, instance, invalid, known_name, mapping
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._pymoo import require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
@@ -44,14 +44,17 @@ class Setting:
         known_name("kind", self.kind, ("real", "integer"))
         if len(self.bounds) != 2 * (not self.choices):
             raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
+        ends = [finite_number("a bound", end) for end in self.bounds]
+        if ends and not (ends[0] <= ends[1] and (ends[0] > 0 or self.scale == "linear")):
+            above = " and above 0" if self.scale == "log" else ""
+            raise invalid("bounds", f"in increasing order{above}", self.bounds)
 
     @property
     def variable(self) -> Any:
         """What pymoo calls it."""
         if self.choices:
             return Choice(options=list(self.choices))
-        low, high = (finite_number("a bound", end) for end in self.bounds)
-        return (Real if self.kind == "real" else Integer)(bounds=(low, high))
+        return (Real if self.kind == "real" else Integer)(bounds=tuple(map(float, self.bounds)))
 
 
 class NamedProblem(ElementwiseProblem):
@@ -139,8 +142,10 @@ def sections(where: str, kind: type[Any], given: Any) -> dict[str, Any]:
 
 def section(where: str, kind: type[Any], given: Any) -> Any:
     """Return a section of the file as a value of its class."""
-    for word in mapping(where, given, "settings to values"):
-        known_name(f"a setting of {where}", word, [f.name for f in fields(kind)])
+    kinds = {f.name: f.type for f in fields(kind)}
+    for word, value in mapping(where, given, "settings to values").items():
+        if kinds[known_name(f"a setting of {where}", word, kinds)] == "str":
+            instance(f"{where}: {word}", value, str)
     try:
         return kind(**given)
     except (ArgumentValueError, ArgumentTypeError) as error:

@@ -72,7 +72,7 @@ class Output:
         """
         if not (folder / self.file).is_file():
             raise RunError(f"the program left no file {self.file}")
-        text = text_of(folder / self.file)
+        text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
         cell = self._value(text) if self.key else self._cell(text)
         if not _NUMBER.fullmatch(cell.strip()):
             raise RunError(f"{cell.strip()!r:.60} in {self.file} is no plain number")

@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pymoo.core.variable import Integer, Real
 
 from pymoo_psi._validation import (
     Received,
+    collection,
     invalid,
     known_name,
     mapping,
@@ -68,11 +68,20 @@ class Program:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if not self.command:
-            raise invalid("command", "the program with its arguments", self.command)
+        try:
+            words = shlex.split(self.command)
+        except ValueError:
+            words = []
+        if not words:
+            rule = "the program with its arguments, quotation marks in pairs"
+            raise invalid("command", rule, self.command)
+        if {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
+            rule, remedy = "one program without a shell", 'write a script, command = "sh run.sh"'
+            raise invalid("command", rule, self.command, remedy)
         known_name("keep", self.keep, ("failed", "all", "none"))
         if self.timeout is not None:
             positive_number("timeout", self.timeout)
+        collection("files", self.files, "a list of files")
         if self.files and not self.template:
             raise invalid("files", "given with template, the folder they are in", self.files)
 
@@ -109,7 +118,8 @@ class Program:
             process.wait()
         if code != 0:
             lines = (text_of(err).strip() or text_of(out).strip() or "no message").splitlines()
-            raise RunError(f"exit code {code}: {lines[-1]:.120}")
+            how = f"exit code {code}" if code > 0 else f"ended by {signal.Signals(-code).name}"
+            raise RunError(f"{how}: {_readable(lines[-1]):.120}")
 
 
 @dataclass
@@ -119,7 +129,7 @@ class ProgramRun:
     Attributes:
         folder: Where it ran.
         words: The command as it ran.
-        written: The values written, by file and placeholder.
+        written: The values written, by file and placeholder; other braces as they are.
         outputs: The numbers that were read.
         seconds: How long it took.
         flaw: What is wrong; empty if nothing is.
@@ -193,21 +203,25 @@ class ProgramProblem(NamedProblem):
         base: str | PathLike[str] = ".",
         **kwargs: Any,
     ) -> None:
-        self.base, self.key = Path(base).absolute(), key
+        self.base, self.key = Path(base).absolute(), str(key)
         self.program: Program = section("program", Program, program)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
         units = {n: output.unit for n, output in self.outputs.items() if output.unit}
         goals = mapping("objectives", objectives, "minimize and maximize to outputs")
         for word in goals:
             known_name("an entry of objectives", word, ("minimize", "maximize"))
+            collection(f"objectives: {word}", goals[word], "a list of outputs")
         most = [*goals.get("maximize", ())]
         every = [*goals.get("minimize", ()), *most]
         if not every or len({*every}) < len(every):
             raise invalid("objectives", "outputs named once, one or more", every)
-        for n in (*every, *(limits or ())):
-            known_name("an objective or limit", n, self.outputs)
+        for n in every:
+            known_name("an objective", n, self.outputs)
+        for n in limits or ():
+            remedy = "of variables there are bounds, and requirements"
+            known_name("what is limited", n, self.outputs, remedy)
         super().__init__(
-            variables, every, most, limits, requirements, units=units, name=name, **kwargs
+            variables, every, most, limits, requirements, units=units, name=str(name), **kwargs
         )
         if both := self.variables.keys() & self.outputs.keys():
             raise invalid("the name of an output", "unlike those of variables", min(both))
@@ -237,7 +251,8 @@ class ProgramProblem(NamedProblem):
                 raise invalid("the file", f"one with [{lacking[0]}]", Received("none"))
             return cls(**sections, base=path.parent, **kwargs)
         except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
-            raise ArgumentValueError(f"{path}: {error}") from error
+            remedy = "; between '…' it stays as it is" if "Unescaped" in str(error) else ""
+            raise ArgumentValueError(f"{path}: {error}{remedy}") from error
 
     def fingerprint(self) -> dict[str, Any]:
         """Return what a study depends on: key, command, files with placeholders, outputs."""
@@ -260,7 +275,8 @@ class ProgramProblem(NamedProblem):
         """
         folder = self.base / self.program.folder
         folder.mkdir(parents=True, exist_ok=True)
-        run = ProgramRun(Path(tempfile.mkdtemp(prefix=f"{self._name}-", dir=folder)))
+        prefix = re.sub(r"\W+", "-", f"{self._name}-")
+        run = ProgramRun(Path(tempfile.mkdtemp(prefix=prefix, dir=folder)))
         began = time.monotonic()
         try:
             self._prepare(run, values)
@@ -287,7 +303,8 @@ class ProgramProblem(NamedProblem):
         program, texts = self.program, {"the command": self.program.command}
         if program.template:
             if not self._template.is_dir():
-                raise invalid("template", "a folder with what the program needs", program.template)
+                rule = "a folder with what the program needs"
+                raise invalid("template", rule, program.template, f"it is sought in {self.base}")
             runs = (self.base / program.folder).resolve()
             if runs.is_relative_to(self._template.resolve()):
                 raise invalid("folder", "outside of the template, which is copied", program.folder)
@@ -312,8 +329,13 @@ class ProgramProblem(NamedProblem):
                 if name not in self.variables and near:  # other braces stay as they are
                     rule = f"{{{near[0]}}}, or unlike a variable"
                     raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
-                if isinstance(variable := self.variables.get(name), (Real, Integer)):
-                    _shown(variable.bounds[0], form)
+                variable = self.variables.get(name)
+                for value in getattr(variable, "options", getattr(variable, "bounds", ())):
+                    try:
+                        _shown(value, form)
+                    except ValueError as error:
+                        rule, mark = "with a format such as {width:.6g}", f"{{{name}:{form}}}"
+                        raise invalid(f"{mark} in {where}", rule, Received(error)) from None
         for n in self.variables:
             if n not in used:
                 rule = "in the command, in one of files or in an expression"
@@ -336,7 +358,7 @@ class ProgramProblem(NamedProblem):
 
         def value(found: re.Match[str]) -> str:
             if found[1] not in values:
-                return found[0]
+                return written.setdefault(found[0], found[0])
             return written.setdefault(found[0], _shown(values[found[1]], found[2] or ""))
 
         return _PLACEHOLDER.sub(value, text)
@@ -365,12 +387,11 @@ class ProgramProblem(NamedProblem):
         return run.outputs
 
 
+def _readable(text: str) -> str:
+    """Return a text whose bytes that were no UTF-8 are shown as such."""
+    return text.encode(errors="surrogateescape").decode(errors="replace")
+
+
 def _shown(value: Any, form: str) -> str:
     """Return a value as it is written into a file."""
-    value = value.item() if isinstance(value, np.generic) else value
-    try:
-        return format(value, form)
-    except ValueError as error:
-        raise invalid(
-            "a placeholder", "with a format such as {width:.6g}", form, str(error)
-        ) from None
+    return format(value.item() if isinstance(value, np.generic) else value, form)

@@ -163,7 +163,8 @@ class Required(WrappedProblem):
         # lists, as a matrix of several kinds of variables holds objects
         rows = zip(self._variables, matrix.T, strict=True)
         columns = {name: np.array(column.tolist()) for name, column in rows}
-        return np.column_stack([each.violation(columns) for each in self.required])
+        none = np.zeros((len(matrix), 0))
+        return np.column_stack([none, *(each.violation(columns) for each in self.required)])
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate the designs that meet the requirements; pymoo calls this from ``evaluate``."""

@@ -1,0 +1,1 @@
+"""Three models of engineers, whose programs are installed from Debian or PyPI."""

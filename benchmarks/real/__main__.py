@@ -1,0 +1,110 @@
+"""PSI, limits, then proposals from the same tests, on a model of an engineer.
+
+python -m benchmarks.real bracket --points 256 --proposals 128 --jobs 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pymoo.indicators.hv import HV
+from pymoo.optimize import minimize
+
+from benchmarks.machine import describe_machine
+from pymoo_psi import PSI, Formulation, JoblibRunner, ProgramProblem, SurrogatePSI, TestTable
+from pymoo_psi.page import decision_page
+from pymoo_psi.report import decision_report
+
+EXAMPLES = ("bracket", "pipes", "charging")
+# What an engineer asks for when the tests are there.
+LIMITS: dict[str, dict[str, Any]] = {
+    "bracket": {"mass": 1.5, "sag": 0.2},
+    "pipes": {"pressure": (20, None)},
+    "charging": {"time": 60, "charge": (3.5, None)},
+}
+
+
+def load(name: str) -> Any:
+    """Return the problem of an example.
+
+    Raises:
+        ImportError: Its package is not installed.
+        PsiError: Its program is not installed.
+    """
+    if name == "bracket":
+        return ProgramProblem.from_toml(Path(__file__).parent / "bracket" / "bracket.toml")
+    if name == "pipes":
+        from benchmarks.real.pipe_sizes import PipeSizes
+
+        return PipeSizes()
+    from benchmarks.real.fast_charging import FastCharging
+
+    return FastCharging()
+
+
+def front(table: TestTable, limits: dict[str, Any]) -> Any:
+    """Return the objectives of the Pareto-optimal feasible designs, all minimised."""
+    return table.F[table.pareto(limits)]
+
+
+def main() -> None:
+    """Run an example, print its figures, and write its studies, page and report."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("example", choices=EXAMPLES)
+    parser.add_argument("--points", type=int, default=256)
+    parser.add_argument("--proposals", type=int, default=128)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("real"))
+    given = parser.parse_args()
+    folder, limits = given.out / given.example, LIMITS[given.example]
+    folder.mkdir(parents=True, exist_ok=True)
+    problem = load(given.example)
+    problem.elementwise_runner = JoblibRunner(given.jobs, timeout=300, in_process=False)
+    print(describe_machine())
+
+    def tests(algorithm: PSI) -> TestTable:
+        began = time.perf_counter()
+        table: TestTable = minimize(problem, algorithm, seed=1).algorithm.table
+        spent = time.perf_counter() - began
+        print(
+            f"  {type(algorithm).__name__}: {spent:.0f} s, {spent / algorithm.n_points:.2f} s a test"
+        )
+        return table
+
+    first = tests(PSI(given.points, study=folder / "psi.db"))
+    proposed = tests(
+        SurrogatePSI(given.proposals, start=first, limits=limits, study=folder / "proposals.db")
+    )
+    # as many more points of the sequence, for comparison
+    more = tests(PSI(given.proposals, first=int(first.numbers[-1]) + 1, study=folder / "more.db"))
+    steps = {
+        f"PSI, {given.points} points": first,
+        f"and {given.proposals} proposals": proposed,
+        f"or {given.proposals} points more": first.merge(more),
+    }
+    fronts = [front(table, limits) for table in steps.values()]
+    every = np.concatenate(fronts)
+    low, high = every.min(axis=0), every.max(axis=0)
+    indicator = HV(ref_point=np.full(every.shape[1], 1.1))
+    print(f"{given.example}, limits {limits}, {given.jobs} jobs")
+    for (what, table), F in zip(steps.items(), fronts, strict=True):
+        failed, eligible = int((table.status == "failed").sum()), table.eligible(limits).sum()
+        volume = indicator((F - low) / (high - low)) / 1.1 ** F.shape[1] if len(F) else 0.0
+        print(
+            f"  {what}: {len(table)} tests, {failed} failed, {eligible} within the limits, "
+            f"{len(F)} Pareto optimal, hypervolume {volume:.3f}"
+        )
+    decision_page(proposed, Formulation(limits=limits), title=given.example).save(
+        folder / "page.html"
+    )
+    report = decision_report(proposed, limits, title=given.example)
+    report.save(folder / "report.html")
+    print(f"  {report}; page and report in {folder}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,350 @@
+"""From the word after ``solve`` to a problem: a test problem, a class, a program's TOML file."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import importlib
+import inspect
+import io
+import math
+import os
+import re
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import timedelta
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import typer
+from pymoo.core.problem import Problem
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    invalid,
+    job_count,
+    known_name,
+    positive_number,
+)
+from pymoo_psi.cli._output import print_frame, say
+from pymoo_psi.cli._source import NUMBER, number_in, pairs_in
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
+from pymoo_psi.parallel import JoblibRunner
+from pymoo_psi.problems import (
+    ProgramProblem,
+    Required,
+    Restricted,
+    VectorizedSphereChute,
+    design_space,
+    problem_layout,
+    problem_name,
+)
+from pymoo_psi.table import TestTable
+
+_WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_FORMS = (
+    "'chute', the name of a pymoo test problem such as 'zdt1', module:attribute, or a program's "
+    "FILE.toml"
+)
+
+
+def load_problem(
+    name: str,
+    context: typer.Context,
+    jobs: int = 1,
+    timeout: float | None = None,
+    box: Sequence[str] | None = None,
+) -> Problem:
+    """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
+
+    Args:
+        name: ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
+            ``module:attribute`` where the attribute is a problem, or a class or function that gives
+            one. The working directory is searched for the module first.
+        context: The command's; options that it does not know are arguments of the problem.
+        jobs: Processes for a problem that evaluates one design at a time; others use one.
+        timeout: Seconds that a design of such a problem may take, if there is a limit.
+        box: The part of its bounds that is meant, as it is typed; the whole unless given.
+
+    Raises:
+        PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
+    """
+    jobs, given = job_count("--jobs", jobs), _arguments_in(context.args)
+    own = [option for parameter in context.command.params for option in parameter.opts]
+    if timeout is not None:
+        positive_number("--timeout", timeout)
+    if name == "chute":
+        problem = _made(name, VectorizedSphereChute, VectorizedSphereChute, given, own)
+    elif name.endswith(".toml"):
+        found = ProgramProblem.from_toml(Path(name).expanduser())
+        if timeout is not None:  # so its folder is kept, and named in the reason
+            found.program, timeout = replace(found.program, timeout=timeout), None
+        problem = _made(name, found, found, given, own)
+    elif ":" in name:
+        found = _attribute(name)
+        problem = _made(name, found, found, given, own)
+    else:
+        kind = _kind_of_pymoo(name)
+        from pymoo.problems import get_problem
+
+        problem = _made(name, partial(get_problem, name), kind, given, own)
+    if problem.n_obj < 1 or problem.n_var < 1:
+        rule = "a problem with one variable and one objective or more"
+        raise invalid("PROBLEM", rule, Received(name))
+    try:
+        problem_layout(problem, design_space(problem))
+    except (ArgumentValueError, ArgumentTypeError) as error:
+        raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
+    if problem.elementwise and (jobs != 1 or timeout is not None):
+        # A model may end its process, and must not end this one.
+        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
+    elif timeout is not None:
+        shown = Received(f"{problem_name(problem)}, which takes many at once")
+        rule = "a problem that evaluates one design at a time where --timeout is given"
+        raise invalid("PROBLEM", rule, shown)
+    return Restricted(problem, _box_in(box, problem)) if box else problem
+
+
+def _arguments_in(words: Sequence[str]) -> dict[str, str]:
+    """Return the values of options by name, each behind it or its sign of equality."""
+    given: dict[str, str] = {}
+    rest = list(words)
+    while rest:
+        name, equals, value = rest.pop(0).partition("=")
+        if not name.startswith("--") or name in given:
+            raise PsiError(f"Unexpected argument: {name}; each option is given once")
+        given[name] = value if equals else rest.pop(0) if rest else ""
+    return given
+
+
+def _kind_of_pymoo(name: str) -> type[Problem]:
+    """Return the class of a test problem of pymoo."""
+    from pymoo.problems import get_problem, many, multi, single
+
+    # pymoo's names are mostly those of the classes; its own list of them cannot be read.
+    classes = {
+        found.__name__.lower(): found
+        for module in (single, multi, many)
+        for found in vars(module).values()
+        if isinstance(found, type) and issubclass(found, Problem)
+    }
+    if name.lower() in classes:
+        return classes[name.lower()]
+    try:
+        return type(get_problem(name))
+    except Exception as error:  # pymoo raises bare exceptions of many kinds here
+        near = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
+        remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
+        if name.endswith(".py"):
+            remedy = f"of a class Beam in it say {name.removesuffix('.py')}:Beam"
+        raise invalid("PROBLEM", _FORMS, name, remedy) from error
+
+
+def _attribute(name: str) -> Any:
+    """Return what ``module:attribute`` names."""
+    module, _, attribute = name.partition(":")
+    if "" not in sys.path:  # an installed command has its own folder there, not the user's
+        sys.path.insert(0, "")
+    try:
+        value: Any = importlib.import_module(module)
+        for part in attribute.split("."):
+            value = getattr(value, part)
+    # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
+    except (Exception, SystemExit) as error:
+        if isinstance(error, PsiError):  # its message stands for itself
+            raise
+        reason = f"{type(error).__name__}: {error}"
+        if "/" in module or module.endswith(".py"):  # a file, which is no module's name
+            folder, slash, file = module.rpartition("/")
+            reason = f"say {file.removesuffix('.py')}:{attribute}"
+            reason += f" in the folder {folder or slash}" if slash else ""
+        raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
+    return value
+
+
+def _made(name: str, make: Any, kind: Any, given: Mapping[str, str], own: Sequence[str]) -> Problem:
+    """Return a problem, or what a class or function makes with the options.
+
+    Args:
+        name: What was typed for it.
+        make: The problem, or what is called with the options.
+        kind: The class or function whose arguments these are.
+        given: The options.
+        own: Names of the command's options, one of which may be meant.
+    """
+    known = {f"--{word.replace('_', '-')}": word for word in _arguments(kind)}
+    for option in given:
+        if option not in known:
+            near = difflib.get_close_matches(option, [*known, *own], n=1, cutoff=0.7)
+            meant = f"did you mean {near[0]}? " if near else ""
+            taken = ", ".join(known) or "none"
+            raise PsiError(f"No such option: {option}; {meant}arguments of {name}: {taken}")
+    values = {known[option]: _value_in(text) for option, text in given.items()}
+    try:
+        problem = make if isinstance(make, Problem) else make(**values)
+        if isinstance(problem, Problem):
+            problem_name(problem)  # the user's too, and needed in messages later on
+    except (Exception, SystemExit) as error:
+        if isinstance(error, PsiError):
+            raise
+        reason = f"{type(error).__name__}: {error}"
+        reason += f"; its arguments: {', '.join(known)}" if known else f"; {_WRAPPED}"
+        raise invalid("PROBLEM", "one that can be made", name, reason) from error
+    if not isinstance(problem, Problem):
+        received = f"got {problem!r:.80}; {_WRAPPED}"
+        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, {received}")
+    return problem
+
+
+def _value_in(text: str) -> Any:
+    """Return a number, a list of them with commas, a truth value, or the text as it is."""
+    if "," in text:
+        return [_value_in(part) for part in text.split(",")]
+    if text in ("True", "False"):
+        return text == "True"
+    if re.fullmatch(r"[+-]?[0-9]{1,18}", text):
+        return int(text)
+    return float(text) if re.fullmatch(NUMBER, text) else text
+
+
+def _arguments(kind: Any) -> list[str]:
+    """Return the names of the arguments of a class or function, also those it passes on."""
+    if isinstance(kind, Problem) or not callable(kind):
+        return []
+    # What a class takes as **kwargs goes to its base, up to pymoo's, whose are no user's options.
+    calls = [kind]
+    if isinstance(kind, type):
+        bases = [each for each in kind.__mro__ if each.__module__ != Problem.__module__]
+        calls = [vars(each)["__init__"] for each in bases if "__init__" in vars(each)]
+    names: list[str] = []
+    for call in calls:
+        try:
+            parameters = inspect.signature(call).parameters.values()
+        except (TypeError, ValueError):  # a built-in one that does not tell
+            break
+        names += [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+        if not any(p.kind is p.VAR_KEYWORD for p in parameters):
+            break
+    return [name for name in dict.fromkeys(names) if name != "self"]
+
+
+def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
+    """Return a part of the bounds as :class:`~pymoo_psi.Restricted` takes it.
+
+    Each entry is ``name=lower:upper``, of which either may be missing, ``name=value``, or for a
+    choice ``name=option|option``.
+    """
+    space = design_space(problem)
+    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
+    form = "variable=lower:upper or variable=value"
+    box: dict[str, Any] = {}
+    for name, text in pairs_in("--box", entries, form, variables).items():
+        variable = variables[name]
+        if variable.kind in (Kind.CHOICE, Kind.BINARY):
+            options = variable.options if variable.kind is Kind.CHOICE else (False, True)
+            words = {str(option): option for option in options}
+            parts = [text] if text in words else map(str.strip, text.split("|"))
+            chosen = [words[known_name("--box", word, words)] for word in parts]
+            box[name] = chosen if len(chosen) > 1 else chosen[0]
+        else:
+            ends = [number_in("--box", e, form) if e.strip() else None for e in text.split(":")]
+            if len(ends) > 2:
+                raise invalid("--box", form, text)
+            box[name] = tuple(ends) if len(ends) == 2 else ends[0]
+    return box
+
+
+def feasible_box(table: TestTable, problem: Problem) -> str:
+    """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
+
+    Bounds are rounded outwards. What the box of the problem fixes, or leaves of a choice, stays.
+    """
+    given, parts = getattr(problem, "box", {}), []
+    space, layout = design_space(problem), table.layout
+    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
+    for name, low, high in zip(layout.variables, *table.refined_bounds(), strict=True):
+        variable, own = variables[name], given.get(name)
+        if own is not None and not isinstance(own, tuple):
+            parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
+        elif low < high:  # not so of choices, where they are NaN, and of fixed variables
+            least, most = Decimal(float(low)), Decimal(float(high))
+            grid = Decimal(1).scaleb((most - least).adjusted() - 3)
+            first = float((least / grid).to_integral_value(ROUND_FLOOR) * grid)
+            last = float((most / grid).to_integral_value(ROUND_CEILING) * grid)
+            ends = max(first, float(variable.lower)), min(last, float(variable.upper))
+            if own is not None or ends != (variable.lower, variable.upper):
+                parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(parts)
+    return line.getvalue()
+
+
+def write_example(name: str) -> int:
+    """Write the commented example of a program's file, unless there is a file already."""
+    path = Path(name).expanduser()
+    if path.suffix != ".toml" or path.exists():
+        remedy = "it is not overwritten" if path.exists() else "give it the suffix .toml"
+        raise invalid("--new", "used with a new file, such as bracket.toml", name, remedy)
+    text = files("pymoo_psi.problems").joinpath("program.toml").read_text(encoding="utf-8")
+    path.write_text(text.replace("bracket", path.stem), encoding="utf-8")
+    say(f"{path} written. Edit it; then: pymoo-psi solve {shlex.quote(name)} --try")
+    return 0
+
+
+def try_program(name: str, problem: Any, points: int, jobs: int) -> int:
+    """Run a program once, in the middle of the bounds, and show all of it.
+
+    Returns:
+        0, or 1 if something is wrong.
+    """
+    if not isinstance(getattr(problem, "wrapped", problem), ProgramProblem):
+        raise invalid("--try", "used with the FILE.toml of a program", problem_name(problem))
+    space = design_space(problem)
+    units = np.random.default_rng(0).random((1000, len(space.searched)))
+    units[0] = 0.5
+    designs = space.matrix(units)
+    met = (Required(problem).violations(space.designs(designs)) <= 0).all(axis=1)
+    if not met.any():
+        raise PsiError("[requirements]: none of 1000 designs meets them; widen bounds or rules")
+    row = int(met.argmax())
+    where = "The middle of the bounds" if row == 0 else "A design that meets the requirements"
+    design = dict(zip(problem.variables, designs[row].tolist(), strict=True))
+    labels = {n: f"{n} [{unit}]" for n, unit in problem.units.items()}
+    say(f"{where}: {', '.join(f'{labels.get(n, n)} = {v}' for n, v in design.items())}")
+    run = problem.run(design, keep=True)
+    say(f"Command: {shlex.join(run.words)}")
+    say(f"Folder: {run.folder}")
+    for file, written in run.written.items():
+        filled = ", ".join(f"{mark} is {text}" for mark, text in written.items() if mark != text)
+        say(f"In {file}: {filled or 'no placeholder'}")
+        if left := [mark for mark, text in written.items() if mark == text]:
+            say(f"In {file} no variable and left as they are: {', '.join(left)}")
+    found = []
+    for n, output in problem.outputs.items():
+        value = run.outputs.get(n, math.nan)
+        limits = [
+            f"{sign} {end:g} {'met' if (value <= end) == (sign == '<=') else 'VIOLATED'}"
+            for name, sign, end in problem.limits
+            if name == n and n in run.outputs
+        ]
+        found.append((labels.get(n, n), value, ", ".join(limits), output.file or output.expression))
+    print_frame(pd.DataFrame(found, columns=["output", "value", "limits", "from"]), "Outputs:")
+    processes = jobs if jobs > 0 else os.cpu_count() or 1
+    total = timedelta(seconds=math.ceil(run.seconds * math.ceil(points / processes)))
+    several = counted(processes, "process", "processes")
+    say(f"Took {run.seconds:.1f} s; {points} designs by {several} would take {total} h.")
+    if run.flaw:
+        say(f"Wrong: {run.flaw}")
+        return 1
+    more = f"--points {points} --study {shlex.quote(f'{Path(name).stem}.db')}"
+    say(f"Nothing is wrong; next: pymoo-psi solve {shlex.quote(name)} {more}")
+    return 0
