@@ -272,6 +272,10 @@ class Solve(Asked):
     box: Annotated[
         Names, _option('"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value.")
     ] = None
+    log: Annotated[Names, _option("X,…", "Variables of logarithmic scale.")] = None
+    fill: Annotated[
+        bool, typer.Option("--fill", help="Count only points that meet the requirements.")
+    ] = False
     timeout: Annotated[
         float | None,
         _option("S", "Seconds a design may take; then it has failed."),

@@ -36,7 +36,7 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.cli._output import print_frame, say
-from pymoo_psi.cli._source import NUMBER, number_in, pairs_in
+from pymoo_psi.cli._source import NUMBER, names_in, number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import (
@@ -63,6 +63,7 @@ def load_problem(
     jobs: int = 1,
     timeout: float | None = None,
     box: Sequence[str] | None = None,
+    log: Sequence[str] | None = None,
 ) -> Problem:
     """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
 
@@ -74,6 +75,7 @@ def load_problem(
         jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
         box: The part of its bounds that is meant, as it is typed; the whole unless given.
+        log: Variables of logarithmic scale; those that the problem names unless given.
 
     Raises:
         PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
@@ -101,6 +103,8 @@ def load_problem(
         rule = "a problem with one variable and one objective or more"
         raise invalid("PROBLEM", rule, Received(name))
     try:
+        if log is not None:
+            problem.log = names_in(log)
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
@@ -312,7 +316,7 @@ def try_program(name: str, problem: Any, points: int, jobs: int) -> int:
     units = np.random.default_rng(0).random((1000, len(space.searched)))
     units[0] = 0.5
     designs = space.matrix(units)
-    met = (Required(problem).violations(space.designs(designs)) <= 0).all(axis=1)
+    met = (Required(problem).amounts(designs) <= 0).all(axis=1)
     if not met.any():
         raise PsiError("[requirements]: none of 1000 designs meets them; widen bounds or rules")
     row = int(met.argmax())

@@ -35,7 +35,13 @@ from pymoo_psi.cli._rank import (
     say_best,
 )
 from pymoo_psi.cli._source import counts_in, formulation_of
-from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, problem_name
+from pymoo_psi.problems import (
+    FailureTolerant,
+    design_space,
+    problem_layout,
+    problem_name,
+    required,
+)
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, TestTable, alike
 
@@ -65,7 +71,7 @@ def run_solve(options: Solve) -> int:
     points = integer("--points", options.points, minimum=1)
     run = _run_options(options)  # wrong ones are refused before a model is imported
     problem = load_problem(
-        options.problem, options.context, options.jobs, options.timeout, options.box
+        options.problem, options.context, options.jobs, options.timeout, options.box, options.log
     )
     if options.trial:
         return try_program(options.problem, problem, points, options.jobs)
@@ -116,13 +122,13 @@ def _run_options(options: Solve) -> RunOptions:
     """
     algorithm = options.algorithm.value
     # nsga3 and surrogate search by the problem's objectives; a table can be asked anything.
-    formulated = ("objectives", "maximize", "compute", "relax", "formulation", "share")
-    for name in (*formulated, "limits", "sampling"):
-        algorithms = ("psi",) if name in formulated else ("psi", "surrogate")
-        if getattr(options, name) not in (None, "lptau") and algorithm not in algorithms:
+    later = ("objectives", "maximize", "compute", "relax", "formulation", "limits")
+    for name in (*later, "share", "fill", "sampling"):
+        algorithms = ("psi", "surrogate") if name in ("limits", "sampling") else ("psi",)
+        if getattr(options, name) not in (None, False, "lptau") and algorithm not in algorithms:
             option, rule = f"--{name}", f"used with --algorithm {' or '.join(algorithms)}"
             remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db {option}"
-            raise invalid(option, rule, algorithm, "" if name in ("share", "sampling") else remedy)
+            raise invalid(option, rule, algorithm, remedy if name in later else "")
     for name in ("share", "study_key", "retry"):
         if getattr(options, name) is not None and options.study is None:
             option = f"--{name.replace('_', '-')}"
@@ -141,6 +147,7 @@ def _run_options(options: Solve) -> RunOptions:
         sampling=None if sampling == "lptau" else QMCSampling(sampling),
         seed=integer("--seed", options.seed, minimum=0),
         share=share,
+        fill=options.fill,
         study=options.study,
         study_key=options.study_key,
         retry=retry,
@@ -193,7 +200,7 @@ def _by_psi(
             count(tests)
             tables.append(tests)
             n_new += int(called.sum())
-    return _found(by_number(tables), asked, n_new)
+    return _found(problem, by_number(tables), asked, n_new)
 
 
 def _by_surrogate(
@@ -217,17 +224,24 @@ def _by_surrogate(
             shown = count(now.table.rows(np.arange(shown, now.n_tested)))
 
         done = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
-    return _found(done.table, asked, done.evaluator.n_eval)
+    return _found(problem, done.table, asked, done.evaluator.n_eval)
 
 
-def _found(tests: TestTable, asked: Formulation, n_new: int) -> Found:
+def _found(problem: Problem, tests: TestTable, asked: Formulation, n_new: int) -> Found:
     """Return what tests give, of which ``n_new`` were evaluated now, the others before."""
-    table = _under(tests, asked)
+    rules = [each.text for each in getattr(required(problem), "required", ())]
+    unmet = np.column_stack([np.zeros(len(tests)), *map(tests.column, rules)]) > 0
+    run, table = ~unmet.any(axis=1), _under(tests, asked)
     failed = int((table.status == "failed").sum())
-    n_designs = len(table) - np.count_nonzero(table.repeats)
-    different = f", {n_designs} different designs" if n_designs < len(table) else ""
+    n_run = np.count_nonzero(run)
+    n_designs = n_run - np.count_nonzero(table.repeats[run])
+    different = f", {n_designs} different designs" if n_designs < n_run else ""
     stored = f", {n_designs - n_new} of them from the study" if n_new < n_designs else ""
-    counts = f"{len(table)} tested{different}{stored}" + (f", {failed} failed" if failed else "")
+    counts = f"{n_run} tested{different}{stored}" + (f", {failed} failed" if failed else "")
+    if n_run < len(table):
+        each = zip(rules, unmet[:, 1:].sum(axis=0), strict=True)
+        by = ", ".join(f"{rule} ({n})" for rule, n in each if n)
+        counts += f", {len(table) - n_run} not run by requirements: {by}"
     return table, counts, table.reasons.values()
 
 
@@ -235,6 +249,8 @@ def _by_nsga3(
     problem: Problem, points: int, options: Solve, run: RunOptions, asked: Formulation
 ) -> Found:
     # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
+    problem = required(problem)
+    rules = getattr(problem, "required", ())
     searched: Any = FailureTolerant(problem)
     if run.study is not None:
         searched = Recorded(searched, study=run.study, study_key=run.study_key, retry=run.retry)
@@ -245,7 +261,8 @@ def _by_nsga3(
 
         result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
     reasons = tuple(failure.reason for failure in searched.failures)
-    stored = 0 if run.study is None else points - searched.n_evaluated
+    # of designs that violate a requirement it is unknown how many there were
+    stored = 0 if run.study is None or rules else points - searched.n_evaluated
     counts = f"{points} evaluated" + (f", {stored} of them from the study" if stored else "")
     counts += f", {len(reasons)} failed" if reasons else ""
     # pymoo has no F where no design is feasible.

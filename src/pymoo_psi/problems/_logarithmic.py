@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -69,6 +69,12 @@ class LogScaled(WrappedProblem):
                 values = 10.0 ** matrix[:, j].astype(np.float64)
                 matrix[:, j] = np.clip(values, variable.lower, variable.upper)
         return self._given.designs(matrix)
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs, or one, as pymoo's ``evaluate``, by that of the problem within."""
+        one = isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1)
+        given = self.original([X])[0] if one else self.original(X)
+        return self.wrapped.evaluate(given, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
