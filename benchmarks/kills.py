@@ -1,12 +1,16 @@
 """Processes killed again and again in the middle of their work, and what is left of it.
 
-    python -m benchmarks.kills [recorded] [surrogate] [KILLS]
+    python -m benchmarks.kills [recorded] [surrogate] [asynchronous] [KILLS]
 
 ``recorded``: NSGA-III over a ``Recorded`` problem. After every kill each test that was stored must
 still be there, with the same values, and must never be evaluated again; in the end table and front
 must be, bit for bit, those of a run that nobody disturbed. Anything else ends with an error.
 
 ``surrogate``: SurrogatePSI with a study, likewise; its predictions must be the same, too.
+
+``asynchronous``: SurrogatePSI whose four workers do not wait for each other. What it proposes
+depends on which design is done first, so there is no other run to compare with; but no test may be
+lost, or evaluated again, and all that was proposed must be tested.
 """
 
 from __future__ import annotations
@@ -27,8 +31,9 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import FailureTolerant, Recorded, SurrogatePSI, TestTable, nsga3
+from pymoo_psi import FailureTolerant, JoblibRunner, Recorded, SurrogatePSI, TestTable, nsga3
 from pymoo_psi.algorithms import _store
+from pymoo_psi.study import Study
 
 EVALUATIONS = 20  # for each kill
 FURTHER = 3  # evaluations in one of which, or between which, a kill comes
@@ -37,8 +42,8 @@ FURTHER = 3  # evaluations in one of which, or between which, a kill comes
 class Logged(ElementwiseProblem):
     """A model with constraints and failures that notes in a file what it evaluates."""
 
-    def __init__(self, log: Path) -> None:
-        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0, xu=1)
+    def __init__(self, log: Path, **kwargs: Any) -> None:
+        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0, xu=1, **kwargs)
         self.log = log
 
     def _evaluate(self, x: Any, out: Any, *args: Any, **kwargs: Any) -> None:
@@ -156,10 +161,38 @@ def surrogate(folder: Path, kills: int) -> None:
     )
 
 
-def _checked(job: Callable[[], object], log: Path, path: Path, kills: int) -> tuple[TestTable, int]:
+def asynchronous(folder: Path, kills: int) -> None:
+    """Kill a run that learns from its tests while others are being made."""
+    log, path, n = folder / "log", folder / "run.db", EVALUATIONS * kills
+
+    def search() -> SurrogatePSI:
+        problem = Logged(log, elementwise_runner=JoblibRunner(4, in_process=False))
+        algorithm = SurrogatePSI(n, study=path, asynchronous=True)
+        return minimize(problem, algorithm, seed=1).algorithm
+
+    # its workers write on while this process is late to kill it
+    stored, checked = _checked(search, log, path, kills, EVALUATIONS)
+    found = search()
+    assert found.table.equals(stored), "the run that goes on has another table"
+    assert stored.numbers.tolist() == list(range(1, n + 1)), "a proposal was not tested"
+    assert checked == len(lines(log)), "the finished run was evaluated again"
+    proposed = Study(path).proposals(1, n)
+    units = np.array([content["point"] for *_, content in proposed])
+    assert np.array_equal(stored.X[-len(units) :].astype(float), units), "another design was tested"
+    early = sum("pending" in content for *_, content in proposed)
+    assert early, "no round was proposed before the end of the last one"
+    print(
+        f"asynchronous: {kills} kills, {n} tests, {early} of {len(units)} proposed while others "
+        f"were being tested; {checked - n} evaluations under way were repeated"
+    )
+
+
+def _checked(
+    job: Callable[[], object], log: Path, path: Path, kills: int, lines_each: int = 2 * EVALUATIONS
+) -> tuple[TestTable, int]:
     """Kill a job; return what is stored in the end, and how many designs were evaluated."""
     stored, checked = TestTable.empty(), 0
-    for _ in killed(job, log, kills, 2 * EVALUATIONS):
+    for _ in killed(job, log, kills, lines_each):
         designs = {row.tobytes().hex() for row in stored.X}
         again = [line for line in lines(log)[checked:] if line in designs]
         assert not again, f"{len(again)} stored designs were evaluated again"
@@ -171,7 +204,7 @@ def _checked(job: Callable[[], object], log: Path, path: Path, kills: int) -> tu
     return stored, checked
 
 
-CASES = {"recorded": recorded, "surrogate": surrogate}
+CASES = {"recorded": recorded, "surrogate": surrogate, "asynchronous": asynchronous}
 
 
 def main(cases: list[str], kills: int) -> None:

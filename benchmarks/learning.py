@@ -152,7 +152,7 @@ def _optuna(sampler: str, problem: Watched, n_evaluations: int, seed: int) -> No
 
 def _n_first(problem: Watched) -> int:
     """Return with how many points those begin that ask for it: as :class:`SurrogatePSI`."""
-    return min(max(2 * problem.n_var + 2, 20), 64)
+    return 20
 
 
 def _parmoo(problem: Watched, n_evaluations: int, seed: int) -> None:

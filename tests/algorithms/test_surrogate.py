@@ -12,8 +12,9 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, PsiError, SurrogatePSI, TestTable, investigate
+from pymoo_psi import PSI, JoblibRunner, PsiError, SurrogatePSI, TestTable, investigate
 from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.problems import design_space
 from pymoo_psi.study import Study
 from tests.processes import posix
 
@@ -128,7 +129,7 @@ def test_the_first_tests_are_the_points_of_psi_and_the_table_says_so(undisturbed
     np.testing.assert_array_equal(table.F[:20], points.F)
     rounds = table.to_frame()["proposal_round"]
     known = table.status != "failed"
-    expected = np.repeat([0, 1, 2, 3], [20, 8, 8, 8])
+    expected = np.repeat(np.arange(7), [20, 4, 4, 4, 4, 4, 4])
     np.testing.assert_array_equal(rounds[known], expected[known])
 
 
@@ -160,7 +161,7 @@ def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
         run(problem, 44, study=path)
     stored = Study(path).proposals(1, 100)
     assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
-        (n, 1) for n in range(21, 29)
+        (n, 1) for n in range(21, 25)
     ]
     assert len(TestTable.read_study(path)) == 22
     longer = run(Mixed(), 44, study=path)
@@ -171,10 +172,11 @@ def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
 
 
 @posix
-@pytest.mark.parametrize("kills", [2])
-def test_a_run_killed_again_and_again_is_one_run(tmp_path, kills):
+@pytest.mark.parametrize("case", ["surrogate", "asynchronous"])
+def test_a_run_killed_again_and_again_is_one_run(tmp_path, case):
     """The benchmark, with fewer kills; it ends with an error where anything differs."""
-    command = [sys.executable, "-m", "benchmarks.kills", "surrogate", str(kills)]
+    kills = 2
+    command = [sys.executable, "-m", "benchmarks.kills", case, str(kills)]
     root = Path(__file__).parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}"}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
@@ -182,11 +184,57 @@ def test_a_run_killed_again_and_again_is_one_run(tmp_path, kills):
     assert f"{kills} kills" in done.stdout
 
 
+class InAnyOrder(JoblibRunner):
+    """So many designs at a time, which end in any order, until it is interrupted."""
+
+    def __init__(self, n_jobs, until=10**9):
+        super().__init__(n_jobs)
+        self.random, self.until, self.most = np.random.default_rng(1), until, 0
+
+    def stream(self, f, waiting):
+        at = []
+        while waiting or at:
+            while waiting and len(at) < self.n_jobs:
+                at.append(waiting.popleft())
+            self.most = max(self.most, len(at))
+            if (until := self.until) == 0:
+                raise KeyboardInterrupt
+            self.until = until - 1
+            index, design = at.pop(self.random.integers(len(at)))
+            yield index, f(design), 1.0
+
+
+@pytest.mark.parametrize("workers", [3, 30])
+@pytest.mark.parametrize("options", [{}, {"termination": ("n_gen", 100)}], ids=["", "ended"])
+def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, options):
+    path, first = tmp_path / "run.db", InAnyOrder(workers, 40)
+    options |= {"study": path, "asynchronous": True, "limits": {"weight": (2, 5)}}
+    with pytest.raises(KeyboardInterrupt):
+        run(Mixed(elementwise_runner=first), 70, **options)
+    stored, proposed = TestTable.read_study(path), Study(path).proposals(1, 100)
+    assert len(stored) == 40
+    assert first.most == workers
+    # each was made from all tests before it but for those that were being made
+    pending = [(number, content["pending"]) for number, *_, content in proposed[3:]]
+    assert all(0 < len(those) < workers + 8 for _, those in pending)
+    assert all(max(those) < number for number, those in pending)
+    last = InAnyOrder(workers)
+    algorithm = run(Mixed(elementwise_runner=last), 70, **options)
+    assert last.most == min(workers, 30)
+    assert algorithm.evaluator.n_eval == 30
+    assert algorithm.table.numbers.tolist() == list(range(1, 71))
+    assert algorithm.table.rows(stored.numbers - 1).equals(stored)
+    assert len(algorithm.predictions()) == 50
+    units = [content["point"] for *_, content in proposed]
+    tested = design_space(Mixed()).matrix(np.array(units))[: 70 - 20]
+    np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
+
+
 def test_a_study_of_other_proposals_is_refused(tmp_path):
     path = tmp_path / "run.db"
     run(get_problem("bnh"), 28, study=path)
-    with pytest.raises(StudyMismatchError, match="batches of 4"):
-        run(get_problem("bnh"), 28, study=path, batch=4)
+    with pytest.raises(StudyMismatchError, match="batches of 5"):
+        run(get_problem("bnh"), 28, study=path, batch=5)
 
 
 # Tests of before
@@ -255,4 +303,4 @@ def test_predictions_are_in_the_users_sense():
     by = made["surrogate"] == "gaussian process"
     assert (made["gain_deviation"][by] >= 0).all()
     assert made["gain_deviation"][~by].isna().all()
-    assert made["round"].tolist() == np.repeat([1, 2, 3, 4], 8).tolist()
+    assert made["round"].tolist() == np.repeat(np.arange(1, 9), 4).tolist()

@@ -117,6 +117,9 @@ class Engine:
             problem it is.
         points: The points; others may take their place between two blocks.
         store: The study, if there is one.
+        n_workers: How many workers evaluate designs without waiting for each other, or 0.
+        extend: Adds points while workers have nothing to do, or ``None``: then they wait for the
+            end of the block.
     """
 
     def __init__(
@@ -170,9 +173,10 @@ class Engine:
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self._model)
         workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
-        self._ahead = 0  # points that may be evaluated beyond the block that is asked for
+        self.n_workers = self._ahead = 0  # points evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
-            self._ahead = _FAR if whole else _NEAR * workers
+            self.n_workers, self._ahead = workers, _FAR if whole else _NEAR * workers
+        self.extend: Callable[[], None] | None = None
         self._repeats = None
         if self.space.finite and (elementwise or n_jobs == 1):
             self._repeats = _Repeats(self.store.known_designs())
@@ -243,11 +247,24 @@ class Engine:
             except BaseException:
                 self.close()
                 raise
-        tests = self.table.extended(*(block.tests for block in self._arrived))
+        tests = self.arrived()
         called = np.concatenate([block.called for block in self._arrived])
         mine = tests.numbers <= last
         self._arrived = [] if mine.all() else [Block(tests.rows(~mine), called[~mine])]
         return by_number([tests.rows(mine)]), int(called[mine].sum())
+
+    @property
+    def n_idle(self) -> int:
+        """How many designs are to be added, or 0 as long as workers need not wait for the block.
+
+        A quarter as many as there are workers are to wait, lest these do while some are proposed.
+        """
+        free = self.n_workers - len(self._under_way)
+        return free + max(1, self.n_workers // 4) if self.extend and free >= 0 else 0
+
+    def arrived(self) -> TestTable:
+        """Return the tests that no block has given yet, as they have arrived."""
+        return self.table.extended(*(block.tests for block in self._arrived))
 
     def close(self) -> None:
         """Give up what is being evaluated; what has arrived is in the study, if there is one."""
@@ -334,17 +351,22 @@ class Engine:
         waiting: Waiting = deque()
 
         def top_up(ahead: int) -> None:
-            until = min(self._wanted + ahead, len(self.points))
-            while self._opened < until and len(waiting) < _FAR:
-                rows = self._open(min(until, self._opened + _FAR))
-                matrix = self.points.at(rows).matrix(self.space)
-                waiting.extend(zip(rows.tolist(), self.space.designs(matrix), strict=True))
-                self._under_way |= dict.fromkeys(rows.tolist())
+            n = -1
+            while n < len(self.points):
+                n = len(self.points)
+                until = min(self._wanted + ahead, n)
+                while self._opened < until and len(waiting) < _FAR:
+                    rows = self._open(min(until, self._opened + _FAR))
+                    matrix = self.points.at(rows).matrix(self.space)
+                    waiting.extend(zip(rows.tolist(), self.space.designs(matrix), strict=True))
+                    self._under_way |= dict.fromkeys(rows.tolist())
+                if self.extend and ahead and until == n and self.n_idle:
+                    self.extend()
 
         def at_once(result: Result) -> bool:
             del self._under_way[result[0]]
             complete = next(iter(self._under_way), self._wanted) >= self._wanted
-            return complete or bool(self._stop and result[1]["failure"])
+            return complete or bool(self.extend) or bool(self._stop and result[1]["failure"])
 
         def keep(rows: Rows, values: Sequence[Values], seconds: ArrayLike) -> None:
             matrix = self.points.at(rows).matrix(self.space)

@@ -95,12 +95,15 @@ class KnownTests:
         Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, others with limits.
         eligible: ``(n,)`` which keep all constraints and limits, and have finite objectives.
         failed: ``(n,)`` which have no outputs.
+        pending: ``(p, d)`` points that are being tested; their outputs are expected to be as the
+            surrogates predict them.
     """
 
     points: Array
     Y: Array
     eligible: Mask
     failed: Mask
+    pending: Array
 
 
 @dataclass(frozen=True)
@@ -140,9 +143,9 @@ def propose(
         turn: Number of the round, from 0.
         random: Random numbers of the round.
     """
-    known, seen = ~tests.failed, encode(tests.points)
-    Z = seen[known]
-    risk = _risk(Z, seen[tests.failed], turn)
+    known, seen = ~tests.failed, encode(np.vstack([tests.points, tests.pending]))
+    Z = seen[: len(known)][known]
+    risk = _risk(Z, seen[: len(known)][tests.failed], turn)
     if fit is None:
         nothing = np.full((batch, tests.Y.shape[1]), np.nan)
         return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
@@ -160,12 +163,14 @@ def propose(
     order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
     best = tests.points[known][order]
     found = _search(judge, *_start(best, near, goal, random), inward, random)
-    at = encode(found)
+    both = np.vstack([found, tests.pending])
+    at, n = encode(both), len(found)
     predicted = surrogate(at)
     optimistic = fit.back(predicted - _OPTIMISM * surrogate.deviation(at))[:, : goal.n_obj]
-    violated = np.maximum(judge(found)[1], 0).sum(axis=1)
-    front = tests.Y[tests.eligible, : goal.n_obj]
-    chosen = _choice(front, optimistic, violated, at, seen, batch, inward)
+    violated = np.maximum(judge(both)[1], 0).sum(axis=1)
+    expected = optimistic[n:][violated[n:] <= 0]
+    front = np.vstack([tests.Y[tests.eligible, : goal.n_obj], expected])
+    chosen = _choice(front, optimistic[:n], violated[:n], at[:n], seen, batch, inward)
     points = found[chosen]
     if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
         seen = np.vstack([seen, encode(points)])

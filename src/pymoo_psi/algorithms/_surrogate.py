@@ -1,12 +1,11 @@
 """Learning from tests: after the points of a sequence, designs that surrogates propose.
 
-The tests of complete rounds, the seed and the number of a round determine its proposals, and a
-study has them before they are tested. So a run that is killed goes on as if nothing had happened.
+The tests known before it, the seed and the number of a round determine its proposals, and a study
+has them before they are tested. So a run that is killed goes on as if nothing had happened.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -17,13 +16,13 @@ import pandas as pd
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Received, instance, integer, invalid
+from pymoo_psi._validation import Received, boolean, instance, integer, invalid
+from pymoo_psi.algorithms._engine import by_number
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded, without_penalties
-from pymoo_psi.problems import design_space
-from pymoo_psi.study import Proposal
+from pymoo_psi.study import LAST, Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
 
 Array = NDArray[np.float64]
@@ -33,7 +32,10 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 # else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
 # does not depend on where it was interrupted.
 _GROWTH = 1.1
-_BATCH = 8  # so many share the time of the surrogates; one by one, models would wait for them
+# A round of so many designs shares the time of the surrogates. Small rounds learn more from each
+# test: they pay most while little is known.
+_BATCH, _FEW, _LITTLE = 8, 4, 64
+_POINTS = 20  # a sample that shows a heavy tail; more tell less than as many proposals
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 # Several threads would spin at matrices as small as these, ten times as long where other work is
@@ -52,9 +54,10 @@ class SurrogatePSI(PSI):
     the table is 0 for them and the number of the round for proposals. :meth:`predictions` has what
     was expected of each proposal and what was found: how far surrogates can be trusted.
 
-    The run is determined by its arguments and the seed, which is 0 unless given: with a study, one
-    that was interrupted or killed makes the same tests when it is called again, and a larger
-    ``n_evaluations`` adds to them. Proposals are stored before they are tested.
+    The run is determined by its arguments and the seed, which is 0 unless given, if it is not
+    asynchronous: with a study, one that was interrupted or killed makes the same tests when it is
+    called again, and a larger ``n_evaluations`` adds to them. Proposals are stored before they are
+    tested, in any case, and no stored test is made again.
 
     Where a model gives infinity, or one large number, for an objective of designs without meaning,
     surrogates take the worst value of the others for it, if several tests of the sequence show it.
@@ -66,13 +69,17 @@ class SurrogatePSI(PSI):
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
-        n_points: How many points of the sequence come first: by default twice as many as there are
-            variables and 2 more, at least 20 and at most 64.
-        batch: How many designs are proposed at a time, and can be tested in parallel; 8 by
-            default. A smaller one learns more from each test.
+        n_points: How many points of the sequence come first, 20 by default.
+        batch: How many designs are proposed at a time, a round; by default 4 while fewer than 64
+            tests are known, then 8. A smaller one learns more from each test.
         start: Tests of the same problem to go on from, such as the table of an earlier
             :class:`PSI`; then no points of the sequence are tested, and ``n_evaluations`` counts
             the proposals only, which are numbered on.
+        asynchronous: Whether a :class:`~pymoo_psi.JoblibRunner`'s workers do not wait for the end
+            of a round: while one has nothing to do, the next round is proposed, as far as possible
+            from designs that are being tested. Then proposals depend on what was done first, and
+            the study has with each which tests before it were ``pending``. By default where there
+            are more workers than ``batch``, or 8.
         **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals keep the
             ``limits``, as far as surrogates know; a ``retry`` does not change what was proposed
             before; designs near failed ones are avoided in three rounds of four.
@@ -89,7 +96,7 @@ class SurrogatePSI(PSI):
         >>> from pymoo_psi import SphereChute
         >>> res = minimize(SphereChute(0.4, model="rolling"), SurrogatePSI(28))
         >>> len(res.algorithm.table), res.algorithm.predictions()["round"].tolist()
-        (28, [1, 1, 1, 1, 1, 1, 1, 1])
+        (28, [1, 1, 1, 1, 2, 2, 2, 2])
     """
 
     # A share of the points or blocks of them have no meaning here.
@@ -102,17 +109,20 @@ class SurrogatePSI(PSI):
         n_points: int | None = None,
         batch: int | None = None,
         start: TestTable | None = None,
+        asynchronous: bool | None = None,
         **options: Any,
     ) -> None:
         super().__init__(integer("n_evaluations", n_evaluations, minimum=1), **options)
-        self.block_size = _BATCH if batch is None else integer("batch", batch, minimum=1)
+        self._batch = None if batch is None else integer("batch", batch, minimum=1)
         if start is not None and len(instance("start", start, TestTable)) == 0:
             raise invalid("start", "a table with tests", Received("none"))
         if start is not None and n_points is not None:
             raise invalid("n_points", "left out where there is a start", n_points)
+        self._asynchronous = None if asynchronous is None else boolean("asynchronous", asynchronous)
         self._given = start
         self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
         self._rounds: list[Proposals] = []
+        self._ends: list[int] = []  # how many tests there are after the start, after each round
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
@@ -123,14 +133,16 @@ class SurrogatePSI(PSI):
             self.options = replace(self.options, first=int(given.numbers[-1]) + 1)
             size, what = 1, f", not tested, but {len(given)} tests given"
         else:
-            n_var = len(design_space(problem).searched)
-            # Twice as many as variables tell lengths apart; 20 are a sample that shows a heavy
-            # tail; beyond 64 proposals say more than points.
-            size = self._asked or min(max(2 * n_var + 2, 20), 64)
+            size = self._asked or _POINTS
             what = f", {size} points"  # also of a run that ends among them, and may go on
             size = min(size, self.n_points)
-        method = f"{what}, then proposals in batches of {self.block_size}, seed {self.seed}"
+        batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
+        method = f"{what}, then proposals in batches of {batches}, seed {self.seed}"
         self._engine = self._engine_of(size, further=self.n_points - size, method=method)
+        workers, overlap = self._engine.n_workers, self._asynchronous
+        if overlap is None:
+            overlap = workers > (self._batch or _BATCH)
+        self._engine.extend = self._extend if overlap and workers else None
         self.table = self._engine.table
         first = self._engine.points
         numbers, units = first.numbers, first.units
@@ -144,65 +156,85 @@ class SurrogatePSI(PSI):
             self._blocks = [len(given)]
             numbers, units = given.numbers, self._engine.space.points(given.X)
         self._n_uniform = len(numbers)  # tests before the first round
+        self._ends = [self._n_uniform]
         self._n_tests = self.n_points + (0 if given is None else len(given))
         self._engine.points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
 
     def _rows(self) -> NDArray[np.intp]:
         """Return the rows of the points that are tested next; those of a round are proposed."""
-        points, done = self._engine.points, self.n_tested
-        if done == len(points) and (left := self._n_tests - done):
-            ready = (done - self._n_uniform) // self.block_size
-            numbers = points.numbers[-1] + np.arange(1, 1 + min(self.block_size, left))
-            self._rounds.append(self._round(ready, int(numbers[0])))
-            units = self._rounds[-1].points[: len(numbers)]
-            self._engine.points = points.followed(numbers, units, ready + 1)
-        return np.arange(done, len(self._engine.points))
+        if self.n_tested == len(self._engine.points):
+            self._extend()
+        return np.arange(self.n_tested, len(self._engine.points))
 
-    def _round(self, ready: int, first: int) -> Proposals:
+    def _extend(self) -> None:
+        """Add the designs of a round to the points, as many as are left."""
+        points = self._engine.points
+        if left := self._n_tests - len(points):
+            size = self._engine.n_idle or (_FEW if len(points) < _LITTLE else _BATCH)
+            first = int(points.numbers[-1]) + 1
+            self._rounds.append(made := self._round(first, self._batch or size))
+            self._ends.append(len(points) + len(made.points))
+            units = made.points[:left]
+            numbers = first + np.arange(len(units))
+            self._engine.points = points.followed(numbers, units, len(self._rounds))
+
+    def _round(self, first: int, size: int) -> Proposals:
         """Return the proposals of a round, those of the study if it has them."""
-        study = self._engine.store.study
+        # Of asynchronous rounds some designs before have no test yet.
+        study, points = self._engine.store.study, self._engine.points
+        table = by_number([self.table, self._engine.arrived()])
+        pending = points.at(np.flatnonzero(~np.isin(points.numbers, table.numbers)))
         if study is None:
-            return self._proposed(ready)
-        stored = study.proposals(first, self.block_size)
+            return self._proposed(size, table, pending)
+        turn = len(self._rounds) + 1
+        stored = study.proposals(first, LAST - first)
         if not stored:  # another process may propose the same meanwhile: one file, one truth
-            stored = study.propose(_rows(self._proposed(ready), ready + 1, first))
+            stored = study.propose(
+                _rows(self._proposed(size, table, pending), turn, first, pending)
+            )
+        stored = [proposal for proposal in stored if proposal[1] == turn]
         named = ("point", "predicted", "deviation")
         values = ([content[name] for *_, content in stored] for name in named)
-        points, *outputs = (np.array(value, dtype=np.float64) for value in values)
-        return Proposals(points, stored[0][2] if stored[0][2] in KINDS else "", *outputs)
+        units, *outputs = (np.array(value, dtype=np.float64) for value in values)
+        return Proposals(units, stored[0][2] if stored[0][2] in KINDS else "", *outputs)
 
     @_one_thread
-    def _proposed(self, ready: int) -> Proposals:
-        goal, further = self._goal()
-        tests, encode = self._tests(further), partial(encoded, self._engine.space)
+    def _proposed(self, size: int, table: TestTable, pending: Points) -> Proposals:
+        goal, further = self._goal(table)
+        last = self._engine.points.numbers[self._n_uniform - 1]
+        n_uniform = int(np.searchsorted(table.numbers, last, "right"))
+        tests = self._tests(table, n_uniform, further, pending)
+        encode = partial(encoded, self._engine.space)
         # up to how many tests lengths are fitted: of rising numbers the last one that is reached
-        fitted = self._n_uniform
-        while (later := self._round_end(math.ceil(fitted * _GROWTH))) <= self.n_tested:
-            fitted = later
+        fitted = n_uniform
+        for end in self._ends:
+            if fitted * _GROWTH <= end <= len(table):
+                fitted = end
         known = ~tests.failed
         if known[:fitted].sum() < _LEAST:
-            fitted = self.n_tested
+            fitted = len(table)
         if self._fitted[0] != fitted:
             rows, fit = np.flatnonzero(known[:fitted]), None
             if len(rows) >= _LEAST:
-                uniform = max(int(known[: self._n_uniform].sum()), _LEAST)
+                uniform = max(int(known[:n_uniform].sum()), _LEAST)
                 Z = encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), uniform, goal.n_obj)
             self._fitted = fitted, fit
-        random = np.random.default_rng([self.seed or 0, ready])
-        made = propose(tests, self._fitted[1], goal, encode, self.block_size, ready, random)
+        turn = len(self._rounds)
+        random = np.random.default_rng([self.seed or 0, turn])
+        made = propose(tests, self._fitted[1], goal, encode, size, turn, random)
         # of outputs with limits, which may be others tomorrow, no predictions are kept
         kept = slice(len(_outputs(self.table)))
         return replace(made, predicted=made.predicted[:, kept], deviation=made.deviation[:, kept])
 
-    def _goal(self) -> tuple[Goal, list[str]]:
+    def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
-        layout, space = self.table.layout, self._engine.space
-        names, known = [v.name for v in space.searched], len(_outputs(self.table))
+        layout, space = table.layout, self._engine.space
+        names, known = [v.name for v in space.searched], len(_outputs(table))
         low, high = np.zeros(len(names)), np.ones(len(names))
         bounds: list[tuple[int, float, float]] = []
         further: list[str] = []
-        for name, (least, greatest) in bounds_of(self._known_limits(), layout).items():
+        for name, (least, greatest) in bounds_of(self._known_limits(table), layout).items():
             if name in layout.objectives:
                 pair = (-greatest, -least) if name in layout.maximize else (least, greatest)
                 bounds.append((layout.objectives.index(name), *pair))
@@ -215,29 +247,26 @@ class SurrogatePSI(PSI):
         sizes = len(layout.objectives), len(layout.inequalities), len(layout.equalities)
         return Goal(*sizes, bounds, low, high), further
 
-    def _round_end(self, n_tests: int) -> int:
-        """Return how many tests there are when the round is complete that has the n-th."""
-        rounds = math.ceil((n_tests - self._n_uniform) / self.block_size)
-        return self._n_uniform + rounds * self.block_size
-
-    def _tests(self, further: Sequence[str]) -> KnownTests:
-        table, space = self.table, self._engine.space
-        failed = table.status == "failed"
-        uniform = table.F[: self._n_uniform][~failed[: self._n_uniform]]
+    def _tests(
+        self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
+    ) -> KnownTests:
+        space, failed = self._engine.space, table.status == "failed"
+        uniform = table.F[:n_uniform][~failed[:n_uniform]]
         F = without_penalties(table.F, uniform)
         return KnownTests(
             space.points(table.X),
             np.column_stack([F, table.G, table.H, *map(table.column, further)]),
-            table.eligible(self._known_limits()),
+            table.eligible(self._known_limits(table)),
             failed,
+            pending.units,
         )
 
-    def _known_limits(self) -> Limits | None:
+    def _known_limits(self, table: TestTable) -> Limits | None:
         """Return the limits; none as long as all tests failed, and one is on an output.
 
         What the model gives is not known then, and a run is not to end for it.
         """
-        unknown = (self.table.status == "failed").all() and lacking(self.limits, self.table.layout)
+        unknown = (table.status == "failed").all() and lacking(self.limits, table.layout)
         return None if unknown else self.limits
 
     def predictions(self) -> pd.DataFrame:
@@ -285,12 +314,16 @@ def _signs(table: TestTable) -> Array:
     return np.append(table.layout.sign, np.ones(len(table.layout.constraints)))
 
 
-def _rows(made: Proposals, number: int, first: int) -> list[Proposal]:
-    """Return the proposals of a round as a study has them: NaN, which JSON lacks, as None."""
+def _rows(made: Proposals, number: int, first: int, pending: Points) -> list[Proposal]:
+    """Return the proposals of a round as a study has them: NaN, which JSON lacks, as None.
+
+    All tests before them were known but those that are ``pending``.
+    """
     named = {"point": made.points, "predicted": made.predicted, "deviation": made.deviation}
     nothing, kind = np.array(None), made.kind or "far from all tests"
     lists = {n: np.where(np.isnan(v), nothing, v).tolist() for n, v in named.items()}
+    more = {"pending": pending.numbers.tolist()} if len(pending) else {}
     return [
-        (first + i, number, kind, {name: rows[i] for name, rows in lists.items()})
+        (first + i, number, kind, {name: rows[i] for name, rows in lists.items()} | more)
         for i in range(len(made.points))
     ]

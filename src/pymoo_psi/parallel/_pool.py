@@ -279,6 +279,8 @@ class _Run:
             worker.deadline = monotonic() + self.timeout if worker.at else math.inf
             if kind == "done":
                 self.cost.add(content[2])
+                if not worker.at and self.waiting:  # whoever reads the result may take a while
+                    self._feed(worker)
                 yield content
             else:
                 reason = f"its values cannot be sent between processes: {content}"
