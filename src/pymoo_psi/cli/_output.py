@@ -18,8 +18,6 @@ from typing import Any
 
 import pandas as pd
 from rich.cells import cell_len
-from rich.console import Console
-from rich.progress import Progress, TextColumn
 
 from pymoo_psi._output import whole_file
 from pymoo_psi._output import write_csv as write_columns
@@ -97,6 +95,9 @@ def progress(
 
     It shows a bar on standard error; where that is no terminal, now and then a line, for a log.
     """
+    from rich.console import Console  # loaded where a bar is drawn
+    from rich.progress import Progress, TextColumn
+
     console, due = Console(stderr=True), monotonic() + _FIRST
     columns = (*Progress.get_default_columns(), TextColumn("{task.fields[note]}"))
     silent = not console.is_terminal or console.is_dumb_terminal

@@ -11,10 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
-from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.problem import Problem
-from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
@@ -146,6 +143,11 @@ def seed_ties(algorithm: Any) -> None:
     Args:
         algorithm: A pymoo algorithm that has selected no parents yet.
     """
+    # Here, as pymoo's algorithms take longer to import than all of its problems.
+    from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
+    from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
+    from pymoo.operators.selection.tournament import TournamentSelection
+
     selection: Any = getattr(getattr(algorithm, "mating", None), "selection", None)
     compare = getattr(selection, "func_comp", None)
     if compare in (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist):

@@ -45,31 +45,7 @@ and write ``_choose(self, ranking)``, which returns an index array; else derive 
 :func:`compare_selectors` takes it as it is.
 """
 
-from pymoo_psi.selection._robustness import Robustness, robustness
-from pymoo_psi.selection._selectors import (
-    CompromiseProgramming,
-    EfficientSubset,
-    HighTradeoff,
-    Knee,
-    Lexicographic,
-    McdmMethod,
-    RankingSelector,
-    ReferencePoint,
-    SalukvadzeOptimum,
-    compare_selectors,
-)
+import lazy_loader
 
-__all__ = [
-    "CompromiseProgramming",
-    "EfficientSubset",
-    "HighTradeoff",
-    "Knee",
-    "Lexicographic",
-    "McdmMethod",
-    "RankingSelector",
-    "ReferencePoint",
-    "Robustness",
-    "SalukvadzeOptimum",
-    "compare_selectors",
-    "robustness",
-]
+# Each name at its first use: a selector needs no workers.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -40,7 +40,6 @@ from pymoo_psi.pareto import (
     ranking_of,
     unit_lengths,
 )
-from pymoo_psi.problems import call_of
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -68,6 +67,8 @@ class RankingSelector(Indicator):
 
     def __repr__(self) -> str:
         """Return the call that makes it."""
+        from pymoo_psi.problems import call_of  # pymoo's problems are needed for this only
+
         return call_of(self)
 
     def do(self, F: Any, *, maximize: Collection[Any] = ()) -> Rows:

@@ -25,7 +25,6 @@ from dataclasses import dataclass
 from io import BytesIO, StringIO
 from typing import Any, NamedTuple, TypeAlias
 from warnings import catch_warnings, simplefilter
-from xml.etree.ElementTree import iterparse
 
 import numpy as np
 from numpy.typing import NDArray
@@ -277,6 +276,8 @@ def _rows_of_sheet(sheet: Any) -> dict[int, list[Any]]:
 
 def _hidden_rows(sheet: Any) -> set[int]:
     """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
+    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
+
     hidden, i = set(), 0
     with sheet._get_source() as file:
         for _, element in iterparse(file):
