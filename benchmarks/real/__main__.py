@@ -70,9 +70,8 @@ def main() -> None:
         began = time.perf_counter()
         table: TestTable = minimize(problem, algorithm, seed=1).algorithm.table
         spent = time.perf_counter() - began
-        print(
-            f"  {type(algorithm).__name__}: {spent:.0f} s, {spent / algorithm.n_points:.2f} s a test"
-        )
+        each = spent / algorithm.n_points
+        print(f"  {type(algorithm).__name__}: {spent:.0f} s, {each:.2f} s a test")
         return table
 
     first = tests(PSI(given.points, study=folder / "psi.db"))

@@ -9,6 +9,7 @@ Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_feasibility`: where they lie over the two variables that decide most on it.
     :func:`plot_sensitivities`: how much each variable explains of each column.
     :func:`plot_convergence`: how good the tests are against their number.
+    :func:`plot_identification`: the best designs' curves over measured series.
 
 Of any ranked set:
     :func:`plot_ranking`: its objectives in pairs and as parallel coordinates, by rank.
@@ -30,6 +31,7 @@ Names and files:
 from pymoo_psi.plots._analysis import (
     plot_convergence,
     plot_feasibility,
+    plot_identification,
     plot_sensitivities,
 )
 from pymoo_psi.plots._comparison import (
@@ -48,6 +50,7 @@ __all__ = [
     "plot_convergence",
     "plot_feasibility",
     "plot_fronts",
+    "plot_identification",
     "plot_indicator",
     "plot_indicators",
     "plot_objectives",

@@ -25,6 +25,7 @@ from pymoo_psi.plots._style import (
     panels,
 )
 from pymoo_psi.plots._tables import Column, Tests, checked
+from pymoo_psi.problems import Identification
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
 _PANELS = 3  # side by side
@@ -79,6 +80,62 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
         left_out = len(largest) - len(variables)
         rest = f", {left_out} variables with smaller ones left out" if left_out else ""
         figure.suptitle(f"{title}\nfirst-order sensitivities with 95 % bands{rest}".strip())
+    return figure
+
+
+def plot_identification(
+    problem: Identification,
+    table: TestTable,
+    limits: Limits | None = None,
+    *,
+    best: int = 3,
+    title: str = "",
+) -> Figure:
+    """Return the best designs' curves over the measurements, one panel to a measured column.
+
+    Args:
+        problem: The model and its experiments.
+        table: Its tests.
+        limits: Limits that a design must keep, such as on an experiment.
+        best: How many designs are drawn, those of the highest ranks of efficiency.
+        title: What was tested.
+
+    Raises:
+        ArgumentTypeError: ``problem`` is no :class:`~pymoo_psi.Identification`, or ``table`` no
+            test table.
+        ArgumentValueError: ``best`` is not from 1 to 3, no design is feasible, or a limit does not
+            fit.
+
+    Example:
+        >>> import numpy as np, pandas as pd
+        >>> from pymoo_psi import Identification, investigate
+        >>> t = np.linspace(0, 5, 30)
+        >>> measured = {"cooling": pd.DataFrame({"t": t, "T": np.exp(-t / 2)})}
+        >>> def decay(parameters, data):
+        ...     return np.exp(-parameters["rate"] * data["t"])
+        >>> problem = Identification(decay, measured, {"rate": (0, 1)})
+        >>> (ax,) = plot_identification(problem, investigate(problem, 15)).axes
+        >>> ax.get_title(), ax.get_xlabel(), ax.get_ylabel()
+        ('cooling', 't', 'T')
+    """
+    instance("problem", problem, Identification)
+    if integer("best", best, minimum=1) > len(CURVES):
+        raise invalid("best", f"at most {len(CURVES)}, which are told apart", best)
+    rows, ranking = checked(table).ranked(limits)
+    chosen = rows[ranking.order[:best]]
+    pairs = [(n, column) for n, data in problem.experiments.items() for column in data.columns[1:]]
+    with panels(len(pairs), min(len(pairs), _PANELS)) as (figure, axes):
+        for ax, (name, column) in zip(axes, pairs, strict=True):
+            data = problem.experiments[name]
+            time = data.columns[0]
+            ax.plot(data[time], data[column], ".", color="0.55", markersize=3, label="measured")
+            for row, look in zip(chosen, CURVES, strict=False):
+                design = dict(zip(problem.variables, table.X[row].tolist(), strict=True))
+                found = problem.series(design, name)
+                ax.plot(data[time], found[column], **look | {"marker": ""}, label=table.names[row])
+            ax.set(title=literal(name), xlabel=literal(time), ylabel=literal(column))
+        legend_of(figure, labelled(axes), ncols=best + 1)
+        figure.suptitle(title)
     return figure
 
 

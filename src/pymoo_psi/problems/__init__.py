@@ -16,6 +16,24 @@ problem promises.
 With many variables, screen: :func:`pymoo_psi.table.sensitivities` of the first tests says which
 variables matter, and :class:`Restricted` fixes the others.
 
+Two subsystems that share a variable are investigated apart, with few variables each, and their
+feasible designs combined: pairs that agree on it, with objectives of the whole.
+
+Example:
+    >>> import pandas as pd
+    >>> from pymoo.problems.functional import FunctionalProblem
+    >>> from pymoo_psi import investigate, rank_of_efficiency
+    >>> arm = FunctionalProblem(2, [lambda x: x[0] + x[1] ** 2, lambda x: 1 / x[1]], xl=1, xu=3)
+    >>> foot = FunctionalProblem(2, [lambda x: 2 * x[0] + x[1], lambda x: 1 / x[0]], xl=1, xu=3)
+    >>> arms, feet = (investigate(part, 64).to_frame().query("status == 'ok'")
+    ...               for part in (arm, foot))
+    >>> pairs = arms.merge(feet, how="cross", suffixes=(" arm", " foot"))
+    >>> pairs = pairs[(pairs["x1 arm"] - pairs["x1 foot"]).abs() < 0.05]
+    >>> mass, sag = (pairs[f"{f} arm"] + pairs[f"{f} foot"] for f in ("f1", "f2"))
+    >>> ranking = rank_of_efficiency(pd.DataFrame({"mass": mass, "sag": sag}))
+    >>> len(pairs), int(ranking.pareto.sum())
+    (190, 30)
+
 Example:
     >>> import math
     >>> from pymoo.optimize import minimize
