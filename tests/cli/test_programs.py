@@ -1,0 +1,106 @@
+"""A program's TOML file on the command line: written, tried, solved, ranked."""
+
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+
+from pymoo_psi import ProgramProblem
+
+SOLVER = """
+import sys
+width, height = (float(line.split("=")[1]) for line in open("beam.inp"))
+print("tip =", 1 / (width * height**3))
+if width * height > 30:
+    sys.exit("too heavy")
+"""
+FILE = f"""
+[variables]
+width = {{bounds = [2, 4], unit = "mm"}}
+height = {{bounds = [1, 9], scale = "log"}}
+[program]
+command = "{shlex.quote(sys.executable)} solver.py"
+template = "model"
+files = ["beam.inp"]
+[outputs]
+tip = {{file = "stdout.txt", pattern = 'tip = (\\S+)'}}
+mass = {{expression = "2*width*height", unit = "kg"}}
+[objectives]
+minimize = ["mass", "tip"]
+[limits]
+mass = "<= 40"
+[requirements]
+slender = "height <= 2*width"
+"""
+
+
+@pytest.fixture
+def beam(run):
+    Path("model").mkdir()
+    Path("model", "solver.py").write_text(SOLVER)
+    Path("model", "beam.inp").write_bytes(b"width={width}\r\nheight={height:.6g}\r\n")
+    Path("beam.toml").write_text(FILE)
+    return run
+
+
+def test_the_example_is_a_file_to_edit(run):
+    assert run("solve", "--new", "bracket.toml")[0] == 0
+    before = Path("bracket.toml").read_text("utf-8")
+    code, printed, err = run("solve", "bracket.toml", "--new")
+    assert (code, printed, err.count("\n")) == (2, "", 1)
+    assert Path("bracket.toml").read_text("utf-8") == before
+    assert "model" in run("solve", "bracket.toml", "--try")[2]  # the template is the user's
+    Path("model").mkdir()
+    Path("model", "beam.inp").write_text("{width} {height}")
+    Path("bracket.toml").write_text(before.replace("ccx -i beam", f"{sys.executable} -V"))
+    ProgramProblem.from_toml("bracket.toml")
+
+
+def test_a_program_is_tried_solved_and_ranked(beam):
+    code, printed, err = beam("solve", "beam.toml", "--try", "--jobs", 2)
+    assert (code, err) == (0, "")
+    assert "{height:.6g} is 3" in printed  # the middle of a logarithmic scale
+    assert "<= 40 met" in printed
+    folder = Path(printed.partition("Folder: ")[2].splitlines()[0])
+    assert (folder / "beam.inp").read_bytes().startswith(b"width=3.0\r\nheight=3")
+    code, printed, _ = beam("solve", "beam.toml", "--points", 16, "--jobs", 2, "--study", "b.db")
+    assert code == 0
+    assert "not run by requirements: slender: height <= 2*width" in printed
+    assert "mass [kg]" in beam("rank", "b.db")[1]
+    code, printed, _ = beam("solve", "beam.toml", "--points", 16, "--fill")
+    assert "16 tested" in printed
+
+
+def test_what_is_wrong_is_said_by_try(beam):
+    Path("beam.toml").write_text(FILE.replace("tip = (", "Tip = (").replace("<= 40", "<= 4"))
+    code, printed, err = beam("solve", "beam.toml", "--try")
+    assert (code, err) == (1, "")
+    assert "Wrong: output tip: stdout.txt has no match" in printed
+    code, printed, err = beam("solve", "bnh", "--try")
+    assert (code, printed, err.count("\n")) == (2, "", 1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('["beam.inp"]', '"beam.inp"', "a list of files"),
+        ('["mass", "tip"]', '"mass"', "a list of outputs"),
+        ("[2, 4]", "[4, 2]", "width: bounds must be in increasing order"),
+        ("[1, 9]", "[0, 9]", "above 0"),
+        ("'tip = (\\S+)'", '"tip = (\\S+)"', "between '…'"),
+        ("solver.py", "solver.py | tee log", "sh run.sh"),
+        ("solver.py", "solver.py '", "quotation marks in pairs"),
+        ('unit = "mm"', "unit = 1", "width: unit"),
+        ("[limits]", "[limits]\nwidth = '<= 3'", "requirements"),
+        ('{bounds = [1, 9], scale = "log"}', '{choices = ["1", "2"]}', "{height:.6g} in the file"),
+    ],
+)
+def test_a_mistake_in_the_file_is_one_line(beam, old, new, match):
+    assert old in FILE
+    Path("beam.toml").write_text(FILE.replace(old, new))
+    code, printed, err = beam("solve", "beam.toml", "--try")
+    assert (code, printed, err.count("\n")) == (2, "", 1)
+    assert err.startswith("pymoo-psi: error: beam.toml: ")
+    assert match in err
+    assert not Path("runs").exists()
