@@ -17,6 +17,7 @@ from pymoo_psi import (
     Recorded,
     Required,
     Restricted,
+    SurrogatePSI,
     TestTable,
     investigate,
     nsga3,
@@ -189,3 +190,19 @@ def test_recorded_runs_none_that_violates_one(tmp_path):
     result = minimize(problem, NSGA2(pop_size=20), ("n_eval", 100), seed=1)
     assert (result.X[:, 1] <= 2 * result.X[:, 0]).all()
     assert (problem.table.status == "infeasible").any()
+
+
+def test_surrogates_propose_only_designs_that_meet_them(tmp_path):
+    run = minimize(Plain(), SurrogatePSI(44, fill=True, study=tmp_path / "run.db"), seed=1)
+    table = run.algorithm.table
+    proposed = table.column("proposal_round") > 0
+    assert proposed.sum() == 24
+    assert (table.X[proposed, 1] <= 2 * table.X[proposed, 0]).all()
+    assert np.isfinite(table.F).all(axis=1).sum() == 44
+    part = tmp_path / "part.db"
+    minimize(Plain(), SurrogatePSI(30, fill=True, study=part), seed=1)
+    assert minimize(
+        Plain(), SurrogatePSI(44, fill=True, study=part), seed=1
+    ).algorithm.table.equals(table)
+    mixed = minimize(Mixed(), SurrogatePSI(40), seed=1).algorithm.table
+    assert (mixed.status[mixed.column("proposal_round") > 0] == "ok").all()

@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded
 from pymoo_psi.pareto import front_numbers, nondominated
@@ -41,6 +42,7 @@ _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 # ten variables and twelve outputs.
 _SIZE, _GENERATIONS = 100, 40
 _OPTIMISM = 0.5  # standard deviations by which a prediction may be better, when a gain is judged
+_ATTEMPTS = 100  # to find random designs that meet the requirements, so many times _SIZE * 10
 _SAME = 1e-6  # designs nearer than this are one
 # Where surrogates see no design that keeps all limits, all but one of a round are so far apart and
 # from tests, alternating, in units of the cube's diagonal: in the one place that looks best all
@@ -63,6 +65,8 @@ class Goal:
         bounds: ``(column, least, greatest)`` of outputs that have limits; infinite if open.
         low: ``(d,)`` where designs begin that keep the limits on variables, in the unit cube.
         high: ``(d,)`` where they end.
+        required: From ``(n, d)`` points to ``(n, k)`` by how much they violate requirements, which
+            no proposal does.
     """
 
     n_obj: int
@@ -71,6 +75,7 @@ class Goal:
     bounds: Sequence[tuple[int, float, float]]
     low: Array
     high: Array
+    required: Callable[[Array], Array]
 
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
@@ -94,7 +99,8 @@ class KnownTests:
         points: ``(n, d)`` points of the unit cube, which :class:`DesignSpace` makes designs of.
         Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, others with limits.
         eligible: ``(n,)`` which keep all constraints and limits, and have finite objectives.
-        failed: ``(n,)`` which have no outputs.
+        failed: ``(n,)`` which have no outputs, though the model ran.
+        unknown: ``(n,)`` these, and those that the model did not run for.
         pending: ``(p, d)`` points that are being tested; their outputs are expected to be as the
             surrogates predict them.
     """
@@ -103,6 +109,7 @@ class KnownTests:
     Y: Array
     eligible: Mask
     failed: Mask
+    unknown: Mask
     pending: Array
 
 
@@ -143,7 +150,7 @@ def propose(
         turn: Number of the round, from 0.
         random: Random numbers of the round.
     """
-    known, seen = ~tests.failed, encode(np.vstack([tests.points, tests.pending]))
+    known, seen = ~tests.unknown, encode(np.vstack([tests.points, tests.pending]))
     Z = seen[: len(known)][known]
     risk = _risk(Z, seen[: len(known)][tests.failed], turn)
     if fit is None:
@@ -156,13 +163,14 @@ def propose(
     def judge(points: Array) -> tuple[Array, Array]:
         at = encode(points)
         predicted = surrogate(at)
-        excess = np.hstack([goal.excess(predicted, fit), risk(at)])
+        excess = np.hstack([goal.excess(predicted, fit), risk(at), goal.required(points)])
         return predicted[:, : goal.n_obj], excess
 
     inward = _inward(fit, goal.n_obj)
     order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
     best = tests.points[known][order]
     found = _search(judge, *_start(best, near, goal, random), inward, random)
+    found = found[(goal.required(found) <= 0).all(axis=1)]
     both = np.vstack([found, tests.pending])
     at, n = encode(both), len(found)
     predicted = surrogate(at)
@@ -215,7 +223,15 @@ def _far(
     random: np.random.Generator,
 ) -> Array:
     """Return points far from all tests and from each other, rather where designs do not fail."""
-    points = random.uniform(goal.low, goal.high, (_SIZE * 10, len(goal.low)))
+    points = np.zeros((0, len(goal.low)))
+    for _ in range(_ATTEMPTS):
+        more = random.uniform(goal.low, goal.high, (_SIZE * 10, len(goal.low)))
+        points = np.vstack([points, more[(goal.required(more) <= 0).all(axis=1)]])
+        if len(points) >= count:
+            break
+    else:
+        rule = f"met by {count} of {_ATTEMPTS * _SIZE * 10} random designs"
+        raise invalid("requirements", rule, Received(f"{len(points)} that meet them"))
     at = encode(points)
     distance = cdist(at, seen).min(axis=1)
     distance[risk(at)[:, 0] > 0] *= 0.1  # they are taken where nothing else is left

@@ -22,6 +22,7 @@ from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded, without_penalties
+from pymoo_psi.problems import Required
 from pymoo_psi.study import LAST, Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
 
@@ -157,7 +158,8 @@ class SurrogatePSI(PSI):
             numbers, units = given.numbers, self._engine.space.points(given.X)
         self._n_uniform = len(numbers)  # tests before the first round
         self._ends = [self._n_uniform]
-        self._n_tests = self.n_points + (0 if given is None else len(given))
+        more = len(first) - size if given is None else len(given)  # by `fill`, not evaluated
+        self._n_tests = self.n_points + more
         self._engine.points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
 
     def _rows(self) -> NDArray[np.intp]:
@@ -210,7 +212,7 @@ class SurrogatePSI(PSI):
         for end in self._ends:
             if fitted * _GROWTH <= end <= len(table):
                 fitted = end
-        known = ~tests.failed
+        known = ~tests.unknown
         if known[:fitted].sum() < _LEAST:
             fitted = len(table)
         if self._fitted[0] != fitted:
@@ -224,13 +226,13 @@ class SurrogatePSI(PSI):
         random = np.random.default_rng([self.seed or 0, turn])
         made = propose(tests, self._fitted[1], goal, encode, size, turn, random)
         # of outputs with limits, which may be others tomorrow, no predictions are kept
-        kept = slice(len(_outputs(self.table)))
+        kept = slice(len(self._learned()))
         return replace(made, predicted=made.predicted[:, kept], deviation=made.deviation[:, kept])
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
         layout, space = table.layout, self._engine.space
-        names, known = [v.name for v in space.searched], len(_outputs(table))
+        names, known = [v.name for v in space.searched], len(self._learned())
         low, high = np.zeros(len(names)), np.ones(len(names))
         bounds: list[tuple[int, float, float]] = []
         further: list[str] = []
@@ -244,20 +246,39 @@ class SurrogatePSI(PSI):
             elif name in names:
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
-        sizes = len(layout.objectives), len(layout.inequalities), len(layout.equalities)
-        return Goal(*sizes, bounds, low, high), further
+        n_obj, n_eq = len(layout.objectives), len(layout.equalities)
+        n_ieq = len(self._learned()) - n_obj - n_eq
+        return Goal(n_obj, n_ieq, n_eq, bounds, low, high, self._required), further
+
+    def _required(self, points: Array) -> Array:
+        """Return ``(n, k)`` by how much points violate requirements."""
+        problem, space = self._engine.problem, self._engine.space
+        if not isinstance(problem, Required):
+            return np.zeros((len(points), 0))
+        return problem.amounts(space.matrix(points))
+
+    def _learned(self) -> tuple[str, ...]:
+        """Return objectives and constraints, but for requirements, which are known."""
+        layout, problem = self.table.layout, self._engine.problem
+        known = len(problem.required) if isinstance(problem, Required) else 0
+        n_ieq = len(layout.inequalities) - known
+        return layout.objectives + layout.inequalities[:n_ieq] + layout.equalities
 
     def _tests(
         self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
     ) -> KnownTests:
         space, failed = self._engine.space, table.status == "failed"
-        uniform = table.F[:n_uniform][~failed[:n_uniform]]
+        names = self._learned()[table.F.shape[1] :]
+        required = table.G[:, len(names) - table.H.shape[1] :]  # behind the model's own
+        unknown = failed | (required > 0).any(axis=1)
+        uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         F = without_penalties(table.F, uniform)
         return KnownTests(
             space.points(table.X),
-            np.column_stack([F, table.G, table.H, *map(table.column, further)]),
+            np.column_stack([F, *map(table.column, (*names, *further))]),
             table.eligible(self._known_limits(table)),
             failed,
+            unknown,
             pending.units,
         )
 
@@ -293,25 +314,18 @@ class SurrogatePSI(PSI):
         columns["round"] = np.repeat(np.arange(len(rounds)) + 1, sizes)[:n]
         columns["surrogate"] = np.repeat([made.kind for made in rounds], sizes)[:n]
         columns["status"] = table.status
-        found = np.hstack([table.F, table.G, table.H])
+        names = self._learned()
+        signs = np.append(table.layout.sign, np.ones(len(names) - table.F.shape[1]))
+        found = np.column_stack([table.column(name) for name in names]) * signs
         found[table.status == "failed"] = np.nan
         none = np.zeros((0, found.shape[1]))
         predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
         deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
-        for j, (name, sign) in enumerate(zip(_outputs(table), _signs(table), strict=True)):
+        for j, (name, sign) in enumerate(zip(names, signs, strict=True)):
             columns[name] = found[:, j] * sign
             columns[f"{name}_predicted"] = predicted[:, j] * sign
             columns[f"{name}_deviation"] = deviation[:, j]
         return pd.DataFrame(columns)
-
-
-def _outputs(table: TestTable) -> tuple[str, ...]:
-    return table.layout.objectives + table.layout.constraints
-
-
-def _signs(table: TestTable) -> Array:
-    """``(q,)`` -1 for objectives that are maximised, 1 for all others."""
-    return np.append(table.layout.sign, np.ones(len(table.layout.constraints)))
 
 
 def _rows(made: Proposals, number: int, first: int, pending: Points) -> list[Proposal]:
