@@ -31,8 +31,6 @@ QUICK = (
     "algorithms/test_sampling.py",
     "chute/test_motion.py",
     "comparison/test_statistics.py",
-    "evaluation/test_evaluation.py",
-    "problems/test_robust.py",
     "pareto/test_explanation.py",
     "pareto/test_feasibility.py",
     "pareto/test_indicators.py",

@@ -1,7 +1,6 @@
 """What holds for any table, formulation, interruption and file of designs."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,47 +8,9 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, Formulation, SurrogatePSI, TestTable, investigate
-from pymoo_psi.cli import main
 from pymoo_psi.table import Layout
 
 SEEDS = st.integers(0, 2**32 - 1)
-VALUES = [0.0, -0.0, 0.1, -1 / 3, 5e-324, 1.7e308, -2.0, 12345678.9, 1e-7]
-TEXTS = ["no licence", 'a "quoted", odd\nreason; with = signs', "ü € 設計", "# {}"]
-
-
-def any_table(rng):
-    """Variables of three kinds, constraints, outputs, a maximum; some tests failed."""
-    n = int(rng.integers(1, 15))
-    X = np.empty((n, 3), dtype=object)
-    X[:, 0] = rng.choice(VALUES, n).tolist()
-    X[:, 1] = [int(k) for k in rng.integers(-3, 4, n)]
-    X[:, 2] = [str(k) for k in rng.choice(["S235", "1", "a, b"], n)]
-    F, G = rng.choice(VALUES, (n, 2)), rng.choice(VALUES, (n, 2))
-    H, out = rng.choice([0.0, 1e-5, 1.0], (n, 1)), rng.choice([*VALUES, np.nan], n)
-    numbers, reasons = np.sort(rng.permutation(5 * n)[:n] + 1), {}
-    for i in np.flatnonzero(rng.random(n) < 0.2):
-        F[i], G[i], H[i], out[i] = np.inf, 0, 0, np.nan
-        reasons[int(numbers[i])] = str(rng.choice(TEXTS))
-    layout = Layout.of(
-        ["width", "teeth", "steel, kind"], ["mass", "gain %"], ["stress", "bend"], ["volume"],
-        lower=[-np.inf, -3, np.nan], upper=[np.inf, 3, np.nan], kinds=["real", "integer", "choice"],
-        outputs=["heat"], maximize=["gain %"], units={"width": "mm", "heat": "°C"},
-    )  # fmt: skip
-    return TestTable.of(numbers, X, F, G, H, outputs={"heat": out}, reasons=reasons, layout=layout)
-
-
-@pytest.mark.parametrize("form", ["csv", "parquet", "study"])
-@given(seed=SEEDS, formulated=st.booleans())
-def test_what_is_read_is_what_was_written(tmp_path_factory, form, seed, formulated):
-    table = any_table(np.random.default_rng(seed))
-    if formulated and form != "study":  # which holds tests as they were evaluated
-        asked = Formulation(["mass", "ratio"], computed={"ratio": "heat / (2 + mass)"})
-        table = table.under(asked)
-    path = tmp_path_factory.mktemp("any") / f"table.{form}"
-    getattr(table, f"to_{form}")(path)
-    read = getattr(TestTable, f"read_{form}")(path)
-    assert read.equals(table)
-    assert [list(map(type, row)) for row in read.X] == [list(map(type, row)) for row in table.X]
 
 
 def smooth_table(rng, n=40):
@@ -144,24 +105,3 @@ def test_an_interrupted_run_that_is_continued_is_one_run(tmp_path_factory, run, 
     table = run(18, study=study, block_size=block)
     assert table.equals(run(18))
     assert TestTable.read_study(study).rows(np.arange(18)).equals(table)
-
-
-@settings(max_examples=15)
-@given(seed=SEEDS)
-def test_ranks_do_not_depend_on_the_order_units_and_direction_of_columns(tmp_path_factory, seed):
-    """By the command, with other names of rows and columns on the way."""
-    rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("ranks")
-    n, m = int(rng.integers(2, 20)), int(rng.integers(2, 5))
-    plain = pd.DataFrame(np.round(rng.normal(size=(n, m)), 1), columns=list("abcd")[:m])
-    factors = rng.choice([1.0, -1.0, 4.0, -0.125], m)  # of which products are exact
-    other = (plain * factors + 0.0).iloc[rng.permutation(n), rng.permutation(m)]
-    ranks = []
-    turned = [name for name, factor in zip(plain, factors, strict=True) if factor < 0]
-    for frame, more in ((plain, []), (other, turned)):
-        file, out = folder / "designs.csv", folder / "ranked.csv"
-        frame.rename("design {}".format).to_csv(file, index_label="name")
-        words = [word for name in more for word in ("--maximize", name)]
-        assert main(["rank", str(file), *words, "--out", str(out)]) == 0
-        ranked = pd.read_csv(out, comment="#", index_col="name").sort_index()
-        ranks.append(ranked[["rank", "pareto"]])
-    pd.testing.assert_frame_equal(*ranks)

@@ -111,14 +111,6 @@ def test_asking_stops_at_a_failure_where_the_run_would():
         algorithm.evaluator.eval(algorithm.problem, algorithm.ask())
 
 
-def test_the_problems_callback_is_called_with_each_block():
-    sizes = []
-    problem = get_problem("bnh")
-    problem.callback = lambda X, out: sizes.append((len(X), len(out["F"])))
-    minimize(problem, PSI(50, block_size=20))
-    assert sizes == [(20, 20), (20, 20), (10, 10)]
-
-
 def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
@@ -173,55 +165,6 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
         told.evaluator.eval(Heated(), block)
         told.tell(infills=block)
     assert told.result().opt.get("test_point").tolist() == result.opt.get("test_point").tolist()
-
-
-class Gauged(ElementwiseProblem):
-    """A model with a further output, which only designs beyond a place have."""
-
-    def __init__(self, gauge, beyond):
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
-        self.gauge, self.beyond = gauge, beyond
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = [x[0], 1 - x[0] + x[1]]
-        if x[0] > self.beyond:
-            out["heat"] = self.gauge
-
-
-@pytest.mark.filterwarnings("ignore:out.'heat'. is not kept in the table:UserWarning")
-@pytest.mark.parametrize("other", ["n/a", [1.0, 2.0], np.ma.array([1.0], mask=[True])])
-def test_what_is_no_number_for_one_design_costs_no_other_its_number(other):
-    class Told(Gauged):
-        def _evaluate(self, x, out, *args, **kwargs):
-            super()._evaluate(x, out)
-            out["heat"] = other if x[0] > 0.5 else np.array([x[1]])
-
-    table = investigate(Told(1.0, 2), 16)
-    expected = np.where(table.X[:, 0] > 0.5, np.nan, table.X[:, 1])
-    np.testing.assert_array_equal(table.column("heat"), expected)
-    assert investigate(Told(1.0, 2), 16, block_size=1).equals(table)
-
-
-@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
-def test_blocks_do_not_decide_whether_a_limited_output_is_known(keep):
-    limits = {"heat": 2.0}
-    whole = investigate(Gauged(1.0, 0.7), 32)
-    rows = {"all": whole.numbers > 0, "feasible": whole.feasible(limits)}
-    rows["pareto"] = whole.pareto(limits)
-    for size in (1, 4, 32):
-        options = {"limits": limits, "block_size": size}
-        assert investigate(Gauged(1.0, 0.7), 32, keep=keep, **options).equals(
-            whole.rows(rows[keep])
-        )
-        # display and callbacks ask for the optimum after each block
-        found = minimize(
-            Gauged(1.0, 0.7), PSI(32, callback=lambda psi: psi.opt, **options), verbose=True
-        )
-        assert found.opt.get("test_point").tolist() == whole.numbers[rows["pareto"]].tolist()
-        with pytest.raises(PsiError, match="a limit must be one of"):
-            investigate(Gauged(1.0, 2.0), 32, keep=keep, **options)
-        with pytest.raises(PsiError, match="a limit must be one of"):
-            minimize(Gauged(1.0, 2.0), PSI(32, **options))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])

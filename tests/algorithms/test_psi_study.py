@@ -180,23 +180,8 @@ def test_threads_share_a_study(tmp_path):
     assert len(TestTable.read_study(alone)) == 127
 
 
-def test_a_study_that_is_replaced_while_a_run_reads_it_is_noticed(tmp_path):
-    """Results of two models never come together, in the file or in the table."""
-    path, other = tmp_path / "s.db", tmp_path / "other.db"
-    run(Counted(), 32, path)
-    run(Counted(), 64, other, study_key="v2")
-
-    def replace(algorithm):
-        if algorithm.n_tested == 32:
-            os.replace(other, path)
-
-    with pytest.raises(StudyMismatchError, match="another study.* has taken its place"):
-        run(Counted(), 64, path, callback=replace)
-    assert len(TestTable.read_study(path)) == 64
-
-
 # The modules are imported once: every run is a fork of this script, begun by the name of its log,
-# after which may stand its share and the seconds until it ends as by a kill: at once, and nothing
+# after which may stand the seconds until it ends as by a kill: at once, and nothing
 # of Python runs. A kill from here would come when the process of the test has its turn.
 SCRIPT = """
 import json, os, signal, sys, time
@@ -227,12 +212,10 @@ for line in sys.stdin:
     for word in line.split():
         pids.append(os.fork())
         if not pids[-1]:
-            log, part, seconds = word.split("@")
+            log, seconds = word.split("@")
             if seconds:
                 signal.setitimer(signal.ITIMER_REAL, float(seconds))
-            share = tuple(map(int, part.split("/"))) if part else None
-            study = os.path.join(os.path.dirname(sys.argv[1]), "shares") if part else sys.argv[1]
-            minimize(Logged(log), PSI(200, study=study, share=share, block_size=5))
+            minimize(Logged(log), PSI(200, study=sys.argv[1], block_size=5))
             os._exit(0)
     print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
 """
@@ -269,7 +252,7 @@ forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of these te
 def test_processes_share_a_study_and_test_nothing_twice(server, whole):
     run, path = server
     logs = [path.with_name(f"shared{k}") for k in range(3)]
-    assert run(*(f"{log}@@" for log in logs)) == [0] * 3
+    assert run(*(f"{log}@" for log in logs)) == [0] * 3
     lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
     assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
     assert TestTable.read_study(path).equals(whole)
@@ -295,32 +278,11 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
             committed = set()
         log = path.with_name(f"log{kills}")
         log.unlink(missing_ok=True)
-        (ended,) = run(f"{log}@@{rng.uniform(1e-4, 0.08) if kills < KILLS else ''}")
+        (ended,) = run(f"{log}@{rng.uniform(1e-4, 0.08) if kills < KILLS else ''}")
         kills += ended == signal.SIGALRM
         assert ended in (0, signal.SIGALRM)
         assert not _evaluated(log, by_design) & committed
     assert TestTable.read_study(path).equals(whole)
-
-
-@forks
-def test_shares_killed_many_times_are_the_study_of_one_run(server, whole):
-    run, path = server
-    folder, rng, kills = path.with_name("shares"), random.Random(2), 0
-    by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
-    ended, rounds = [None], 0
-    while set(ended) != {0}:
-        files = folder.glob("*.db") if folder.exists() else ()
-        committed = {n for file in files for n in TestTable.read_study(file).numbers.tolist()}
-        logs = [path.with_name(f"share{rounds}-{k}") for k in range(1, 5)]
-        # A share has 50 designs, of a millisecond at least: in the first round none can end before.
-        times = [rng.uniform(1e-4, 0.04) if rounds < 2 else "" for _ in logs]
-        ended = run(*(f"{log}@{k}/4@{times[k - 1]}" for k, log in enumerate(logs, 1)))
-        kills += ended.count(signal.SIGALRM)
-        rounds += 1
-        for log in logs:
-            assert not _evaluated(log, by_design) & committed
-    assert kills > 2
-    assert TestTable.read_study(folder).equals(whole)
 
 
 def _evaluated(log, by_design):

@@ -5,7 +5,7 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, VectorizedSphereChute, investigate, lp_tau, rank_of_efficiency
+from pymoo_psi import PSI, VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.algorithms import refine
 
 
@@ -44,18 +44,6 @@ def test_no_design_of_a_fine_grid_is_nearer(mu, normalize):
     F = problem.evaluate(np.column_stack([u1.ravel(), v_p.ravel()]), return_values_of=["F"])
     assert refined.distance <= ranking.frame.distances(F)[:, 0].min()
     assert refined.distance < refined.start_distance == ranking.criteria[ranking.salukvadze[0], 0]
-
-
-def test_a_ranking_with_a_maximised_objective():
-    """The objectives of the problem are turned as those of the ranking were."""
-    problem = VectorizedSphereChute(0.4, model="rolling")
-    X = problem.xl + (problem.xu - problem.xl) * lp_tau(64, 2, first=2)
-    F = problem.evaluate(X)[0]
-    ranking = rank_of_efficiency(F, maximize=[2])
-    best = ranking.salukvadze[0]
-    refined = refine(problem, X[best], ranking)
-    assert refined.start_distance == ranking.criteria[best, 0]
-    assert refined.distance <= refined.start_distance
 
 
 @pytest.mark.parametrize("attribute", [True, False])

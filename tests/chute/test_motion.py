@@ -50,13 +50,6 @@ class TestReference:
                 got[name][keep], value[keep], rtol=1e-12, atol=2e-12, err_msg=name
             )
 
-    def test_integrator_thirty_digits(self, reference):
-        inputs, expected, _ = reference
-        for i in range(0, len(inputs), 4):
-            motion = designs.integrate(*inputs[i])
-            for name in ("time", "exit_speed", "plane_work", "dissipation", "reached"):
-                np.testing.assert_allclose(getattr(motion, name), expected[name][i], 1e-10, 1e-10)
-
 
 class TestMechanics:
     def test_dissipation_is_the_integral_of_b_rho(self):

@@ -2,18 +2,17 @@
 
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -97,6 +96,7 @@ SCALED = """
 import numpy as np
 from pymoo.core.problem import Problem
 class Scaled(Problem):
+    names = {"x1": "a,b=c"}
     def __init__(self, low=0.1, width=1.0):
         super().__init__(n_var=2, n_obj=2, xl=low, xu=low + width)
     def _evaluate(self, x, out, *args, **kwargs):
@@ -107,14 +107,14 @@ class Scaled(Problem):
 
 @pytest.mark.parametrize(
     ("low", "width"),
-    [(1 / 3e12, 1e-12), (-1e-300, 7e-299), (1 / 3, 1 / 7), (1e12, 1e-2), (-1e12 / 3, 1e12), (1e300, 1e299)],
+    [(1 / 3e12, 1e-12), (-1e-300, 7e-299), (1 / 3, 1 / 7), (1e12, 1e-2), (-1e12 / 3, 1e12), (1e-310, 1e300)],
 )  # fmt: skip
 def test_the_suggested_part_is_taken_at_any_scale(run, low, width):
     Path("scaled.py").write_text(SCALED)
     words = ["solve", "scaled:Scaled", f"--low={low!r}", f"--width={width!r}", "--points", 32]
     code, printed, _ = run(*words, "--limits", "f1<=0.8", "--study", "a.db")
     assert code == 0
-    box = printed.partition("--box ")[2].split()[0].strip("'")
+    (box,) = shlex.split(printed.partition("--box ")[2].split()[0])
     assert run(*words, "--box", box, "--study", "b.db")[0] == 0
     table, part = TestTable.read_study("a.db"), TestTable.read_study("b.db").layout
     X = table.X[table.feasible({"f1": 0.8})]
@@ -180,8 +180,8 @@ def test_processes_change_nothing(run):
 def test_a_model_that_hangs_or_dies_fails_alone(run):
     """With --jobs or --timeout no design is evaluated in the process of the command."""
     words = ["solve", "models:Hard", "--points", 16, "--study", "s.db", "--study-key"]
-    code, printed, err = run(*words, "v1", "--jobs", 2, "--timeout", 5)
-    assert (code, err) == (0, "")
+    code, printed, _ = run(*words, "v1", "--jobs", 2, "--timeout", 5)
+    assert code == 0
     assert "16 tested, 2 failed" in printed
     code, _, err = run(*words, "v2")
     assert (code, "key" in err) == (2, True)
@@ -278,32 +278,3 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
         err,
     )
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
-
-
-@pytest.mark.parametrize("lower", [0.0, -1 / 3, 1e-310, 0.1234567890123456, 12.345, 1e300, -1e16])
-@pytest.mark.parametrize("width", [1e-300, 1e-9, 1 / 7, 2e5, 1e300])
-def test_a_printed_box_is_taken_and_holds_the_feasible_designs(lower, width):
-    """Whatever the scale: read as it is typed it lies in the bounds, and around these designs."""
-    from pymoo_psi.cli import _problem
-
-    class Scaled(Problem):
-        names: ClassVar = {"x1": "a,b=c"}
-
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=1, xl=[lower, 0], xu=[lower + width, 1])
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = x[:, :1]
-
-    if lower + width == lower:
-        return
-    problem = Scaled()
-    table = investigate(problem, 16)
-    third = np.sort(table.X[:, 0])[5]
-    table = table.under(Formulation(limits={"a,b=c": float(third), "x2": 0.7}))
-    box = _problem._box_in([_problem.feasible_box(table, problem)], problem)
-    low, high = box["a,b=c"]
-    inside = table.X[table.feasible(), 0]
-    assert lower <= low <= inside.min()
-    assert inside.max() <= high <= lower + width
-    Restricted(problem, box)

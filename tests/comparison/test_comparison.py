@@ -13,7 +13,6 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
-from pymoo.termination import get_termination
 
 import pymoo_psi
 from pymoo_psi import PSI, PsiError, SurrogatePSI, VectorizedSphereChute, investigate, nsga3
@@ -73,19 +72,6 @@ def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
     )  # fmt: skip
     assert result.to_frame()["evaluated"].item() == 400
     assert len(conclusions(result)) == 1
-
-
-def test_what_ends_before_its_budget_is_reported():
-    def short(n):
-        algorithm = NSGA2(pop_size=10)
-        algorithm.termination = get_termination("n_gen", 2)
-        return algorithm
-
-    result = compare(
-        get_problem("bnh"), n_evaluations=40, seeds=6, polish=False,
-        algorithms={"nsga2": "nsga2", "short": short},
-    )  # fmt: skip
-    assert "Not every run of short used its whole budget: see the" in conclusions(result)[1]
 
 
 @pytest.mark.parametrize("algorithm", ["spea2", "sms", "nsga2", "nsga3"])

@@ -21,16 +21,6 @@ def test_criteria_are_the_sides_of_a_right_triangle(F, normalize):
     np.testing.assert_allclose(mu1**2, mu2**2 + mu3**2, rtol=1e-12)
 
 
-def test_a_plane_is_not_ranked_by_rounding_noise():
-    """On f1 + f2 + f3 = 1 all μ3 are equal, so that only the nearest point is worth a rank."""
-    rng = np.random.default_rng(1)
-    F = rng.dirichlet(np.ones(3), size=400)
-    F = np.vstack([np.eye(3), F])
-    ranking = rank_of_efficiency(F)
-    assert set(ranking.rank) == {0, 6}
-    assert ranking.subset(6).tolist() == [np.argmin(((F - 1 / 3) ** 2).sum(axis=1))]
-
-
 def test_a_sphere_is_not_ranked_by_rounding_noise():
     """At equal distance from U, P12 is the point nearest to UN and P13 those with least μ3."""
     angle = np.linspace(0, np.pi / 2, 401)

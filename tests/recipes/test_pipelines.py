@@ -11,7 +11,6 @@ from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from pymoo.indicators.hv import Hypervolume
-from pymoo.indicators.igd_plus import IGDPlus
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from scipy.stats import qmc
@@ -28,17 +27,11 @@ from pymoo_psi import (
     investigate,
     lp_tau,
     nsga3,
-    rank_of_efficiency,
 )
 from tests.recipes.test_algorithms import Mixed
 
 PROBLEM = get_problem("bnh")
 VOLUME = Hypervolume(ref_point=np.array([140.0, 50.0]))
-
-
-@pytest.fixture(scope="module")
-def tested():
-    return minimize(PROBLEM, PSI(200))
 
 
 # operators/sampling, customization/initialization, customization/mixed
@@ -99,32 +92,6 @@ def test_nsga3_takes_variables_of_every_kind(name):
 
 
 # getting_started, algorithms/usage
-
-
-@pytest.mark.parametrize("make", [NSGA2, None])
-def test_the_best_designs_start_another_algorithm(tested, make):
-    """They come evaluated, so that the new run spends its budget on new designs only."""
-    ranking = rank_of_efficiency(tested.F)
-    best = tested.opt[np.argsort(ranking.criteria[:, 0])[:20]]
-    if make is None:
-        result = nsga3(PROBLEM, n_evaluations=300, seed=1, sampling=best)
-        assert result.algorithm.evaluator.n_eval == 300
-    else:
-        result = minimize(PROBLEM, make(pop_size=20, sampling=best), ("n_gen", 15), seed=1)
-    assert VOLUME.do(result.F) > VOLUME.do(best.get("F"))
-
-
-def test_more_points_never_worsen_pymoos_indicators():
-    """PSI(200) tests the points of PSI(50) again, and a Pareto set of more designs covers it.
-
-    IGD+ and the hypervolume are the indicators that must respect this; plain IGD need not.
-    """
-    front = PROBLEM.pareto_front()
-    results = [minimize(PROBLEM, PSI(n)).F for n in (50, 200, 800)]
-    distances = [IGDPlus(front).do(F) for F in results]
-    volumes = [VOLUME.do(F) for F in results]
-    assert distances[0] > distances[1] > distances[2] > 0
-    assert volumes[0] < volumes[1] < volumes[2] < VOLUME.do(front)
 
 
 # Problems that wrap others, in every way of running

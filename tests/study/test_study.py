@@ -108,15 +108,6 @@ def test_tests_come_back_bit_for_bit_however_they_are_cut_into_blocks(tmp_path_f
     assert os.listdir(path.parent) == ["s.db"]
 
 
-def test_every_float64_comes_back_bit_for_bit(tmp_path):
-    patterns = np.random.default_rng(0).integers(-(2**63), 2**63 - 1, 20_000).view(np.float64)
-    special = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, -5e-324, 1.7e308, 2.0**53 + 2, 1e15]
-    values = np.concatenate([patterns[~np.isnan(patterns)], special])
-    columns = block(1, len(values)) | {"x": values, "f2": values[::-1]}
-    begun(tmp_path / "s.db").append(columns)
-    assert bits(read_study(tmp_path / "s.db")[1]) == bits(columns)
-
-
 def test_names_that_sql_reads_as_others_are_kept(tmp_path):
     names = ["a", "A", "number", "NUMBER", "number_", "Seconds", "checksum", "rowid", "oid"]
     names += ["ä", "Ä", 'in "quotes"', "`", "[x]", "select", "1", " ", "a;b", "--", "naïve 🤖", "?"]

@@ -101,16 +101,6 @@ def test_tests_with_other_outputs_are_joined_with_nan_where_one_has_none():
         assert joined.rows([1]).column("noise").tolist() == [7.0]
 
 
-def test_of_a_test_in_both_tables_the_outputs_of_both_are_kept():
-    older = TestTable.of([1, 2], [[0.0], [0.5]], [[1.0], [2.0]])
-    newer = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.0]})
-    for merged in (older.merge(newer), newer.merge(older)):
-        assert np.array_equal(merged.column("heat"), [np.nan, 6.0], equal_nan=True)
-    other = TestTable.of([2], [[0.5]], [[2.0]], outputs={"heat": [6.5]})
-    with pytest.raises(ArgumentValueError, match="got 6.0 and 6.5 as heat of test point 2"):
-        newer.merge(other)
-
-
 def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
     layout = Layout.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
     new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, layout=layout)

@@ -225,23 +225,6 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
             np.testing.assert_equal(costs.loc[name, f"{criterion}_feasible"], best)
 
 
-@given(table=tables())
-def test_a_constraint_as_criterion_frees_what_it_alone_rejects(table):
-    for name in table.layout.constraints:
-        looked_at = freed(table, name)
-        assert looked_at.layout.objectives == (*table.layout.objectives, name)
-        assert looked_at.layout.constraints == tuple(
-            c for c in table.layout.constraints if c != name
-        )
-        now = looked_at.feasible() & ~table.feasible()
-        computed = set(table.numbers[np.isfinite(looked_at.F).all(axis=1)].tolist())
-        alone = [n for n, names in violations(table).items() if names == (name,) and n in computed]
-        assert table.numbers[now].tolist() == alone
-        limit = 0.0 if name in table.layout.inequalities else 1e-4
-        known = np.isfinite(looked_at.F[:, -1])  # as a criterion, minus infinity is a failure
-        np.testing.assert_array_equal(looked_at.feasible({name: limit}), table.feasible() & known)
-
-
 # Errors
 
 PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [1.0]])

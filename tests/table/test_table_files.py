@@ -28,9 +28,13 @@ def tables(draw):
     n, n_var, m, n_ieq, n_eq = (
         draw(st.integers(*r)) for r in ((0, 6), (0, 4), (0, 3), (0, 2), (0, 2))
     )
-    width = n_var + m + n_ieq + n_eq
+    n_out = draw(st.integers(0, 2))
+    width = n_var + m + n_ieq + n_eq + n_out
     name = draw(st.lists(names, min_size=width, max_size=width, unique=True))
+    units = dict.fromkeys(name[:2], draw(st.sampled_from(["kg", "%", "µm; =1", "#{}"])))
     groups = [tuple(name.pop() for _ in range(k)) for k in (n_var, m, n_ieq, n_eq)]
+    outputs = {key: draw(arrays(float, n, elements=st.floats())) for key in name}
+    maximize = draw(st.sets(st.sampled_from(groups[1] + tuple(name)))) if m else set()
     bound = st.one_of(st.just(np.nan), st.floats(-10, 10))
     lower = draw(arrays(float, n_var, elements=bound))
     layout = Layout.of(
@@ -38,6 +42,9 @@ def tables(draw):
         lower=lower,
         upper=lower + draw(st.floats(0, 10)),
         eq_tolerance=draw(st.sampled_from([0.0, 1e-4])),
+        outputs=name,
+        maximize=sorted(maximize),
+        units=units,
     )
     kinds = draw(st.lists(st.sampled_from(COLUMNS), min_size=n_var, max_size=n_var))
     X = np.empty((n, n_var), dtype=object)
@@ -48,7 +55,7 @@ def tables(draw):
     failed = draw(st.sets(st.sampled_from(numbers))) if n else set()
     reasons = {number: draw(texts) for number in failed}
     numbers = np.array(numbers, dtype=int)
-    table = TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
+    table = TestTable.of(numbers, X, F, G, H, outputs=outputs, reasons=reasons, layout=layout)
     if draw(st.booleans()):
         x = [draw(kind) for kind in kinds]
         f, g, h = (
@@ -101,22 +108,15 @@ def test_the_frame_holds_what_the_table_holds(table):
     frame = table.to_frame()
     layout = table.layout
     assert frame.index.tolist() == table.numbers.tolist()
-    blocks = {
-        "X": layout.variables,
-        "F": layout.objectives,
-        "G": layout.inequalities,
-        "H": layout.equalities,
-    }
-    for block, columns in blocks.items():
-        for j, name in enumerate(columns):
-            assert repr(frame[name].tolist()) == repr(getattr(table, block)[:, j].tolist())
+    for name in layout.columns:
+        assert repr(frame[name].tolist()) == repr(table.column(name).tolist())
     assert frame["status"].tolist() == table.status.tolist()
     assert frame["pareto"].tolist() == table.pareto().tolist()
     named = violations(table)
     assert frame["violated"].tolist() == [", ".join(named.get(n, ())) for n in table.numbers]
     assert frame["reason"].tolist() == [table.reasons.get(n, "") for n in table.numbers]
     assert frame.columns.tolist() == [
-        *layout.variables, *layout.objectives, *layout.constraints, *RESERVED[1:]
+        *layout.variables, *layout.objectives, *layout.constraints, *layout.outputs, *RESERVED[1:]
     ]  # fmt: skip
 
 
