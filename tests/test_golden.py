@@ -126,6 +126,11 @@ def stamps(folder):
     return {path: path.stat().st_mtime_ns for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
+def without_progress(text):
+    """Return what is written to the standard error without the progress of slow machines."""
+    return re.sub(r"^[^:\n]+: \d+ of \d+(, .*)?\n", "", text, flags=re.MULTILINE)
+
+
 def transcript(lines, folder):
     """Run command lines one after the other; return all that they leave behind."""
     parts = []
@@ -135,8 +140,8 @@ def transcript(lines, folder):
             with redirect_stdout(out), redirect_stderr(err):
                 code = main(shlex.split(line))
             parts += [f"$ pymoo-psi {line}\n", out.getvalue()]
-            if err.getvalue():
-                parts += ["--- stderr\n", err.getvalue()]
+            if errors := without_progress(err.getvalue()):
+                parts += ["--- stderr\n", errors]
             parts.append(f"--- exit {code}\n")
             for path, stamp in stamps(folder).items():
                 if "__pycache__" in path.parts or before.get(path) == stamp:
