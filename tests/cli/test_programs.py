@@ -26,6 +26,7 @@ files = ["beam.inp"]
 [outputs]
 tip = {{file = "stdout.txt", pattern = 'tip = (\\S+)'}}
 mass = {{expression = "2*width*height", unit = "kg"}}
+area = {{expression = "width*height", unit = "mm2"}}
 [objectives]
 minimize = ["mass", "tip"]
 [limits]
@@ -70,6 +71,8 @@ def test_a_program_is_tried_solved_and_ranked(beam):
     assert "mass [kg]" in beam("rank", "b.db")[1]
     code, printed, _ = beam("solve", "beam.toml", "--points", 16, "--fill")
     assert "16 tested" in printed
+    # the first designs violate a requirement, so that nothing is known of outputs yet
+    assert beam("solve", "beam.toml", "--points", 16, "--limits", "area<=12")[0] == 0
 
 
 def test_what_is_wrong_is_said_by_try(beam):

@@ -182,8 +182,9 @@ def _counting(show: Callable[..., None], asked: Formulation) -> Callable[[TestTa
 
 
 def _under(tests: TestTable, asked: Formulation) -> TestTable:
-    # Of tests that all failed, as the first ones may, it is unknown which outputs they have.
-    return tests if (tests.status == "failed").all() else tests.under(asked)
+    # Of tests that all failed or were not run, as the first ones may, the outputs are unknown.
+    run = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
+    return tests.under(asked) if run.any() else tests
 
 
 def _by_psi(

@@ -179,8 +179,9 @@ class TestTable(Shown):
             rule = "ok where the constraints are met, infeasible where not, or failed"
             found = Received(f"{str(given[i])!r} for test point {numbers[i]}")
             raise invalid("status", rule, found)
-        # Which outputs a model gives is known as soon as a test has not failed.
-        for name in layout.units if (self.status != "failed").any() else ():
+        # Which outputs a model gives is known as soon as it has run for a test without failing.
+        run = (self.status != "failed") & np.isfinite(self.F).any(axis=1)
+        for name in layout.units if run.any() else ():
             known_name("units", name, layout.columns)
 
     @classmethod
@@ -560,7 +561,8 @@ class TestTable(Shown):
 
         Returns:
             ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
-            names. Rows of failed designs are False: what was not computed violates nothing.
+            names. Rows of failed designs are False, and limits of those that a requirement kept
+            from running: what was not computed violates nothing.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
@@ -572,7 +574,9 @@ class TestTable(Shown):
         over = [
             ~within({name: ends}, self.column, len(self))[:, None] for name, ends in chosen.items()
         ]
-        mask = np.hstack([self._violated(), *over])
+        own = self._violated()
+        unknown = own.any(axis=1) & ~np.isfinite(self.F).any(axis=1)
+        mask = np.hstack([own, *(each & ~unknown[:, None] for each in over)])
         mask[self.status == "failed"] = False
         return mask, self.layout.constraints + tuple(chosen)
 
