@@ -24,7 +24,8 @@ Kind = TypeVar("Kind")
 
 def counted(n: int, one: str, many: str = "") -> str:
     """Return a number of things as a message says it: "1 design", "2 criteria"."""
-    return f"{n} {one if n == 1 else many or f'{one}s'}"
+    figure = f"{n:,}".replace(",", "\N{NO-BREAK SPACE}") if n >= 10_000 else str(n)
+    return f"{figure} {one if n == 1 else many or f'{one}s'}"
 
 
 def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:

@@ -8,7 +8,6 @@ import sys
 
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 from pymoo_psi import plots
 from pymoo_psi.cli import main
@@ -77,7 +76,7 @@ def test_the_input_is_never_overwritten(folder, capsys):
 
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
 def test_a_figure_is_known_by_its_maker(folder, suffix, capsys, monkeypatch):
-    monkeypatch.setattr(plots, "plot_ranking", lambda *args, **options: Figure())
+    monkeypatch.setattr(plots, "plot_ranking", lambda *args, **options: plots.Drawing())
     words = ["rank", "set.csv", "--figure", f"f.{suffix}"]
     assert main(words) == main(words) == 0
     (folder / f"f.{suffix}").write_bytes(b"a drawing of mine")
@@ -121,7 +120,7 @@ def test_a_narrow_reader_is_shown_every_number(run, tmp_path, monkeypatch):
     )
     monkeypatch.setenv("COLUMNS", "40")
     printed = run("rank", "set.csv", "--out", "o.csv")[1]
-    table = printed.partition("efficiency:\n")[2].partition("rank: ")[0]
+    table = printed.partition("first:\n")[2].partition("mu1: ")[0]
     assert max(map(len, printed.splitlines())) <= 40
     for text in (*names, "1234.5", "987.25", "71.25", "75.5", "rank"):
         assert text in table

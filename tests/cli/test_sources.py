@@ -361,4 +361,4 @@ def test_what_speaks_against_the_optimum_leads(run, tmp_path):
         printed = run(*words.split())[1]
         assert "Attention: " in printed.partition("--  --")[0]
     text = unescape((tmp_path / "report.html").read_text("utf-8"))
-    assert text.index("Attention: ") < text.index("Chosen is")
+    assert text.index("Proposed is") < text.index("Attention: ") < text.index("What else could")

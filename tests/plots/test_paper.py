@@ -31,7 +31,7 @@ def figures(case):
 def test_a_page_is_whole_and_names_the_model(figures, number):
     figure = figures[number]
     assert round(figure.get_figwidth() * 25.4) == 180
-    assert "rolling model" in figure.get_suptitle()
+    assert "rolling model" in figure.caption
     assert_whole(figure, draw=number > 6)
 
 
@@ -68,5 +68,6 @@ def test_figures_are_written_in_each_format(case, tmp_path, suffix, start):
     paths = save_paper_figures(Reproduction(512, (case,)), tmp_path, **options)
     assert [path.name for path in paths] == [f"figure_4{suffix}", f"figure_7{suffix}"]
     assert all(path.read_bytes().startswith(start) for path in paths)
+    assert "Salukvadze optimum" in (tmp_path / "figure_7.txt").read_text()
     with pytest.raises(PsiError, match=r"suffix must be .*got '\.jpg'"):
         save_paper_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=".jpg")

@@ -5,13 +5,14 @@ import pandas as pd
 import pytest
 from matplotlib.collections import LineCollection
 
-from pymoo_psi import rank_of_efficiency
-from pymoo_psi.plots import plot_ranking
+from pymoo_psi import TestTable, rank_of_efficiency
+from pymoo_psi.pareto import number
+from pymoo_psi.plots import plot_objectives, plot_ranking
 from tests.plots.drawn import assert_whole, shown, texts
 
 
 def ranked(m, n=60, name="an objective with a long name, the {}th", **options):
-    F = np.random.default_rng(5).random((n, m)) ** 2 * 10.0 ** np.arange(m)
+    F = np.random.default_rng(5).random((n, m)) * 10.0 ** np.arange(m)
     frame = pd.DataFrame(F, columns=[name.format(j) for j in range(m)])
     return rank_of_efficiency(frame, **options)
 
@@ -43,7 +44,7 @@ def test_each_pair_shows_the_front_rank_by_rank_in_the_users_sense(ranking, page
     assert {f"rank {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts} <= {
         *texts(page)
     }
-    assert page.get_suptitle().startswith(f"Cranes\n{len(front)} Pareto-optimal designs of 60")
+    assert page.caption.startswith(f"Cranes. {len(front)} Pareto-optimal designs of 60")
 
 
 def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking, page):
@@ -59,8 +60,21 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking,
     below = [text.get_text().split("\n") for text in ax.get_xticklabels()]
     for name, (label, low, high) in zip(["c0 [kg]", "c1 (max)", "c2"], below, strict=True):
         j = int(name[1])
-        assert (label, low) == (name, f"best {ranking.ideal[j]:.4g}")
-        assert high == f"worst {ranking.nadir[j]:.4g}"
+        assert (label, low) == (name, f"best {number(ranking.ideal[j])}")
+        assert high == f"worst {number(ranking.nadir[j])}"
+
+
+def test_one_value_far_from_all_others_does_not_flatten_the_axes():
+    costs = [1200, 1350, 2100, 2250, 1800, 1500, 1290, 1990, 45000]
+    frame = pd.DataFrame({"cost": costs, "mass": [9, 8, 4, 3, 5, 7, 8.5, 4.5, 2]})
+    figure = plot_ranking(rank_of_efficiency(frame))
+    plane, lines = shown(figure)
+    assert 2250 < plane.get_xlim()[1] < 2500
+    assert lines.get_xticklabels()[0].get_text().endswith("worst 2250")
+    assert figure.caption.endswith("1 design far from the others outside of the axes.")
+    table = TestTable.of(range(1, 10), np.ones((9, 1)), frame.to_numpy(float))
+    assert shown(plot_objectives(table))[0].get_xlim()[1] < 5000
+    assert shown(plot_objectives(table, design=9))[0].get_xlim()[1] > 45000
 
 
 @pytest.mark.parametrize("m", [1, 2, 7, 8, 12])

@@ -98,9 +98,10 @@ def run_report(options: Report) -> int:
         formulation.limits,
         normalize=normalize,
         design=design,
+        reason=formulation.reason,
         selectors=selectors or None,
         title=options.title or path.stem,
-        about=[*about, *limited.remarks, *decided],
+        about=[*about, *limited.remarks, *(line for line in decided if "Reason: " not in line[:8])],
     )
     report.save(out)
     say_source(path, limited, formulation)
@@ -124,7 +125,6 @@ def _numbered(table: TestTable, design: int) -> int:
 def run_analyze(options: Analyze) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
     from pymoo_psi.plots import (
-        literal,
         plot_convergence,
         plot_feasibility,
         plot_sensitivities,
@@ -155,7 +155,7 @@ def run_analyze(options: Analyze) -> int:
         remarks.append(f"Convergence not available: {error}.")
     rules = feasibility_rules(table)
     if out is not None:
-        title, figures = literal(path.name, 60), dict[str, Any]()
+        title, figures = path.name, dict[str, Any]()
         if found is not None:
             write_csv(found.reset_index(), out / "sensitivities.csv")
             figures["sensitivities"] = plot_sensitivities(found, title=title)
@@ -163,7 +163,7 @@ def run_analyze(options: Analyze) -> int:
             write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
             figures["convergence"] = plot_convergence(steps, title=title)
         if len(layout.variables) > 1:
-            figures["feasibility"] = plot_feasibility(table, title=title).figure
+            figures["feasibility"] = plot_feasibility(table, title=title)
         save_figures(figures.items(), out, 200, ".png")
 
     say_source(path, table, formulation, ranked=False)

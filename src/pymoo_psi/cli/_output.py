@@ -23,7 +23,7 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._output import write_csv as write_columns
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import REPORTED, print_error, printable
-from pymoo_psi.pareto import wrapped
+from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import Layout, designs_head
 
 _FIRST, _EVERY = 10.0, 60.0  # seconds until the first line of a log, and between later ones
@@ -83,8 +83,7 @@ def _cells(name: str, column: Sequence[Any]) -> list[str]:
 def _text(cell: Any) -> str:
     if cell is None or cell != cell:
         return ""
-    # Adding 0 makes 0 of -0.0, a zero whose sign was turned.
-    return f"{cell + 0.0:.6g}" if isinstance(cell, float) else printable(str(cell))
+    return number(cell, 6) if isinstance(cell, float) else printable(str(cell))
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from pymoo_psi.pareto import (
     cautions,
     explain,
     measured_in,
+    number,
     percent,
     representatives,
 )
@@ -80,9 +81,11 @@ def limits_of(table: TestTable, asked: Formulation) -> list[str]:
 
 
 def best_designs(frame: pd.DataFrame, n: int) -> pd.DataFrame:
-    """Return the first n designs of :func:`designs_frame` as they are printed."""
+    """Return n designs of :func:`designs_frame` as they are printed, compromises first."""
     names = [*frame.columns.drop(["rank", "mu1", "mu2", "mu3"]), "rank", "mu1"]
-    return frame[names].head(n).round({"mu1": 4})
+    front = frame.get("pareto", pd.Series(data=True, index=frame.index))
+    nearest = frame.iloc[np.lexsort((frame["mu1"], ~front))]
+    return nearest[names].head(n).round({"mu1": 4})
 
 
 def most_violated(table: TestTable) -> str:
@@ -136,7 +139,7 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
         return [*remarks, f"{chosen} is not among these."]
     row, before = table.names.index(asked.chosen), page.get("values", {})
     changed = [
-        f"{name} was {before[name]} and is {table.column(name)[row]:.6g}"
+        f"{name} was {before[name]} and is {number(float(table.column(name)[row]), 6)}"
         for name in layout.objectives
         if name in before and before[name] != table.column(name)[row]
     ]
@@ -172,7 +175,7 @@ def run_rank(options: Rank) -> int:
         else:
             write_csv(frame, out, layout)
     if figure is not None:
-        _draw(ranking, units, path.name, figure)
+        caption = _draw(ranking, units, path.name, figure)
 
     say_source(path, table, formulation)
     best = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
@@ -182,8 +185,15 @@ def run_rank(options: Rank) -> int:
     for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
         way = "maximize" if name in layout.maximize else "minimize"
         unit = f" {units[name]}" if name in units else ""
-        say(f"  {way} {name}: best {ideal:.6g}{unit}, worst {nadir:.6g}{unit} of the Pareto set")
-    say_best(frame, options.top, "The best by rank of efficiency:", ranking, units)
+        best, worst = (f"{number(end, 6)}{unit}" for end in (ideal, nadir))
+        say(f"  {way} {name}: best {best}, worst {worst} of the Pareto set")
+    say_best(
+        frame,
+        options.top,
+        "The best compromises, the nearest to the ideal point first:",
+        ranking,
+        units,
+    )
     if selectors:
         optimum = int(ranking.salukvadze[0])
         for entry, chosen in compare_selectors(ranking, selectors).items():
@@ -193,7 +203,7 @@ def run_rank(options: Rank) -> int:
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     if figure is not None:
-        say(f"Figure written to {figure}")
+        say(f"Figure written to {figure}: {caption}")
     return 0
 
 
@@ -209,21 +219,26 @@ def say_best(
         say(f"Attention: {caution}")
     print_frame(best_designs(frame, n), title)
     option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
-    say("rank: 6 is the best, 0 the lowest; mu1: distance to the ideal point.")
+    say(
+        "mu1: distance to the ideal point; rank: 6 is the optimum, 5 to 3 are best in two of three "
+        "distances, often ends of the set and no compromises."
+    )
     say(f"{measured_in(ranking)}{option}.")
     for reason in _reasons(ranking, units):
         say(reason)
 
 
-def _draw(ranking: EfficiencyRanking, units: Mapping[str, str], title: str, path: Path) -> None:
-    from pymoo_psi.plots import literal, plot_ranking  # matplotlib is loaded where it draws
+def _draw(ranking: EfficiencyRanking, units: Mapping[str, str], title: str, path: Path) -> str:
+    """Write the figure of a ranking, and return its caption."""
+    from pymoo_psi.plots import plot_ranking  # matplotlib is loaded where it draws
 
     kind = path.suffix[1:].lower()
     # By its maker the file is known when it is to be overwritten.
     maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}
     with whole_file(path) as written:
-        drawn = plot_ranking(ranking, units=units, title=literal(title, 60))
+        drawn = plot_ranking(ranking, units=units, title=title)
         drawn.savefig(written, format=kind, dpi=200, metadata=maker)
+    return drawn.caption
 
 
 def _content(

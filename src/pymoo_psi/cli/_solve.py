@@ -98,7 +98,7 @@ def run_solve(options: Solve) -> int:
     if target is not None:  # before anything is printed, which may fail
         write_csv(frame, target, layout)
     size = counted(len(frame), "Pareto-optimal design")
-    title = f"{problem_name(problem)} by {algorithm}: {size}, {counts}, best ranks first"
+    title = f"{problem_name(problem)} by {algorithm}: {size}, {counts}, best compromises first"
     say_best(frame.rename(columns=layout.label_of), _SHOWN, title, ranking, layout.units)
     if out is None and len(frame) > _SHOWN:
         say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")

@@ -534,7 +534,7 @@ const capital = (text) => text.replace(/^(design|row|test point) /, (ours) =>
   ours[0].toUpperCase() + ours.slice(1))
 const listed = (names) =>
   names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
-const counted = (n, one) => `${n} ${one}${n === 1 ? "" : "s"}`
+const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
 
 // The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 6.2e+1.
 function rounded(value, digits) {
@@ -546,16 +546,23 @@ function rounded(value, digits) {
   return `${value < 0 ? "-" : ""}${all[0]}.${all.slice(1, digits)}e${exponent}`
 }
 
-// A number with a few digits as Python's format "g" writes it, large ones without an exponent.
+// A number with a few digits, none lost before the point; from five on thousands are apart, as in Python.
 function short(value, digits = 4) {
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
+  const size = Math.abs(value)
+  if (size < 1e9 && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) {
+    const down = Math.floor(size) // an exact half goes to the even number
+    const whole = size - down === 0.5 ? down + down % 2 : Math.round(size)
+    return (value < 0 ? "-" : "") + apart(String(whole))
+  }
   const text = rounded(value, digits)
   const [mantissa, power] = text.split("e").map(Number)
-  if (power >= -4 && (power < digits || Math.abs(value) < 1e7)) {
-    return Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")
+  if (power >= -4 && power < digits) {
+    return apart(Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, ""))
   }
   return `${mantissa}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`
 }
+const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u00a0"))
 
 // A share with two digits, above 10 % with none behind the point.
 function percent(share) {

@@ -74,6 +74,7 @@ from pymoo_psi.pareto._ranking import (
 )
 from pymoo_psi.pareto._sentences import (
     SENTENCES,
+    capital,
     listed,
     number,
     percent,
@@ -94,6 +95,7 @@ __all__ = [
     "Representatives",
     "UtopianFrame",
     "alternative",
+    "capital",
     "cautions",
     "compare_designs",
     "competes",

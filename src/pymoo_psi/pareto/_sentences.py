@@ -6,6 +6,7 @@ page, the command, the report and Python say the same.
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import Any
@@ -79,6 +80,9 @@ SENTENCES = {
 """Templates by name, filled by ``str.format`` with texts only."""
 
 
+_LONG = 1e9  # from here on numbers have an exponent
+
+
 def sentence(name: str, **values: object) -> str:
     """Return a template of :data:`SENTENCES`, filled."""
     return SENTENCES[name].format(**values)
@@ -97,9 +101,15 @@ def listed(names: Sequence[Any], word: str = "and") -> str:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with a few digits, large ones as people write them: 59990, not 5.999e+04."""
-    text = f"{value + 0.0:.{digits}g}"  # + 0.0: no -0
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
+    """Return a number with a few digits, none lost before the point: 0.1235, 1235, 59 990.
+
+    From five digits on thousands are apart, by a space at which no line breaks.
+    """
+    value = value + 0.0  # no -0
+    whole = abs(value) < _LONG and (abs(value) >= 10**digits - 0.5 or value == round(value))
+    text = f"{value:,.0f}" if whole else f"{value:,.{digits}g}"
+    text = re.sub(r"^(-?\d),(\d+)(?!,|\d)", r"\1\2", text)  # four digits stay together
+    return text.replace(",", "\N{NO-BREAK SPACE}")
 
 
 def percent(share: float) -> str:

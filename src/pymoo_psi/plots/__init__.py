@@ -1,7 +1,8 @@
 """Figures of tables, rankings, robustness and comparisons, and the paper's figures.
 
 This is the only subpackage that imports matplotlib. Nothing here opens a window, needs ``pyplot``
-or changes matplotlib's settings: figures are to be saved.
+or changes matplotlib's settings: figures are to be saved. They have panel letters and no titles:
+each is a :class:`Drawing`, a figure of matplotlib with a ``caption``, saved as a text beside it.
 
 Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_table`: histograms of the variables, and every objective against every variable.
@@ -41,10 +42,11 @@ from pymoo_psi.plots._comparison import (
     save_comparison,
 )
 from pymoo_psi.plots._paper import paper_figures, save_paper_figures, shown_case
-from pymoo_psi.plots._style import literal, save_figures
+from pymoo_psi.plots._style import Drawing, literal, save_figures
 from pymoo_psi.plots._tables import plot_objectives, plot_ranking, plot_table
 
 __all__ = [
+    "Drawing",
     "literal",
     "paper_figures",
     "plot_convergence",

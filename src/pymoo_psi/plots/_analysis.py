@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from textwrap import fill
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import NullLocator
 
@@ -17,7 +15,7 @@ from pymoo_psi._validation import Received, instance, integer, invalid
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._style import (
     CURVES,
-    LETTERS,
+    Drawing,
     labelled,
     legend_of,
     literal,
@@ -31,14 +29,14 @@ from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibil
 _PANELS = 3  # side by side
 
 
-def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Figure:
+def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Drawing:
     """Return bars of the first-order sensitivities with their bands, one panel to a column.
 
     Args:
         sensitivities: From :func:`pymoo_psi.table.sensitivities`.
         top: How many variables to a panel: those with the largest index in any column, in the
             order of the table.
-        title: What was tested.
+        title: What was tested; begins the caption.
 
     Raises:
         ArgumentTypeError: ``sensitivities`` is no such frame.
@@ -78,8 +76,13 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
             constant = ": constant" if index["first_order"].isna().all() else ""
             ax.set_title(literal(column, 28) + constant)
         left_out = len(largest) - len(variables)
-        rest = f", {left_out} variables with smaller ones left out" if left_out else ""
-        figure.suptitle(f"{title}\nfirst-order sensitivities with 95 % bands{rest}".strip())
+        rest = f" {left_out} variables with smaller ones are left out." if left_out else ""
+        what = "what share of the variance of a column each variable explains alone"
+        figure.describe(
+            title,
+            f"First-order sensitivities: {what}, with 95 % bands; what they lack to 1 is "
+            f"interaction.{rest}",
+        )
     return figure
 
 
@@ -90,7 +93,7 @@ def plot_identification(
     *,
     best: int = 3,
     title: str = "",
-) -> Figure:
+) -> Drawing:
     """Return the best designs' curves over the measurements, one panel to a measured column.
 
     Args:
@@ -98,7 +101,7 @@ def plot_identification(
         table: Its tests.
         limits: Limits that a design must keep, such as on an experiment.
         best: How many designs are drawn, those of the highest ranks of efficiency.
-        title: What was tested.
+        title: What was tested; begins the caption.
 
     Raises:
         ArgumentTypeError: ``problem`` is no :class:`~pymoo_psi.Identification`, or ``table`` no
@@ -135,20 +138,20 @@ def plot_identification(
                 ax.plot(data[time], found[column], **look | {"marker": ""}, label=table.names[row])
             ax.set(title=literal(name), xlabel=literal(time), ylabel=literal(column))
         legend_of(figure, labelled(axes), ncols=best + 1)
-        figure.suptitle(title)
+        figure.describe(title, "Measured values, and the curves of the best designs.")
     return figure
 
 
-def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: str = "") -> Figure:
+def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: str = "") -> Drawing:
     """Return the tests over the two variables that decide most on feasibility, and the best rule.
 
     The box is that of the rule with the largest share of feasible designs, as far as it is a
-    matter of these two variables; its text is the title.
+    matter of these two variables; its text is in the caption.
 
     Args:
         table: A test table.
         limits: Limits that a feasible design must keep.
-        title: What was tested.
+        title: What was tested; begins the caption.
 
     Raises:
         PsiError: scikit-learn is not installed.
@@ -169,11 +172,12 @@ def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: s
     rules = feasibility_rules(table, limits)
     names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
     tests = Tests.of(table, limits)
-    with panels(1, 1, head=60.0) as (figure, (ax,)):
+    with panels(1, 1, head=28.0) as (figure, (ax,)):
         tests.draw(ax, *names)
         _draw_rule(ax, table, rules.rules[0], {name: tests.column(name) for name in names})
         legend_of(figure, labelled([ax]), ncols=3)
-        figure.suptitle(f"{title}\n{fill(literal(rules.rules[0], 150), LETTERS)}".strip())
+        what = "The two variables that decide most on feasibility, with the best rule: "
+        figure.describe(title, f"{what}{rules.rules[0]}.", tests.counts([(names[0], names[1])]))
     return figure
 
 
@@ -202,12 +206,12 @@ def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column
         ax.add_patch(box)
 
 
-def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
+def plot_convergence(convergence: Convergence, *, title: str = "") -> Drawing:
     """Return distance of the best design and hypervolume against tests.
 
     Args:
         convergence: From :func:`pymoo_psi.table.convergence`.
-        title: What was tested; the verdict follows it.
+        title: What was tested; begins the caption, the verdict follows it.
 
     Raises:
         ArgumentTypeError: ``convergence`` is none.
@@ -234,7 +238,7 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Figure:
             ax.xaxis.set_minor_locator(NullLocator())
             ax.set(title=name, xlabel="tests")
             ax.set_ylim(0, 1.1 * np.nan_to_num(known).max(initial=0) or 1)
-        figure.suptitle(f"{title}\n{fill(found.verdict(), LETTERS)}".strip())
+        figure.describe(title, found.verdict())
     return figure
 
 

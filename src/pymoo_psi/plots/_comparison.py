@@ -13,14 +13,22 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import counted, instance, invalid, known_name
 from pymoo_psi.comparison import INDICATORS, Comparison
-from pymoo_psi.plots._style import GREY, legend_of, literal, new_figure, panels, save_figures
+from pymoo_psi.plots._style import (
+    GREY,
+    Drawing,
+    legend_of,
+    literal,
+    new_figure,
+    panels,
+    save_figures,
+)
 
 Array = NDArray[np.float64]
 
@@ -35,8 +43,7 @@ _MEANINGS = {
     "epsilon": "additive epsilon (units of N − U)",
     "optimum_distance": "optimum distance (units of N − U)",
 }
-_BESIDE = 1.06  # factor between markers beside each other on an axis of evaluations
-_WHISKER = Line2D([], [], linestyle="none", marker="|", color="0.4", markersize=9.0)
+_BAND = Patch(color="0.8", label="quartiles")
 _DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": GREY, "markeredgewidth": 0.0}
 
 
@@ -118,16 +125,16 @@ def _looks(comparison: Comparison) -> dict[str, dict[str, Any]]:
 
 
 def _finish(
-    figure: Figure,
+    figure: Drawing,
     comparison: Comparison,
     what: str,
     evaluations: Sequence[int],
     legend: dict[str, Any],
 ) -> None:
-    """Write above the axes what is drawn, of which problem and runs; put the legend below."""
+    """Put the legend below; say in the caption what is drawn, of which problem and runs."""
     seeds = counted(max(comparison.measures["seed"].dropna().nunique(), 1), "seed")
     budgets = f"{', '.join(map(str, evaluations))} evaluations, {seeds}"
-    figure.suptitle(f"{literal(comparison.problem)}: {what}\n{budgets}")
+    figure.describe(f"{comparison.problem}: {what}", f"{budgets}.")
     names = {
         literal(name, 30): Line2D([], [], linewidth=1.2, markersize=4.0, **look)
         for name, look in _looks(comparison).items()
@@ -135,8 +142,8 @@ def _finish(
     legend_of(figure, names | legend, ncols=4, handlelength=3.6, fontsize=7)
 
 
-def plot_indicators(comparison: Comparison) -> Figure:
-    """Return the four indicators against evaluations: medians as lines, quartiles as whiskers.
+def plot_indicators(comparison: Comparison) -> Drawing:
+    """Return the four indicators against evaluations: medians as lines, quartiles as bands.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`.
@@ -151,14 +158,14 @@ def plot_indicators(comparison: Comparison) -> Figure:
     with new_figure(150.0) as figure:
         for ax, indicator in zip(figure.subplots(2, 2).ravel(), INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)
-        what = "quality against evaluations, medians"
-        legend = {"whiskers: quartiles": _WHISKER}
+        what = "quality against evaluations, medians and quartiles"
+        legend = {"bands: quartiles": _BAND}
         _finish(figure, comparison, what, comparison.evaluations, legend)
     return figure
 
 
 def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
-    """Draw the medians of an indicator as lines and the quartiles as whiskers.
+    """Draw the medians of an indicator as lines and the quartiles as bands.
 
     Infinite values are left out, and a line above the axes says so.
 
@@ -187,11 +194,11 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     ax.set_xscale("log")
     if indicator != "hypervolume" and len(known) and (known > 0).all():
         ax.set_yscale("log")
-    for k, (name, look) in enumerate(_looks(comparison).items()):
+    for name, look in _looks(comparison).items():
         rows = frame.loc[[name]]
         median, lower, upper = rows[columns].replace(np.inf, np.nan).to_numpy(float).T
-        x = rows["evaluations"] * _BESIDE ** (k - (len(comparison.algorithms) - 1) / 2)
-        ax.vlines(x, lower, upper, color=look["color"], linewidth=1.1)
+        x = rows["evaluations"].to_numpy(float)
+        ax.fill_between(x, lower, upper, color=look["color"], alpha=0.18, linewidth=0)
         ax.plot(x, median, markersize=4.0, linewidth=0.9, label=literal(name, 30), **look)
     ax.set_xticks(comparison.evaluations, [str(n) for n in comparison.evaluations])
     ax.xaxis.set_minor_locator(NullLocator())
@@ -201,7 +208,7 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
         ax.set_title("infinite values are not drawn", loc="right", fontsize=7)
 
 
-def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figure:
+def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Drawing:
     """Return the fronts of the runs of median hypervolume on common axes.
 
     Of two objectives each algorithm has one plane; of more a row of up to three, f1 against
@@ -218,7 +225,7 @@ def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figur
         Of the comparison in the example of :func:`save_comparison`:
 
         >>> print(plot_fronts(comparison, evaluations=32).axes[1].get_title(loc="left"))
-        nsga3, seed ...
+        (b) nsga3, seed ...
         ... designs, hypervolume 0...
     """
     budget = _budget_of(_checked(comparison), evaluations)
@@ -244,7 +251,7 @@ def plot_fronts(comparison: Comparison, evaluations: int | None = None) -> Figur
                     seed = "" if run.task.seed is None else f", seed {run.task.seed}"
                     quality = f"hypervolume {comparison.measures['hypervolume'].iloc[row]:.4f}"
                     designs = counted(len(front), "design")
-                    title = f"{literal(name, 22)}{seed}\n{designs}, {quality}"
+                    title = f"{literal(name, 18)}{seed}\n{designs}, {quality}"
                     ax.set_title(title, loc="left", fontsize=7.5)
         for j in range(n_planes):  # common axes
             same = grid[j::n_planes]

@@ -13,13 +13,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import combinations
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -32,8 +32,10 @@ from pymoo_psi.paper import (
     criterion_surfaces,
     salukvadze_functions,
 )
+from pymoo_psi.pareto import percent
 from pymoo_psi.plots._style import (
     CURVES,
+    Drawing,
     draw_points,
     labelled,
     legend_of,
@@ -46,7 +48,10 @@ Array = NDArray[np.float64]
 
 _MU = 0.4  # the paper's for Figures 7 and 8; it names none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)
-_TITLE_PAD = 18.0  # points between axes and title, space for a legend of one row
+_UNITS = (
+    "All quantities dimensionless: lengths over $L$, times over $(L/g)^{1/2}$, speeds over "
+    "$(Lg)^{1/2}$, forces over $mg$."
+)
 _TRANSITION: dict[str, Any] = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
 
 # Of each quantity the symbol, as mathematical text, and what it means.
@@ -79,17 +84,17 @@ _MODEL_NAMES = {
 
 # The panels of Figure 7: the title, the symbol on the axis, and each curve's name.
 _PANELS = (
-    ("(a) speed of the centre and time", "$v_C$, $t$", ("$v_C$, speed", "$t$, time")),
-    ("(b) spin of the sphere", r"$\omega$", (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$")),
-    ("(c) slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across")),
-    ("(d) friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across")),
-    ("(e) normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
+    ("speed of the centre and time", "$v_C$, $t$", ("$v_C$, speed", "$t$, time")),
+    ("spin of the sphere", r"$\omega$", (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$")),
+    ("slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across")),
+    ("friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across")),
+    ("normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
 )
 
 
 def paper_figures(
     reproduction: Reproduction, *, model: str = "full", numbers: Iterable[int] = range(2, 9)
-) -> Iterator[tuple[int, Figure]]:
+) -> Iterator[tuple[int, Drawing]]:
     """Make the paper's figures one by one.
 
     Figure 2 is for μ = 0.2 and 0.6, Figures 3 to 8 for μ = 0.4, or for the first case of the model
@@ -112,8 +117,8 @@ def paper_figures(
         >>> from pymoo_psi.paper import Reproduction, solve_case
         >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
         >>> [(number, figure)] = paper_figures(small, numbers=[4])
-        >>> figure.get_suptitle().splitlines()[0]
-        'Pareto-optimal points in the design box (all quantities dimensionless)'
+        >>> figure.caption.split(";")[0]
+        'Pareto-optimal points in the design box'
     """
     case = shown_case(instance("reproduction", reproduction, Reproduction), model)
     n = reproduction.n_points
@@ -202,49 +207,53 @@ def _subject(case: Case) -> str:
     return rf"{_MODEL_NAMES[case.model]}, $\mu$ = {case.mu:g}"
 
 
-def _legend_above(axes: Axes, ncols: int = 3) -> None:
-    """Put a legend between the axes and their title, ``_TITLE_PAD`` above them."""
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0, 1.0), ncols=ncols, borderpad=0, borderaxespad=0.3,
-        columnspacing=1.5, handlelength=2.6, handletextpad=0.5, labelspacing=0.45,
-    )  # fmt: skip
-
-
 # Figure 2
 
 
-def _surfaces_figure(model: str) -> Figure:
-    """Return f1 on the left and f2 on the right, with one row for every friction coefficient."""
-    with new_figure(12 + 74 * len(_SURFACES_MU), layout=None) as figure:
+def _surfaces_figure(model: str) -> Drawing:
+    """Return the criteria of each friction coefficient, as surfaces with contours beside them."""
+    with new_figure(58 * 2 * len(_SURFACES_MU), layout=None) as figure:
         figure.subplots_adjust(
-            left=0.01, right=0.955, bottom=0.02, top=0.91, wspace=0.08, hspace=0.05
+            left=0.02, right=0.945, bottom=0.06, top=0.97, wspace=0.16, hspace=0.36
         )
-        grid = figure.subplots(len(_SURFACES_MU), 2, subplot_kw={"projection": "3d"})
-        for letter, mu, row in zip("ab", _SURFACES_MU, grid, strict=True):
+        rows, told = 2 * len(_SURFACES_MU), []
+        for k, mu in enumerate(_SURFACES_MU):
             u1, u2, criteria = criterion_surfaces(mu, model)
-            for ax, name, f in zip(row, ("f1", "f2"), criteria, strict=True):
-                surface = draw_surface(ax, u1, u2, f)
-                bar = figure.colorbar(surface, ax=ax, shrink=0.6, aspect=22, pad=0.11)
+            for row, (name, f) in enumerate(zip(("f1", "f2"), criteria, strict=True), start=2 * k):
+                # So that the colours' range is that of what there is.
+                values = np.ma.masked_invalid(f)
+                norm = PowerNorm(0.6, values.min(), values.max())
+                same: dict[str, Any] = {"cmap": "viridis", "norm": norm}
+                space = figure.add_subplot(rows, 2, 2 * row + 1, projection="3d")
+                draw_surface(space, u1, u2, values, **same)
+                plane = figure.add_subplot(rows, 2, 2 * row + 2)
+                # As many levels as colours tell apart, dense where the criterion is flat.
+                levels = norm.inverse(np.linspace(0, 1, 11))
+                filled = plane.contourf(u1, u2, values, levels, **same)
+                plane.contour(u1, u2, values, levels, colors="white", linewidths=0.5)
+                plane.set(xlabel=_axis_label("u1"), ylabel=_axis_label("u2"))
+                bar = figure.colorbar(filled, ax=plane, aspect=16, format="%.2g")
                 bar.set_label(_axis_label(name))
-                ax.set_title(rf"({letter}) $\mu$ = {mu:g}: {_axis_label(name)}", y=0.97)
-        subject = _MODEL_NAMES[model]
-        figure.suptitle(f"Criteria over the design box (all quantities dimensionless)\n{subject}")
+                told.append(rf"({ascii_lowercase[2 * row]}, {ascii_lowercase[2 * row + 1]}) ")
+                told[-1] += rf"{_axis_label(name)}, $\mu$ = {mu:g}"
+        what = "Criteria over the design box, as surfaces and as contours"
+        figure.describe(f"{what}; {_MODEL_NAMES[model]}", f"{'; '.join(told)}.", _UNITS)
     return figure
 
 
-def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> Any:
-    """Draw one criterion as a surface, and return it.
+def draw_surface(axes: Any, u1: Array, u2: Array, f: Array, **look: Any) -> None:
+    """Draw one criterion as a surface.
 
     Args:
         axes: Three-dimensional axes.
         u1: ``(n, n)`` slopes, growing along the first axis.
         u2: ``(n, n)`` speeds of the plane.
-        f: ``(n, n)`` the criterion; NaN leaves a hole.
+        f: ``(n, n)`` the criterion; masked values leave a hole.
+        look: Colours.
     """
-    values = np.ma.masked_invalid(f)  # so that the colours' range is that of what there is
-    surface = axes.plot_surface(
-        u1, u2, values, cmap="viridis", norm=PowerNorm(0.6, values.min(), values.max()),
-        rcount=len(f), ccount=len(f), linewidth=0.08, edgecolor="0.25", rasterized=True,
+    axes.plot_surface(
+        u1, u2, f, rcount=len(f), ccount=len(f), linewidth=0, antialiased=False, rasterized=True,
+        **look,
     )  # fmt: skip
     axes.set_xlabel(_axis_label("u1"))
     axes.set_ylabel(_axis_label("u2"))
@@ -252,14 +261,13 @@ def draw_surface(axes: Any, u1: Array, u2: Array, f: Array) -> Any:
     # One view for all, nearly along u2: the criteria rise or fall with u1, and from either end of
     # it one of them would hide behind its own edge.
     axes.view_init(elev=28, azim=-70)
-    axes.set_box_aspect(None, zoom=0.88)
-    return surface
+    axes.set_box_aspect((1.5, 1.2, 0.9), zoom=1.15)
 
 
 # Figures 3 to 6
 
 
-def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Figure:
+def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
     """Return all points by pairs of coordinates, and the part of the space with the ranked.
 
     A cloud in space would be seen from one side only; three pairs of coordinates show it whole.
@@ -269,19 +277,18 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Figure:
     rows, columns = (2, 3) if len(pairs) == 3 else (1, 2)
     with new_figure(150 if rows == 2 else 98) as figure:
         grid = figure.subplots(rows, columns)
-        views = (
-            (np.ones(len(values), dtype=bool), f"all {counted(len(values), 'point')}"),
-            (near_ranked(values, groups), "detail around the ranked points"),
-        )
-        for line, (shown, title) in zip(grid.reshape(2, -1), views, strict=True):
+        views = (np.ones(len(values), dtype=bool), near_ranked(values, groups))
+        for line, shown in zip(grid.reshape(2, -1), views, strict=True):
             for ax, (j, k) in zip(line, pairs, strict=True):
                 draw_points(ax, values[:, j], values[:, k], groups, shown)
                 ax.set_xlabel(_axis_label(names[j]))
                 ax.set_ylabel(_axis_label(names[k]))
                 ax.locator_params(nbins=5)
-            line[len(line) // 2].set_title(title)
-        figure.suptitle(
-            f"Pareto-optimal points {space} (all quantities dimensionless)\n{_subject(case)}"
+        first, second = ("(a)", "(b)") if len(pairs) == 1 else ("(a) to (c)", "(d) to (f)")
+        figure.describe(
+            f"Pareto-optimal points {space}; {_subject(case)}",
+            f"{first} all {counted(len(values), 'point')}; {second} detail around the ranked ones.",
+            _UNITS,
         )
         legend_of(figure, labelled(grid.flat), ncols=3)
     return figure
@@ -300,25 +307,22 @@ def coordinates(case: Case, names: Sequence[str]) -> Array:
 # Figure 7
 
 
-def _motion_figure(case: Case) -> Figure:
-    """Return the five panels in three rows, and in the sixth place what is known of the design."""
+def _motion_figure(case: Case) -> Drawing:
+    """Return the five panels in three rows."""
     best = int(case.ranking.salukvadze[0])
     u1, v_p = case.X[best].tolist()
     way = trajectory(u1, v_p, ChuteParameters(mu=case.mu))
-    with new_figure(185, layout=None) as figure:
+    with new_figure(155, layout=None) as figure:
         figure.subplots_adjust(
-            left=0.08, right=0.975, bottom=0.065, top=0.875, wspace=0.26, hspace=0.66
+            left=0.08, right=0.975, bottom=0.065, top=0.965, wspace=0.26, hspace=0.46
         )
-        *panels, facts = figure.subplots(3, 2).ravel()
+        *panels, sixth = figure.subplots(3, 2).ravel()
+        sixth.remove()
         draw_motion(panels, way)
-        facts.set_axis_off()
-        facts.text(
-            0.0, 1.32, _facts(case, best, way), va="top", linespacing=1.6,
-            transform=facts.transAxes,
-        )  # fmt: skip
-        figure.suptitle(
-            rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model"
-            f"\nof the Salukvadze optimum found under the {_MODEL_NAMES[case.model]}"
+        figure.describe(
+            rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model of "
+            f"the Salukvadze optimum found under the {_MODEL_NAMES[case.model]}",
+            *_facts(case, best, way),
         )
     return figure
 
@@ -341,70 +345,64 @@ def draw_motion(panels: Sequence[Axes], way: Trajectory) -> None:
         if slip_end > 0:
             axes.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
         if 0 < way.slip_end <= 1:
-            # Beside the panels is said once what the line is.
+            # The caption says what the line is.
             axes.axvline(way.slip_end, label="_nolegend_", **_TRANSITION)
-        axes.margins(y=0.08)
+        axes.margins(y=0.12)
         axes.set_xlim(0, 1)
         axes.set_xlabel(r"$\eta$, share of the way (dimensionless)")
         axes.set_ylabel(f"{ordinate} (dimensionless)")
-        axes.set_title(title, loc="left", pad=_TITLE_PAD)
-        _legend_above(axes)
+        axes.set_title(title, loc="left")
+        axes.legend(fontsize=7)
 
 
-def _facts(case: Case, best: int, way: Trajectory) -> str:
-    """Return what is known of the design in row ``best`` and of its motion, line by line."""
+def _facts(case: Case, best: int, way: Trajectory) -> list[str]:
+    """Return what is known of the design in row ``best`` and of its motion."""
     u1, v_p = case.X[best].tolist()
     parameters = ChuteParameters(mu=case.mu)
-    slip = ["slips (grey) all the way"]
+    slip = "It slips (grey) all the way."
     if np.isfinite(way.slip_end):
-        slip = [
-            "slips (grey), from the dotted line on it rolls:",
-            rf"$\eta_1$ = {way.slip_end:.3f}, {way.slip_end:.1%} of the way,",
-            rf"$t_1$ = {way.slip_time:.3f}, {way.slip_time / way.time[-1]:.1%} of the time",
-        ]
-    lines = [
-        f"Salukvadze optimum: test point {case.test_point[best]}",
-        rf"$u_1$ = tan $\alpha$ = {u1:.4f},  $u_2$ = $v_P$ = {v_p:.4f}",
-        f"$c$ = {parameters.c:g},  $r$ = {parameters.r:g},  no initial spin",
-        "",
-        f"time $t$(1) = {way.time[-1]:.4f},  exit speed $v_{{Cf}}$ = {way.speed[-1]:.4f}",
-        *slip,
-        "",
-        "All quantities dimensionless:",
-        r"lengths over $L$, times over $(L/g)^{1/2}$,",
-        r"speeds over $(Lg)^{1/2}$, forces over $mg$",
+        slip = (
+            rf"It slips (grey) to $\eta_1$ = {way.slip_end:.3f} at $t_1$ = {way.slip_time:.3f}, "
+            f"{percent(way.slip_time / way.time[-1])} of the time, and rolls from the dotted line."
+        )
+    return [
+        f"Test point {case.test_point[best]}:",
+        rf"$u_1$ = tan $\alpha$ = {u1:.4f}, $u_2$ = $v_P$ = {v_p:.4f},",
+        f"$c$ = {parameters.c:g}, $r$ = {parameters.r:g}, no initial spin.",
+        f"Time $t$(1) = {way.time[-1]:.4f}, exit speed $v_{{Cf}}$ = {way.speed[-1]:.4f}.",
+        slip,
+        _UNITS,
     ]
-    return "\n".join(lines)
 
 
 # Figure 8
 
 
-def _functions_figure(optima: pd.DataFrame, refined: pd.DataFrame, n: int, case: Case) -> Figure:
+def _functions_figure(optima: pd.DataFrame, refined: pd.DataFrame, n: int, case: Case) -> Drawing:
     """Return the time and the exit speed on the left, the other criteria on the right.
 
     The initial speed of ``case``, for which the other figures are, is marked.
     """
-    with new_figure(104, layout=None) as figure:
-        figure.subplots_adjust(left=0.08, right=0.975, bottom=0.235, top=0.755, wspace=0.22)
+    with new_figure(76, layout=None) as figure:
+        figure.subplots_adjust(left=0.08, right=0.975, bottom=0.14, top=0.94, wspace=0.22)
         c = ChuteParameters(mu=case.mu).c
         for ax, columns in zip(
             figure.subplots(1, 2), (["f1", "exit_speed"], ["f2", "f3", "f4"]), strict=True
         ):
             _draw_functions(ax, optima, refined, columns)
             ax.axvline(c, label=f"$c$ = {c:g}", **_TRANSITION)
-            _legend_above(ax, ncols=2)
-        figure.suptitle(
-            f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
-            f"(lines)\nagainst the initial speed, {_subject(case)}"
-        )
-        said = "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:"
+            ax.legend(fontsize=7)
         ends = [
             f"{_FUNCTIONS[f][0]} from {refined[f].min():.3f} to {refined[f].max():.3f}"
             for f in ("f2", "f4", "f3")
         ]
-        caption = f"{said}\n{', '.join(ends)}."
-        figure.text(0.08, 0.02, caption, va="bottom", linespacing=1.5)
+        figure.describe(
+            f"Salukvadze optima of {counted(n, 'test point')} (marks), and refined within the box "
+            f"(lines), against the initial speed; {_subject(case)}",
+            "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here, refined:",
+            f"{', '.join(ends)}.",
+            _UNITS,
+        )
     return figure
 
 

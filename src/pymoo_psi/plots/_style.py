@@ -1,6 +1,7 @@
 """The look of every figure: sizes, colours, axes, legends, names; and figures as files.
 
-Each colour goes with a marker or a line style of its own, so that a grey print says the same.
+Each colour goes with a marker or a line style of its own, so that a grey print says the same; the
+darker a rank, the higher. A figure has panel letters and no title: what it shows is its caption.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
+from string import ascii_lowercase
+from textwrap import fill
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -55,9 +58,9 @@ class Marker(NamedTuple):
 # By rank, the rarer ranks on top; ranks 1 and 2 do not occur.
 MARKERS = {
     0: Marker(".", GREY, 2.0, level=2.0),
-    3: Marker("^", "#56B4E9", 5.0, level=4.0),
-    4: Marker("s", "#0072B2", 3.4, level=3.0),
-    5: Marker("D", "#E69F00", 5.0, level=5.0),
+    3: Marker("^", "#9ECAE1", 5.0, level=4.0),
+    4: Marker("s", "#4292C6", 3.4, level=3.0),
+    5: Marker("D", "#08519C", 5.0, level=5.0),
     6: Marker("*", "#D55E00", 11.0, level=6.0),
 }
 
@@ -68,10 +71,12 @@ CURVES: tuple[dict[str, Any], ...] = (
     {"color": "#000000", "linestyle": "-.", "marker": "^"},
 )
 HUGE = 1e300  # from here on the length of an axis may overflow; such values are penalties
-LETTERS = 96  # of a line of a title over the width of a figure
 _SUFFIXES = (".png", ".pdf", ".svg")
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
+# A few values, this share of all, are outside of an axis if the others would take less than a
+# fifth of it, and they are farther than four times the middle half from it.
+_FEW, _FLAT, _FAR = 0.05, 1 / 5, 4.0
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
 
@@ -100,8 +105,21 @@ _STYLE: Any = {
 }
 
 
-class _Page(Figure):
-    """A figure that a notebook shows without pyplot, which would register it as a window."""
+class Drawing(Figure):
+    """A figure with a caption, which stands beside it in reports and files.
+
+    A notebook shows it without pyplot, which would register it as a window.
+
+    Attributes:
+        caption: What is shown, in plain text.
+    """
+
+    caption = ""
+
+    def describe(self, *sentences: str) -> None:
+        """Set the caption; the first is a title, which may be empty."""
+        title, *rest = sentences
+        self.caption = " ".join([*([f"{title}."] if title else []), *rest])
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
@@ -113,16 +131,24 @@ class _Page(Figure):
 @contextmanager
 def new_figure(
     height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
-) -> Iterator[Figure]:
-    """Give a figure of a size in mm to draw on, under the settings of this module."""
+) -> Iterator[Drawing]:
+    """Give a figure of a size in mm to draw on, under the settings of this module.
+
+    Several axes, unless too many for an alphabet, have letters in the end.
+    """
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_STYLE):
-        yield _Page(figsize=(width / 25.4, height / 25.4), layout=layout)
+        figure = Drawing(figsize=(width / 25.4, height / 25.4), layout=layout)
+        yield figure
+        axes = [ax for ax in figure.axes if ax.axison or ax.name == "3d"]
+        axes = [ax for ax in axes if ax.get_label() != "<colorbar>"]
+        for letter, ax in zip(ascii_lowercase, axes if 1 < len(axes) <= 26 else (), strict=False):
+            ax.set_title(f"({letter}) {ax.get_title('left')}".strip(), loc="left", fontsize=7.5)
 
 
 @contextmanager
-def panels(n: int, wide: int, *, head: float = 34.0) -> Iterator[tuple[Figure, list[Any]]]:
-    """Give a figure with n axes, so many beside each other, below ``head`` mm of text."""
+def panels(n: int, wide: int, *, head: float = 28.0) -> Iterator[tuple[Drawing, list[Any]]]:
+    """Give a figure with n axes, so many beside each other, and ``head`` mm for the legend."""
     high = -(-n // wide)
     with new_figure(head + high * row_height(wide)) as figure:
         axes = figure.subplots(high, wide, squeeze=False).ravel().tolist()
@@ -162,8 +188,9 @@ class Group(NamedTuple):
         n = len(self.rows)
         shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
         marker = self.marker._replace(size=self.marker.size * shrink)
-        # A white edge would hide small dots, and a cross has no other colour than its edge.
-        edge = {".": "none", "x": self.marker.colour}.get(self.marker.shape, "black")
+        # Edges of many would cover the others; a cross has no other colour than its edge.
+        edge = "none" if n > _MANY or marker.shape == "." else "black"
+        edge = marker.colour if marker.shape == "x" else edge
         return {
             **marker.look(edge, 0.5 * shrink),
             "zorder": self.marker.level + 1 / (1 + n),  # the rarer on top
@@ -199,8 +226,11 @@ def literal(name: object, most: int = 40) -> str:
 
 
 def view(values: ArrayLike, *further: float) -> tuple[float, float]:
-    """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``."""
-    known = np.append(np.asarray(values, float).ravel(), further)
+    """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``.
+
+    Of the values a few that are far from all others are outside of it, see :func:`core`.
+    """
+    known = np.append(core(np.asarray(values, float).ravel()), further)
     known = known[np.abs(known) < HUGE]
     if len(known) == 0:
         return 0.0, 1.0
@@ -211,6 +241,23 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     return low - pad, high + pad
 
 
+def core(values: Array) -> Array:
+    """Return values without the few that would flatten the others on a common axis.
+
+    Example:
+        >>> core(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1000.0])).max()
+        np.float64(6.0)
+    """
+    known = values[np.abs(values) < HUGE]
+    if len(known) < 5:
+        return known
+    low, high = np.quantile(known, [0.25, 0.75])
+    reach = _FAR * (high - low)
+    inside = (known >= low - reach) & (known <= high + reach)
+    few = len(known) - inside.sum() <= max(1, _FEW * len(known))
+    return known[inside] if few and 0 < np.ptp(known[inside]) < _FLAT * np.ptp(known) else known
+
+
 def save_figures(
     figures: Iterable[tuple[str, Figure]],
     directory: str | os.PathLike[str],
@@ -218,6 +265,8 @@ def save_figures(
     suffix: str,
 ) -> tuple[Path, ...]:
     """Write figures by name as they are made; no file changes before the last one is ready.
+
+    The caption of a figure is a text beside it, such as ``one.txt``.
 
     Example:
         >>> import tempfile
@@ -232,7 +281,9 @@ def save_figures(
         drawn = BytesIO()
         figure.savefig(drawn, format=suffix[1:], dpi=dpi)
         ready[Path(directory, f"{name}{suffix}")] = drawn.getvalue()
+        if caption := getattr(figure, "caption", ""):
+            ready[Path(directory, f"{name}.txt")] = f"{fill(caption, 100)}\n".encode()
     for path, picture in ready.items():
         with whole_file(path) as written:
             written.write_bytes(picture)
-    return tuple(ready)
+    return tuple(path for path in ready if path.suffix == suffix)

@@ -15,20 +15,22 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
-from pymoo_psi.pareto import EfficiencyRanking
+from pymoo_psi.errors import PsiError
+from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import (
     GREY,
     HUGE,
     MARKERS,
+    Drawing,
     Group,
     Marker,
+    core,
     draw_points,
     labelled,
     legend_of,
@@ -60,7 +62,7 @@ _GROUPS = {
     "infeasible": Marker(".", GREY, 4.5, level=2.0),
     "beyond the limits": Marker("x", "0.5", 2.4, level=2.1),
     _FEASIBLE: MARKERS[4]._replace(size=2.6),
-    _PARETO: MARKERS[5]._replace(size=3.8, level=3.5),
+    _PARETO: Marker("D", "#E69F00", 3.8, level=3.5),
 }
 _OUTLINE = [withStroke(linewidth=3.0, foreground="white")]  # apart from a crowd
 _PROTOTYPE: dict[str, Any] = {
@@ -77,7 +79,7 @@ _BARS: dict[str, tuple[tuple[float, float], dict[str, Any]]] = {
     "tested": ((0.0, 1.0), {"facecolor": "0.9", "edgecolor": "0.55"}),
     "feasible": ((0.08, 0.5), {"facecolor": MARKERS[4].colour}),
     "pareto": (
-        (0.5, 0.92), {"facecolor": MARKERS[5].colour, "edgecolor": "black", "hatch": "////"},
+        (0.5, 0.92), {"facecolor": "#E69F00", "edgecolor": "white", "hatch": "////"},
     ),
 }  # fmt: skip
 
@@ -89,7 +91,7 @@ def plot_table(
     variables: Sequence[Key] | None = None,
     objectives: Sequence[Key] | None = None,
     title: str = "",
-) -> Figure:
+) -> Drawing:
     """Return an overview of a table: histograms of variables, objectives against variables.
 
     Up to six variables and six objectives make a matrix: a column for each variable, on top its
@@ -103,7 +105,7 @@ def plot_table(
             columns may be among them, by name.
         objectives: Names or indices of the objectives; all by default, none for histograms alone.
             Constraints and further outputs may be among them, by name.
-        title: What the table is of.
+        title: What the table is of; begins the caption.
 
     Raises:
         ArgumentValueError: A column is not in the table, or there is no variable.
@@ -142,7 +144,9 @@ def plot_table(
         for top in tops:
             top.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
         legend_of(figure, labelled(axes), ncols=3, fontsize=7)
-        figure.suptitle(tests.heading(title, [(n, o) for n in columns for o in rows]))
+        what = "Histograms: the share of each group that an interval holds."
+        what += " Below, objectives against variables." if rows else ""
+        figure.describe(title, what, tests.counts([(n, o) for n in columns for o in rows]))
     return figure
 
 
@@ -153,7 +157,7 @@ def plot_objectives(
     objectives: Sequence[Key] | None = None,
     design: int | None = None,
     title: str = "",
-) -> Figure:
+) -> Drawing:
     """Return the objectives against each other, each pair once.
 
     Args:
@@ -162,7 +166,7 @@ def plot_objectives(
         objectives: Names or indices of two to seven objectives; all by default. Constraints and
             further outputs may be among them, by name.
         design: Number of a test point to be marked, such as the one that was chosen.
-        title: What the table is of.
+        title: What the table is of; begins the caption.
 
     Raises:
         ArgumentValueError: A column or the design is not in the table, or there are too few or too
@@ -175,32 +179,29 @@ def plot_objectives(
         >>> sum(ax.axison for ax in plot_objectives(table).axes)
         3
     """
-    tests = Tests.of(table, limits)
-    names = _objective_names(objectives, table.layout)
+    names = _objective_names(objectives, checked(table).layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
     if design is not None and design not in table.numbers:
         raise invalid("design", "the number of a test point of the table", design)
-    chosen = table.rows(table.numbers == design)
+    tests = Tests.of(table, limits, table.rows(table.numbers == design))
     with triangle(names) as (figure, pairs, _):
         for (first, second), ax in pairs.items():
             tests.draw(ax, first, second)
-            if len(chosen):
-                ax.plot(chosen.column(first), chosen.column(second), **_CHOSEN)
         legend_of(figure, labelled(pairs.values()), ncols=3, fontsize=7)
-        figure.suptitle(tests.heading(title, list(pairs)))
+        figure.describe(title, "Objectives in pairs.", tests.counts(list(pairs)))
     return figure
 
 
 @contextmanager
 def triangle(
     names: Sequence[str], below: float = 0.0
-) -> Iterator[tuple[Figure, dict[tuple[str, str], Axes], GridSpec]]:
+) -> Iterator[tuple[Drawing, dict[tuple[str, str], Axes], GridSpec]]:
     """Give a figure with axes for each pair of names, above a row of ``below`` mm; its grid."""
     wide, height = len(names) - 1, row_height(len(names) - 1)
     heights = [height] * wide + [below] * bool(below)
-    with new_figure(34.0 + sum(heights)) as figure:
+    with new_figure(28.0 + sum(heights)) as figure:
         cells = figure.add_gridspec(len(heights), max(wide, 1), height_ratios=heights)
         pairs = {
             (names[j], names[k + 1]): figure.add_subplot(cells[k, j])
@@ -238,7 +239,7 @@ class Column:
     """The values of a column as places on an axis.
 
     Attributes:
-        places: ``(n,)`` where the designs are drawn; tests of the same single value side by side.
+        places: ``(n,)`` where the designs are drawn; tests of the same option side by side.
         options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
         ends: Of the axis.
     """
@@ -249,20 +250,20 @@ class Column:
 
     @classmethod
     def of_variable(cls, table: TestTable, name: str) -> Column:
-        """Return a variable; single values have half a step on each side."""
+        """Return a variable; options and whole numbers have half a step on each side."""
         j = table.layout.variable(name)
         kind, cells = table.kinds[j], table.X[:, j]
-        aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         if not kind.real and kind is not Kind.INTEGER:
             options = sorted({*cells.tolist()}, key=str)
             index = {option: k for k, option in enumerate(options)}
             places = np.array([index[cell] for cell in cells.tolist()], np.float64)
+            aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
             return cls(places + aside, tuple(options), (-0.5, len(options) - 0.5))
         bounds = [b for b in (table.layout.lower[j], table.layout.upper[j]) if np.isfinite(b)]
         x = cells.astype(np.float64)
         known = np.array([*x, *bounds])
         if kind is Kind.INTEGER and len(x) and np.ptp(known) <= 30:
-            return cls(x + aside, (), (known.min() - 0.5, known.max() + 0.5))
+            return cls(x, (), (known.min() - 0.5, known.max() + 0.5))
         if kind is Kind.LOG:
             low, high = view(np.log(x), *np.log(bounds))
             return cls(x, (), (float(np.exp(low)), float(np.exp(high))))
@@ -276,9 +277,10 @@ class Tests:
     table: TestTable
     bounds: dict[str, tuple[float, float]]
     groups: dict[str, Group]
+    marked: tuple[tuple[TestTable, dict[str, Any]], ...]
 
     @classmethod
-    def of(cls, table: TestTable, limits: Limits | None) -> Tests:
+    def of(cls, table: TestTable, limits: Limits | None, chosen: TestTable | None = None) -> Tests:
         kept, front = checked(table).feasible(limits), table.pareto(limits)
         masks = (table.status == "infeasible", (table.status == "ok") & ~kept, kept & ~front, front)
         groups = {
@@ -286,25 +288,27 @@ class Tests:
             for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
             if mask.any() or name in (_FEASIBLE, _PARETO)
         }
-        return cls(table, dict(bounds_of(limits, table.layout)), groups)
+        pairs = ((table.prototype, _PROTOTYPE), (chosen, _CHOSEN))
+        marked = tuple((designs, look) for designs, look in pairs if designs is not None)
+        return cls(table, dict(bounds_of(limits, table.layout)), groups, marked)
 
-    def of_prototype(self, name: str) -> Array:
-        """``(k,)`` the values of the prototypes in a column of finite numbers, or none."""
-        existing = self.table.prototype
-        if existing is None or name not in existing.layout.columns:
-            return np.zeros(0)
-        try:
-            values = existing.column(name).astype(np.float64)
-        except ValueError:  # a choice
-            return np.zeros(0)
-        return values if np.isfinite(values).all() else np.zeros(0)
+    def of_marked(self, name: str) -> list[Array]:
+        """Return the values of prototypes and of the chosen design in a column of numbers."""
+        found = []
+        for designs, _ in self.marked:
+            try:
+                values = designs.column(name).astype(np.float64)
+            except (PsiError, ValueError):  # there is no such column; a choice
+                values = np.zeros(0)
+            found.append(values if np.isfinite(values).all() else np.zeros(0))
+        return found
 
     @cached_property
     def _core(self) -> NDArray[np.intp]:
         return np.concatenate([self.groups[_FEASIBLE].rows, self.groups[_PARETO].rows])
 
     def near(self, name: str) -> Mask:
-        """``(n,)`` which tests are near the feasible ones and the prototype in a column.
+        """``(n,)`` which tests are near the feasible and the marked ones in a column.
 
         Of a variable all are. A column in which the feasible ones do not differ leaves none out.
         """
@@ -312,10 +316,9 @@ class Tests:
             return np.ones(len(self.table), dtype=bool)
         values = self.table.column(name)
         known: Mask = np.abs(values) < HUGE
-        core = np.append(values[self._core], self.of_prototype(name))
-        core = core[np.abs(core) < HUGE]
-        low, high = core.min(initial=np.inf), core.max(initial=-np.inf)
-        if high > low:  # also refuses the infinities of an empty core
+        inner = np.concatenate([core(values[self._core]), *self.of_marked(name)])
+        low, high = inner.min(initial=np.inf), inner.max(initial=-np.inf)
+        if high > low:  # also refuses the infinities of no such tests
             wider = _MARGIN * (high - low)
             known &= (values >= low - wider) & (values <= high + wider)
         return known
@@ -324,7 +327,7 @@ class Tests:
         if name in self.table.layout.variables:
             return Column.of_variable(self.table, name)
         values = self.table.column(name)
-        ends = view(values[self.near(name)], *self.of_prototype(name))
+        ends = view(values[self.near(name)], *np.concatenate([[], *self.of_marked(name)]))
         return Column(values, (), ends)
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
@@ -332,9 +335,10 @@ class Tests:
         x, y = self.column(first), self.column(second)
         shown = self.near(first) & self.near(second)
         draw_points(axes, x.places, y.places, self.groups, shown)
-        across, up = self.of_prototype(first), self.of_prototype(second)
-        if len(across) and len(across) == len(up):
-            axes.plot(across, up, **_PROTOTYPE)
+        places = zip(self.of_marked(first), self.of_marked(second), self.marked, strict=True)
+        for across, up, (_, look) in places:
+            if len(across) and len(across) == len(up):
+                axes.plot(across, up, **look)
         axes.set(xlim=x.ends, ylim=y.ends)
         for letter, name in (("x", first), ("y", second)):
             if self.table.layout.is_log(name):
@@ -345,14 +349,19 @@ class Tests:
         if y.options:
             axes.set_yticks(range(len(y.options)), [literal(name, 14) for name in y.options])
 
-    def heading(self, title: str, planes: Sequence[tuple[str, str]]) -> str:
-        """Return what is drawn, how many designs there are and which are not seen."""
-        failed = self.table.status == "failed"
+    def counts(self, planes: Sequence[tuple[str, str]]) -> str:
+        """Return how many designs there are and how many are not seen."""
+        failed, columns = self.table.status == "failed", {name for pair in planes for name in pair}
+        seen = np.ones(len(self.table), dtype=bool)
+        for name in columns:
+            low, high = self.column(name).ends
+            places = self.column(name).places
+            seen &= self.near(name) & (places >= low) & (places <= high)
         facts = [f"{counted(len(self.table), 'design')} tested"]
         facts += [f"{failed.sum()} failed"] if failed.any() else []
-        if not all((self.near(a) & self.near(b) | failed).all() for a, b in planes):
-            facts.append("those far from the feasible ones, or without a value, outside the axes")
-        return f"{title}\n{', '.join(facts)}".strip()
+        if n := int((~seen & ~failed).sum()):
+            facts.append(f"{n} far from the others outside of the axes")
+        return f"{', '.join(facts)}."
 
 
 def _draw_bars(axes: Axes, found: Histogram, *, tested: bool) -> None:
@@ -382,7 +391,7 @@ def _draw_limits(axes: Axes, letter: str, name: str, ends: tuple[float, float]) 
     for sign, limit, beyond in zip("≥≤", ends, (low, high), strict=True):
         if np.isfinite(limit):
             span(*sorted((limit, beyond)), fc="0.93", linewidth=0, zorder=0)
-            label = f"limit {literal(name, 24)} {sign} {limit:g}"
+            label = f"limit {literal(name, 24)} {sign} {number(limit, 6)}"
             line(limit, label=label, color="0.25", linewidth=1.0, **style)
     getattr(axes, f"set_{letter}lim")(low, high)
 
@@ -409,17 +418,25 @@ def name_axes(axes: Axes, x: str, y: str, options: Sequence[object] = ()) -> Non
 
 
 def plot_ranking(
-    ranking: EfficiencyRanking, *, units: Mapping[Any, str] | None = None, title: str = ""
-) -> Figure:
+    ranking: EfficiencyRanking,
+    *,
+    units: Mapping[Any, str] | None = None,
+    title: str = "",
+    pairs: bool = True,
+    row: int | None = None,
+) -> Drawing:
     """Return the Pareto-optimal designs of a ranking, with ranks and the Salukvadze optimum.
 
     Up to seven objectives are drawn in pairs. Below, or alone, are parallel coordinates: a line for
     each design, from the best value of each objective at the bottom to the worst of the Pareto set.
+    A value far from all others is outside of the axes; the caption says how many are.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
         units: Units of objectives by name, such as ``table.layout.units``.
-        title: What the designs are.
+        title: What the designs are; begins the caption.
+        pairs: Whether to draw pairs; parallel coordinates only if not.
+        row: A design whose line is marked, such as the chosen one.
 
     Raises:
         ArgumentTypeError: ``ranking`` is none.
@@ -433,20 +450,26 @@ def plot_ranking(
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
     headings = ranking.objectives.headings({} if units is None else units)
     values, groups = ranking.objectives.values, rank_groups(ranking)
-    names = headings if len(headings) <= MATRIX + 1 else headings[:1]  # too many for pairs
-    with triangle(names, below=80.0) as (figure, pairs, cells):
-        for (first, second), ax in pairs.items():
+    few = pairs and len(headings) <= MATRIX + 1
+    front = ranking.pareto if row is None else ranking.pareto | (np.arange(len(values)) == row)
+    with triangle(
+        headings if few else headings[:1], below=60.0 if len(headings) <= MATRIX else 90.0
+    ) as (figure, planes, cells):
+        for (first, second), ax in planes.items():
             x, y = (values[:, headings.index(name)] for name in (first, second))
             draw_points(ax, x, y, groups, ranking.pareto)
-            ax.set(xlim=view(x[ranking.pareto]), ylim=view(y[ranking.pareto]))
+            ax.set(xlim=view(x[front]), ylim=view(y[front]))
             name_axes(ax, first, second)
-        _draw_parallel(figure.add_subplot(cells[-1, :]), ranking, groups, headings)
+        below = figure.add_subplot(cells[-1, :])
+        clipped = _draw_parallel(below, ranking, groups, headings, row)
         looks = [group.look(name) for name, group in groups.items()]
         entries = {look["label"]: Line2D([], [], **look) for look in looks}
-        legend_of(figure, entries, ncols=3)
+        legend_of(figure, entries | labelled([below]), ncols=3)
         optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
-        shown = f"{optimal} of {len(values)}, by rank of efficiency"
-        figure.suptitle(f"{title}\n{shown}".strip())
+        shown = f"{optimal} of {len(values)}, by rank of efficiency, each a line from the best to "
+        shown += "the worst value of every objective."
+        out = f"{counted(clipped, 'design')} far from the others outside of the axes."
+        figure.describe(title, shown, *([out] if clipped else []))
     return figure
 
 
@@ -479,11 +502,23 @@ def near_ranked(
 
 
 def _draw_parallel(
-    axes: Axes, ranking: EfficiencyRanking, groups: Mapping[str, Group], headings: list[str]
-) -> None:
-    """Draw a line for each design through its objectives, each from its best to its worst value."""
-    ideal, nadir = (np.asarray(end) for end in (ranking.ideal, ranking.nadir))
-    shares = (ranking.objectives.values - ideal) / np.where(nadir == ideal, 1.0, nadir - ideal)
+    axes: Axes,
+    ranking: EfficiencyRanking,
+    groups: Mapping[str, Group],
+    headings: list[str],
+    marked: int | None,
+) -> int:
+    """Draw a line for each design through its objectives, each from its best to its worst value.
+
+    Returns:
+        How many designs have a value outside of the axes.
+    """
+    values, sign = ranking.objectives.values, ranking.objectives.sign
+    # Ends without those far away, which are worst where the objective is minimised.
+    front = (values[ranking.pareto] * sign).T
+    inner = [found if len(found := core(column)) else column for column in front]
+    ideal, nadir = np.array([[np.min(column), np.max(column)] for column in inner]).T * sign
+    shares = (values - ideal) / np.where(nadir == ideal, 1.0, nadir - ideal)
     place = np.arange(len(headings))
     for group in groups.values():
         rows = group.rows[:: -(-len(group.rows) // _LINES)]
@@ -494,11 +529,23 @@ def _draw_parallel(
             alpha=0.5 if many else 1.0, zorder=group.marker.level, rasterized=many,
         )  # fmt: skip
         axes.add_collection(lines)
-    drawn = shares[ranking.pareto]
+    if marked is not None and marked not in ranking.salukvadze:
+        look: dict[str, Any] = {"linewidth": 2.0, "color": "black", "linestyle": "--"}
+        axes.plot(
+            place,
+            shares[marked],
+            label="chosen design",
+            zorder=7.0,
+            marker="o",
+            markersize=4.0,
+            **look,
+        )
     axes.set_xlim(-0.4, len(place) - 0.6)
-    axes.set_ylim(view([drawn.min(initial=0.0), drawn.max(initial=1.0)]))
-    ends = zip(headings, ranking.ideal.tolist(), ranking.nadir.tolist(), strict=True)
-    labels = [f"{literal(name, 30)}\nbest {low:.4g}\nworst {high:.4g}" for name, low, high in ends]
+    axes.set_ylim(-0.05, 1.05)
+    ends = zip(headings, *(map(number, column.tolist()) for column in (ideal, nadir)), strict=True)
+    labels = [f"{literal(name, 30)}\nbest {low}\nworst {high}" for name, low, high in ends]
     longest = max(len(line) for label in labels for line in label.split("\n"))
     axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
     axes.set_ylabel("share of the range (0 is best)")
+    drawn = shares[ranking.pareto]
+    return int(((drawn < -0.05) | (drawn > 1.05)).any(axis=1).sum())

@@ -21,14 +21,19 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     alternative,
+    capital,
     cautions,
+    compare_designs,
     explain,
+    listed,
     measured_in,
     number,
     percent,
     representatives,
+    sentence,
 )
 from pymoo_psi.plots import (
+    Drawing,
     plot_feasibility,
     plot_objectives,
     plot_ranking,
@@ -50,6 +55,9 @@ from pymoo_psi.table import (
 )
 
 _REASONS = 12  # of failures that are listed one by one
+_LIMITS = 6  # that cost most
+_SHORT = 10  # rows of a table that stands beside another
+_HISTOGRAM, _COLUMNS = 30, 24  # designs that make a histogram, and histograms on a page
 _PAIRS = 5  # objectives in pairs of which axes on paper are still readable
 _FEW = 5  # representatives, side by side on paper
 # Sensitivities and rules of more tests say the same and take long; the first points of a sequence
@@ -58,7 +66,7 @@ _ENOUGH = 8192
 _MARKS = 1000  # of a line that are drawn as an image, or they would fill the file
 _DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
 # A number, with or without its share: columns of such cells stand to the right.
-_NUMBER = re.compile(r"[-+−]?[\d.,]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
+_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
 
 
 class Table(NamedTuple):
@@ -75,20 +83,19 @@ class Table(NamedTuple):
 
 
 class Items(NamedTuple):
-    """A list of texts; cautions are to be seen first."""
+    """A list of texts."""
 
     lines: Sequence[str]
     cautions: bool = False
 
 
 class Picture(NamedTuple):
-    """What draws a figure of matplotlib, and in words what it shows."""
+    """What draws a figure, whose caption stands below it."""
 
-    draw: Callable[[], Any]
-    caption: str
+    draw: Callable[[], Drawing]
 
-    def image(self) -> str:
-        """Return the picture as the address of an image that holds it.
+    def image(self) -> tuple[str, str]:
+        """Return the picture as the address of an image that holds it, and its caption.
 
         As an image of its own nothing drawn in it can reach the rest of the document.
         """
@@ -101,10 +108,17 @@ class Picture(NamedTuple):
             figure.savefig(drawn, format="svg", dpi=_DPI, metadata={"Date": None})
         # Texts are drawn; their comments could hold what no XML may.
         svg = re.sub(r"<!--.*?-->", "", drawn.getvalue(), flags=re.DOTALL)
-        return f"data:image/svg+xml;base64,{b64encode(svg.encode('utf-8')).decode('ascii')}"
+        data = b64encode(svg.encode("utf-8")).decode("ascii")
+        return f"data:image/svg+xml;base64,{data}", figure.caption
 
 
-Part: TypeAlias = str | Table | Items | Picture
+class Lead(NamedTuple):
+    """The sentence that is read first."""
+
+    lead: str
+
+
+Part: TypeAlias = str | Lead | Table | Items | Picture
 
 
 class Section(NamedTuple):
@@ -123,7 +137,9 @@ class Case:
         limits: Limits on their columns.
         rows: ``(k,)`` which of them are feasible with finite objectives, each design once.
         ranking: The ranking of these; ``None`` if there are none.
-        chosen: Which of them is chosen.
+        chosen: Which of them is chosen or, if none is, proposed.
+        decided: Whether one is chosen.
+        reason: Why it was chosen.
         choices: What selectors choose of them, by name.
         cautions: What speaks against relying on the optimum, the gravest first.
     """
@@ -133,6 +149,8 @@ class Case:
     rows: NDArray[np.intp]
     ranking: EfficiencyRanking | None
     chosen: int
+    decided: bool
+    reason: str
     choices: Mapping[str, NDArray[np.intp]]
     cautions: tuple[str, ...]
 
@@ -143,6 +161,7 @@ class Case:
         limits: Limits,
         normalize: bool,
         design: int | None,
+        reason: str,
         selectors: Mapping[str, Any] | None,
     ) -> Case:
         """Rank the feasible designs, ask the selectors, and find the chosen design."""
@@ -157,7 +176,7 @@ class Case:
                 raise invalid("design", "the number of a feasible test", design)
             chosen = int(at[0])
         if ranking is None:
-            return cls(table, limits, rows, None, 0, {}, ())
+            return cls(table, limits, rows, None, 0, False, "", {}, ())
         if selectors is None:
             other = "plain distances" if normalize else "distances in units of the ranges"
             selectors = {
@@ -170,7 +189,18 @@ class Case:
         optimum = ranking.name_of(int(ranking.salukvadze[0]))
         what = "" if chosen in ranking.salukvadze else f" to {optimum}, the optimum"
         found = tuple(f"Attention{what}: {caution}" for caution in cautions(ranking))
-        return cls(table, limits, rows, ranking, chosen, choices, found)
+        decided = design is not None
+        return cls(table, limits, rows, ranking, chosen, decided, reason, choices, found)
+
+    @property
+    def word(self) -> str:
+        """What the design is: nothing is chosen until somebody has."""
+        return "chosen" if self.decided else "proposed"
+
+    @property
+    def point(self) -> int:
+        """The number of its test point."""
+        return int(self.table.numbers[self.rows[self.chosen]])
 
     @property
     def units(self) -> dict[str, str]:
@@ -184,16 +214,16 @@ class Case:
 
 
 def sections_of(case: Case) -> tuple[Section, ...]:
-    """Return all sections that have something to say."""
+    """Return all sections that have something to say; the first three are the first page."""
     makers: dict[str, Callable[[Case], Iterator[Part]]] = {
-        "The choice": _choice,
-        "What was tested": _tests,
-        "Failures": _failures,
-        "Limits and what each costs": _limits,
-        "Where the designs lie": _places,
+        "The choice" if case.decided else "The proposal": _choice,
+        "What speaks against it": _against,
+        "What limits cost": _limits,
         "The Pareto set": _pareto,
         "What else could be chosen": _alternatives,
+        "What was tested": _tests,
         "Whether more tests would change the choice": _enough,
+        "Where the designs lie": _places,
         "First-order sensitivities, and where designs are feasible": _drives,
     }
     found = [Section(title, tuple(make(case))) for title, make in makers.items()]
@@ -216,26 +246,50 @@ def _choice(case: Case) -> Iterator[Part]:
             "nothing to choose. What each limit rejects, and how near designs come, is below."
         )
         return
+    chosen, best = ranking.name_of(case.chosen), int(ranking.salukvadze[0])
+    why, other = explain(ranking, case.chosen, units=case.units), ranking.name_of(best)
+    if not case.decided:
+        yield Lead(f"Proposed is {chosen}; nobody has chosen yet.")
+    elif case.chosen in ranking.salukvadze:
+        yield Lead(f"Chosen is {chosen}, as is proposed.")
+    else:
+        pair = compare_designs(ranking, [best, case.chosen], units=case.units)
+        said = sentence("instead", design=chosen, other=other, difference=pair.difference(1))
+        yield Lead(f"Chosen is {said}")
+    if case.reason:
+        yield f"Reason: {case.reason}"
+    yield f"{why.sentences[0]} {measured_in(ranking)}."
+    values = ranking.objectives.values
+    columns = {"objective": [*map(layout.label_of, layout.objectives)]}
+    columns[case.word] = [*map(_cell, values[case.chosen])]
+    if case.chosen not in ranking.salukvadze:
+        columns["proposed"] = [*map(_cell, values[best])]
+    columns |= {"best": [*map(_cell, ranking.ideal)], "worst": [*map(_cell, ranking.nadir)]}
+    columns["of range"] = ["—" if np.isnan(share) else percent(share) for share in why.shares]
+    rows = [*zip(*columns.values(), strict=True)]
+    yield Table(tuple(columns), rows, f"{capital(chosen)} among the Pareto-optimal designs.")
+    row = case.rows[case.chosen]
+    cells = [(layout.label_of(name), table.column(name)[row])
+             for name in (*layout.variables, *layout.outputs)]  # fmt: skip
+    cells += [(name, texts[row]) for name, texts in table.extra.items() if name != layout.label]
+    known = [(name, text) for name, cell in cells if (text := _cell(cell)) not in ("", "—", "None")]
+    for start in range(0, len(known), _SHORT):  # beside each other where there is room
+        what = "Its values." if start == 0 else "\N{NO-BREAK SPACE}"
+        yield Table(("column", "value"), known[start : start + _SHORT], what)
+    if len(layout.objectives) == 2:
+        yield Picture(partial(plot_objectives, table, case.limits, design=case.point))
+    elif len(layout.objectives) > 2:
+        yield Picture(
+            partial(plot_ranking, ranking, units=case.units, pairs=False, row=case.chosen)
+        )
+
+
+def _against(case: Case) -> Iterator[Part]:
+    if case.ranking is None:
+        return
     if case.cautions:
         yield Items(case.cautions, cautions=True)
-    chosen = ranking.name_of(case.chosen)
-    why = explain(ranking, case.chosen, units=case.units)
-    yield f"Chosen is {chosen}."
-    yield Items(why.sentences)
-    yield f"{measured_in(ranking)}."
-    columns = (ranking.objectives.values[case.chosen], ranking.ideal, ranking.nadir, why.behind)
-    shares = ["—" if np.isnan(share) else percent(share) for share in why.shares]
-    names = map(layout.label_of, layout.objectives)
-    yield Table(
-        ("objective", "chosen", "best", "worst", "behind", "of range"),
-        [*zip(names, *(map(_cell, column) for column in columns), shares, strict=True)],
-        "Best and worst of the Pareto-optimal designs.",
-    )
-    row, others = case.rows[case.chosen], (*layout.variables, *layout.outputs)
-    if others:
-        what = "Variables and further outputs" if layout.outputs else "Variables"
-        cells = [(layout.label_of(name), _cell(table.column(name)[row])) for name in others]
-        yield Table(("name", "value"), cells, f"{what} of {chosen}.")
+    yield explain(case.ranking, case.chosen, units=case.units).sentences[1]
 
 
 def _tests(case: Case) -> Iterator[Part]:
@@ -248,16 +302,16 @@ def _tests(case: Case) -> Iterator[Part]:
         yield "; ".join(f"{name}: {value}" for name, value in lines if value is not None) + "."
     if layout.experiments:
         yield f"Experiments: {', '.join(name for name, _ in layout.experiments)}."
-    feasible = table.feasible(case.limits)
+    feasible, n = table.feasible(case.limits), len(table)
     steps = {
-        "designs": len(table),
         "failed": (table.status == "failed").sum(),
         "beyond a constraint or a limit": ((table.status != "failed") & ~feasible).sum(),
         "feasible": feasible.sum(),
         "Pareto optimal": 0 if case.ranking is None else case.ranking.pareto.sum(),
     }
-    counts = [(name, f"{n}", percent(n / len(table))) for name, n in steps.items()]
-    yield Table(("", "number", "share"), counts)
+    counts = [f"{number(k)} {name} ({percent(k / n)})" for name, k in steps.items() if k]
+    yield f"{counted(n, 'design')}: {', '.join(counts)}."
+    yield from _failures(case)
     if layout.variables:
         bounds = np.column_stack([layout.lower, layout.upper])
         rows = [
@@ -281,8 +335,6 @@ def _failures(case: Case) -> Iterator[Part]:
     reasons = case.table.reasons
     if not reasons:
         return
-    failed = counted(len(reasons), "design")
-    yield f"{failed} of {len(case.table)} could not be computed, and count as infeasible."
     at = dict(zip(case.table.numbers.tolist(), case.table.names, strict=True))
     found = pd.DataFrame(
         {"reason": alike(reasons.values()), "first": [at[number] for number in reasons]}
@@ -290,32 +342,32 @@ def _failures(case: Case) -> Iterator[Part]:
     groups = found.groupby("reason", sort=False)["first"].agg(["size", "first"])
     top = groups.sort_values("size", ascending=False, kind="stable").head(_REASONS).itertuples()
     rows = [(f"{n}", reason[:400], first) for reason, n, first in top]
-    yield Table(("designs", "reason", "first"), rows)
+    yield Table(("designs", "reason", "first"), rows, "Failures, which count as infeasible.")
 
 
 def _limits(case: Case) -> Iterator[Part]:
     table, layout = case.table, case.table.layout
     costs = constraint_costs(table, case.limits)
-    if not len(costs):
-        yield "There are neither constraints nor limits."
-        return
     m, none = len(layout.objectives), case.ranking is None
-    rows = []
-    for name, lower, upper, rejects, alone, *best in costs.itertuples(name=None):
-        constraint = name in layout.constraints
-        text = name if constraint else _limit(case, name, lower, upper)
+    found = costs if none else costs[costs["alone"] > 0]
+    rows, shown = [], found.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
+    for name, lower, upper, rejects, alone, *best in shown.itertuples(name=None):
+        text = name if name in layout.constraints else _limit(case, name, lower, upper)
         last = _reached(case, name, lower, upper) if none else _gain(case, best[: 2 * m])
-        rows.append((text, f"{rejects}", f"{alone}", last if none or alone else "as they are"))
-    head = ("constraint or limit", "rejects", "it alone", "without it the best values would be")
-    if none:
-        head = (*head[:3], "nearest value")
-    yield Table(head, rows)
-    notes = ["Designs may violate several; only those that one alone rejects are what it costs."]
+        rows.append((text, number(rejects), number(alone), last))
+    if not rows:
+        return
+    last = "nearest value" if none else "without it the best values would be"
+    yield Table(("constraint or limit", "rejects", "it alone", last), rows)
+    notes = []
+    if idle := [str(name) for name in costs.index if name not in found.index]:
+        notes.append(f"No design is rejected by {listed(idle[:_REASONS], 'or')} alone.")
     if layout.inequalities:
         notes.append("A constraint is met where its value is 0 or less.")
     if layout.equalities:
         notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
-    yield " ".join(notes)
+    if notes:
+        yield " ".join(notes)
 
 
 def _limit(case: Case, name: str, lower: float, upper: float) -> str:
@@ -353,41 +405,25 @@ def _gain(case: Case, best: Sequence[float]) -> str:
 
 def _places(case: Case) -> Iterator[Part]:
     layout = case.table.layout
-    if case.ranking is None:
-        return
-    for what, names in (("variables", layout.variables), ("objectives", layout.objectives)):
-        if names:
-            draw = partial(plot_table, case.table, case.limits, variables=names, objectives=())
-            caption = f"Histograms of the {what}: what share of each group an interval holds."
-            yield Picture(draw, caption)
+    names = [*layout.variables, *layout.objectives]
+    if case.ranking is not None and len(case.table) >= _HISTOGRAM and len(names) <= _COLUMNS:
+        yield Picture(partial(plot_table, case.table, case.limits, variables=names, objectives=()))
 
 
 def _pareto(case: Case) -> Iterator[Part]:
-    ranking = case.ranking
-    if ranking is None:
-        return
-    names, n = case.table.layout.objectives, int(ranking.pareto.sum())
-    if len(names) == 1:
-        yield "By one objective there is one best value: designs have nothing to weigh."
-        return
-    are = "is" if n == 1 else "are"
-    yield f"{counted(n, 'design')} of {len(case.rows)} feasible ones {are} Pareto optimal."
-    if len(names) <= _PAIRS:
-        point = int(case.table.numbers[case.rows[case.chosen]])
-        draw = partial(plot_objectives, case.table, case.limits, design=point)
-        yield Picture(draw, f"Objectives in pairs, with {ranking.name_of(case.chosen)} marked.")
-    else:
-        yield Picture(
-            partial(plot_ranking, ranking, units=case.units),
-            "A line for each Pareto-optimal design, through its share of the range of each "
-            "objective from best to worst, by rank of efficiency.",
-        )
+    names = case.table.layout.objectives
+    if case.ranking is not None and 2 < len(names) <= _PAIRS:  # of two it is on the first page
+        yield Picture(partial(plot_objectives, case.table, case.limits, design=case.point))
 
 
 def _alternatives(case: Case) -> Iterator[Part]:
     ranking = case.ranking
     if ranking is None or ranking.pareto.sum() < 2 or len(case.table.layout.objectives) < 2:
         return
+    steps = explain(ranking, case.chosen, units=case.units).sentences[2:]
+    if steps:
+        yield "The nearest designs that are better in an objective:"
+        yield Items(steps)
     lines = [
         f"{name}: {alternative(ranking, chosen, case.chosen, case.units)}"
         for name, chosen in case.choices.items()
@@ -424,10 +460,14 @@ def _enough(case: Case) -> Iterator[Part]:
     except PsiError as error:
         yield f"Not available: {error}."
         return
+    if len(steps.tests) < 2:
+        return
     yield steps.verdict()
     at = dict(zip(table.numbers.tolist(), table.names, strict=True))
     best = [at.get(found, "—") for found in steps.optimum.tolist()]
-    counts = (map(str, column) for column in (steps.tests, steps.feasible, steps.pareto))
+    counts = (
+        map(number, column.tolist()) for column in (steps.tests, steps.feasible, steps.pareto)
+    )
     volumes = (percent(v) if np.isfinite(v) else "—" for v in steps.hypervolume)
     ends = map(_cell, steps.mu1), volumes
     yield Table(
@@ -449,11 +489,7 @@ def _drives(case: Case) -> Iterator[Part]:
     try:
         yield from even_part(table)[1]
         found = sensitivities(table, list(names))
-        yield Picture(
-            partial(plot_sensitivities, found),
-            "First-order sensitivities: what share of the variance of a column each variable "
-            "explains alone, with 95 % bands; what they lack to 1 is interaction.",
-        )
+        yield Picture(partial(plot_sensitivities, found))
     except PsiError as error:
         yield f"No sensitivities: {error}."
     try:
@@ -467,5 +503,4 @@ def _drives(case: Case) -> Iterator[Part]:
     else:
         yield "No condition on few variables separates feasible designs from others."
     if rules.importance and len(layout.variables) > 1:
-        caption = "The two variables that decide most on feasibility."
-        yield Picture(lambda: plot_feasibility(table, case.limits).figure, caption)
+        yield Picture(partial(plot_feasibility, table, case.limits))

@@ -19,7 +19,7 @@ from pymoo_psi.table import Limits, TestTable
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DecisionReport:
-    """A report on a choice among tested designs; :func:`decision_report` makes it.
+    """A report on a choice, or a proposal, among tested designs, of :func:`decision_report`.
 
     Attributes:
         title: Its heading.
@@ -31,7 +31,7 @@ class DecisionReport:
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> decision_report(table, title="Brackets")
-        DecisionReport('Brackets: test point 2 chosen of 3 Pareto-optimal designs')
+        DecisionReport('Brackets: test point 2 proposed of 3 Pareto-optimal designs')
     """
 
     title: str
@@ -46,7 +46,7 @@ class DecisionReport:
         if self.ranking is None:
             return f"{self.title}: no feasible design"
         front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
-        return f"{self.title}: {self._chosen} chosen of {front}"
+        return f"{self.title}: {self._chosen} of {front}"
 
     def __repr__(self) -> str:
         """Return the title and what is chosen, as an object."""
@@ -101,19 +101,23 @@ def decision_report(
     *,
     normalize: bool = True,
     design: int | None = None,
+    reason: str = "",
     selectors: Mapping[str, Any] | None = None,
     title: str = "Report on a choice",
     about: Sequence[str] = (),
 ) -> DecisionReport:
-    """Report on tests and on the design that is chosen among them.
+    """Report on tests and on the design that is chosen or proposed among them.
+
+    The first page says all that a decision needs; what follows says what it is based on.
 
     Args:
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
             gives one of any file.
         limits: Limits on columns, as for ``table.pareto``; what each of them costs is reported.
         normalize: Measure distances with each objective in units of its range.
-        design: Number of the test point that is chosen, a feasible one; the Salukvadze optimum
-            unless given.
+        design: Number of the test point that is chosen, a feasible one. Unless given none is, and
+            the Salukvadze optimum is proposed.
+        reason: Why it was chosen.
         selectors: What else could choose, by name, as for
             :func:`pymoo_psi.selection.compare_selectors`; the knee, the least bad worst objective,
             and the optimum by the other distances unless given.
@@ -128,18 +132,17 @@ def decision_report(
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> report = decision_report(table, {"f1": 2}, title="Brackets")
-        >>> for section in report.sections[:4]:
+        >>> for section in report.sections[:3]:
         ...     print(section.title)
-        The choice
-        What was tested
-        Limits and what each costs
-        Where the designs lie
+        The proposal
+        What speaks against it
+        What limits cost
     """
     instance("table", table, TestTable, "PSI and investigate give one, read_table opens any file")
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    case = Case.of(table, limits or {}, normalize, design, selectors)
-    chosen = table.names[case.rows[case.chosen]] if case.ranking is not None else ""
+    case = Case.of(table, limits or {}, normalize, design, reason, selectors)
+    chosen = f"{table.names[case.rows[case.chosen]]} {case.word}" if case.ranking else ""
     return DecisionReport(
         title, tuple(about), sections_of(case), case.ranking, case.cautions, chosen
     )
