@@ -15,6 +15,12 @@ same where short and long designs come in runs, so that the last ones say nothin
 
     python -m benchmarks.running efficiency     these parts alone
 
+At last ``SurrogatePSI`` with a study, whose rounds wait for their slowest design or, asynchronous,
+do not: 8 workers and run times of 1 s in the mean, 16 and 2 s, 256 evaluations. Here workers start
+and the last designs end within the time that is measured.
+
+    python -m benchmarks.running proposals      this part alone
+
 Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes as many steps as took 10 ms
 at the start; ``waiting`` sleeps for 10 ms, like a model that waits for another machine.
 """
@@ -31,6 +37,7 @@ import time
 import warnings
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from functools import partial
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -42,7 +49,7 @@ from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
 from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
 
-from pymoo_psi import PSI, JoblibRunner, investigate, lp_tau
+from pymoo_psi import PSI, JoblibRunner, SurrogatePSI, investigate, lp_tau
 
 N_JOBS = 2
 ROUNDS = 9
@@ -127,8 +134,8 @@ WORKERS, DESIGNS, MEAN = 16, 320, 0.2
 class Uneven(ElementwiseProblem):
     """Two objectives after a sleep, exponential with mean ``MEAN``, the same for a design."""
 
-    def __init__(self, seconds: Callable[[Any], float], **kwargs: Any) -> None:
-        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
+    def __init__(self, seconds: Callable[[Any], float], n_var: int = 2, **kwargs: Any) -> None:
+        super().__init__(n_var=n_var, n_obj=2, xl=0.0, xu=1.0, **kwargs)
         self.seconds = seconds
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -136,9 +143,9 @@ class Uneven(ElementwiseProblem):
         out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
 
 
-def in_any_order(x: Any) -> float:
+def in_any_order(x: Any, mean: float = MEAN) -> float:
     seed = [int(value * 2**52) for value in x]
-    return float(np.random.default_rng(seed).exponential(MEAN))
+    return float(np.random.default_rng(seed).exponential(mean))
 
 
 def in_runs(x: Any) -> float:
@@ -242,18 +249,41 @@ def efficiency(seconds: Callable[[Any], float]) -> None:
             ours("Dask cluster")
 
 
+def proposals(workers: int, mean: float, evaluations: int = 256) -> None:
+    print(f"\n{workers} workers, SurrogatePSI({evaluations}), designs of {mean:g} s in the mean:")
+    seconds = partial(in_any_order, mean=mean)
+    for asynchronous in (False, True):
+        runner = JoblibRunner(workers, in_process=False)
+        problem = Uneven(seconds, n_var=6, elementwise_runner=runner)
+        with TemporaryDirectory() as folder:
+            psi = SurrogatePSI(evaluations, asynchronous=asynchronous, study=f"{folder}/run.db")
+            cpu, began = time.process_time(), time.perf_counter()
+            X = minimize(problem, psi).algorithm.table.X
+            wall, cpu = time.perf_counter() - began, time.process_time() - cpu
+        use = sum(map(seconds, X)) / workers / wall
+        what = "asynchronous" if asynchronous else "in rounds"
+        print(f"  {what:16}{wall:8.1f} s, {use:.2f} of the workers' time used", end="")
+        print(f"; {cpu / evaluations:.3f} s of this process a design", flush=True)
+
+
 def main() -> int:
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, ", end="")
     if hasattr(os, "getloadavg"):
         print(f"load {os.getloadavg()[0]:.1f}, ", end="")
     print(f"{platform.system()}, Python {platform.python_version()}, ", end="")
     print(f"pymoo {pymoo.__version__}, joblib {joblib.__version__}; {N_JOBS} workers")
+    if sys.argv[1:] == ["proposals"]:
+        proposals(8, 1.0)
+        proposals(16, 2.0)
+        return 0
     if sys.argv[1:] != ["efficiency"]:
         compare("cheap", designs=100, generations=100)
         compare("waiting", designs=100, generations=2)
         compare("busy", designs=100, generations=2)
     for seconds in (in_any_order, in_runs):
         efficiency(seconds)
+    proposals(8, 1.0)
+    proposals(16, 2.0)
     return 0
 
 

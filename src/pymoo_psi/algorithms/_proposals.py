@@ -22,20 +22,20 @@ from scipy.spatial.distance import cdist
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded
+from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcesses, bounded
 from pymoo_psi.pareto import front_numbers, nondominated
 from pymoo_psi.problems import DesignSpace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# The rounds alternate between these: a surrogate, and whether it is searched only near the best
-# tests. Far from all tests surrogates promise most and know least; near them alone, a run that
-# began in the wrong place stays there.
-TURNS = (("gaussian process", False), ("gaussian process", True), ("radial functions", False))
+# Every so many rounds surrogates are searched only near the best tests. Far from all tests they
+# promise most and know least; near them alone, a run that began in the wrong place stays there.
+_NEARBY = 3
 # Of the cube's width, in every variable; and of how many best tests, some for each part of a front.
 # Both were chosen once and not varied, like the optimism below.
 _NEAR, _CENTRES = 0.2, 10
+GAUSSIAN = "gaussian process"  # what proposals are made by, in studies
 _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 
 # The search: as large and as long as the time for a proposal allows, below 0.1 s with 512 tests of
@@ -67,6 +67,8 @@ class Goal:
         high: ``(d,)`` where they end.
         required: From ``(n, d)`` points to ``(n, k)`` by how much they violate requirements, which
             no proposal does.
+        compute: From ``(n, d)`` points and their ``(n, q)`` outputs to these, where some are known
+            functions of variables and of the others.
     """
 
     n_obj: int
@@ -76,6 +78,11 @@ class Goal:
     low: Array
     high: Array
     required: Callable[[Array], Array]
+    compute: Callable[[Array, Array], Array] | None = None
+
+    def expected(self, points: Array, T: Array, fit: Fit) -> Array:
+        """Return predictions, on their scales, with what is known instead where it is."""
+        return T if self.compute is None else fit.to(self.compute(points, fit.back(T)))
 
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
@@ -119,7 +126,7 @@ class Proposals:
 
     Attributes:
         points: ``(k, d)`` points of the unit cube.
-        kind: Of the surrogate, see :data:`KINDS`; empty if there was none.
+        kind: Of the surrogate, :data:`GAUSSIAN`; empty if there was none.
         predicted: ``(k, q)`` the outputs that it expects; NaN without one.
         deviation: ``(k, q)`` their standard deviations; NaN where it knows none.
     """
@@ -156,24 +163,23 @@ def propose(
     if fit is None:
         nothing = np.full((batch, tests.Y.shape[1]), np.nan)
         return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
-    kind, near = TURNS[turn % len(TURNS)]
     T = fit.to(bounded(tests.Y[known]))
-    surrogate = KINDS[kind](Z, T, fit)
+    surrogate = GaussianProcesses(Z, T, fit)
 
     def judge(points: Array) -> tuple[Array, Array]:
         at = encode(points)
-        predicted = surrogate(at)
+        predicted = goal.expected(points, surrogate(at), fit)
         excess = np.hstack([goal.excess(predicted, fit), risk(at), goal.required(points)])
         return predicted[:, : goal.n_obj], excess
 
     inward = _inward(fit, goal.n_obj)
     order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
     best = tests.points[known][order]
-    found = _search(judge, *_start(best, near, goal, random), inward, random)
+    found = _search(judge, *_start(best, turn % _NEARBY == 1, goal, random), inward, random)
     found = found[(goal.required(found) <= 0).all(axis=1)]
     both = np.vstack([found, tests.pending])
     at, n = encode(both), len(found)
-    predicted = surrogate(at)
+    predicted = goal.expected(both, surrogate(at), fit)
     optimistic = fit.back(predicted - _OPTIMISM * surrogate.deviation(at))[:, : goal.n_obj]
     violated = np.maximum(judge(both)[1], 0).sum(axis=1)
     expected = optimistic[n:][violated[n:] <= 0]
@@ -185,13 +191,12 @@ def propose(
         rest = _far(seen, encode, risk, batch - len(points), goal, random)
         points = np.vstack([points, rest])
     at = encode(points)
-    T = surrogate(at)
+    T = goal.expected(points, surrogate(at), fit)
     predicted = fit.back(T)
     # half of what is between one deviation above and below: scales need not be linear
     spread = surrogate.deviation(at)
     deviation = (fit.back(T + spread) - fit.back(T - spread)) / 2
-    unknown = ~np.any(spread)
-    return Proposals(points, kind, predicted, np.full_like(T, np.nan) if unknown else deviation)
+    return Proposals(points, GAUSSIAN, predicted, deviation)
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:

@@ -18,11 +18,11 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, boolean, instance, integer, invalid
 from pymoo_psi.algorithms._engine import by_number
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
+from pymoo_psi.algorithms._proposals import GAUSSIAN, Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
-from pymoo_psi.algorithms._surrogate_models import KINDS, Fit, bounded, without_penalties
-from pymoo_psi.problems import Required
+from pymoo_psi.algorithms._surrogate_models import Fit, bounded, without_penalties
+from pymoo_psi.problems import ProgramProblem, Required
 from pymoo_psi.study import LAST, Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
 
@@ -49,11 +49,14 @@ class SurrogatePSI(PSI):
 
     It begins as :class:`PSI`. Then surrogates of all objectives and constraints are made from all
     tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
-    alternating Gaussian processes and radial functions, searched everywhere and near the best tests
-    in turn. Result and table are those of :class:`PSI`: every test is numbered and kept, and limits
-    can be set afterwards. The tests of the sequence come first; the output ``proposal_round`` of
-    the table is 0 for them and the number of the round for proposals. :meth:`predictions` has what
-    was expected of each proposal and what was found: how far surrogates can be trusted.
+    Gaussian processes, searched everywhere and, in every third round, near the best tests. The
+    outputs of a :class:`~pymoo_psi.ProgramProblem` that are expressions are computed from the
+    variables and from surrogates of its other outputs.
+
+    Result and table are those of :class:`PSI`: every test is numbered and kept, and limits can be
+    set afterwards. The tests of the sequence come first; the output ``proposal_round`` of the table
+    is 0 for them and the number of the round for proposals. :meth:`predictions` has what was
+    expected of each proposal and what was found: how far surrogates can be trusted.
 
     The run is determined by its arguments and the seed, which is 0 unless given, if it is not
     asynchronous: with a study, one that was interrupted or killed makes the same tests when it is
@@ -198,7 +201,7 @@ class SurrogatePSI(PSI):
         named = ("point", "predicted", "deviation")
         values = ([content[name] for *_, content in stored] for name in named)
         units, *outputs = (np.array(value, dtype=np.float64) for value in values)
-        return Proposals(units, stored[0][2] if stored[0][2] in KINDS else "", *outputs)
+        return Proposals(units, stored[0][2] if stored[0][2] == GAUSSIAN else "", *outputs)
 
     @_one_thread
     def _proposed(self, size: int, table: TestTable, pending: Points) -> Proposals:
@@ -248,7 +251,27 @@ class SurrogatePSI(PSI):
                 low[j], high[j] = space.searched[j].between(least, greatest)
         n_obj, n_eq = len(layout.objectives), len(layout.equalities)
         n_ieq = len(self._learned()) - n_obj - n_eq
-        return Goal(n_obj, n_ieq, n_eq, bounds, low, high, self._required), further
+        goal = Goal(n_obj, n_ieq, n_eq, bounds, low, high, self._required)
+        problem = self._engine.problem
+        problem = problem.wrapped if isinstance(problem, Required) else problem
+        outputs = problem.outputs if isinstance(problem, ProgramProblem) else {}
+        # Expressions are not learned, but the outputs of the program that they are made of.
+        used = {name for output in outputs.values() for name in output.names}
+        if not used:
+            return goal, further
+        made = [n for n in used if n in layout.outputs and not outputs[n].expression]
+        places = {n: known + len(further) + j for j, n in enumerate(sorted(made))}
+        places |= {n: j for j, n in enumerate(problem.objectives)}
+
+        def compute(points: Array, Y: Array) -> Array:
+            columns = dict(zip(problem.variables, space.matrix(points).T, strict=True))
+            turned = {n: -1 if n in problem.maximize else 1 for n in places}
+            columns |= {n: Y[:, j] * turned[n] for n, j in places.items()}
+            for j, values in problem.computed(columns).items():
+                Y[:, j] = values
+            return bounded(Y)
+
+        return replace(goal, compute=compute), further + sorted(made)
 
     def _required(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements."""
@@ -296,7 +319,7 @@ class SurrogatePSI(PSI):
         Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each objective
         and constraint, in the original direction, what was found under its name, and with
         ``_predicted`` and ``_deviation`` behind it what was expected, and how surely: NaN where it
-        is not known, as for radial functions. The surrogate is empty where too few tests were known
+        is not known. The surrogate is empty where too few tests were known
         to make one.
 
         Example:

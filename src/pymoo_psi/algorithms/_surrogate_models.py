@@ -1,18 +1,15 @@
 """Surrogates: cheap functions through the tests of an expensive model.
 
-Two kinds, which err in different ways. Cubic radial functions take all variables alike and have
-nothing to be fitted; a Gaussian process learns a length for every variable, and knows how sure it
-is. Both see designs as points of a unit cube, and outputs on scales without heavy tails.
+A Gaussian process for each output learns a length for every variable, and knows how sure it is. It
+sees designs as points of a unit cube, and outputs on scales without heavy tails.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RBFInterpolator
 from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.optimize import minimize
 
@@ -225,34 +222,6 @@ class GaussianProcesses:
     def deviation(self, Z: Array) -> Array:
         """Return the ``(k, q)`` standard deviations at designs, on the scales."""
         return np.column_stack([each.deviation(Z) for each in self._each])
-
-
-class RadialFunctions:
-    """Cubic radial functions with a linear trend, SciPy's, for all outputs; as the one before."""
-
-    def __init__(self, Z: Array, T: Array, fit: Fit) -> None:
-        # A design that occurs again would make the equations singular; so do designs in a plane,
-        # as those of a two-valued variable of one value are, but for a little smoothing.
-        _, once = np.unique(Z, axis=0, return_index=True)
-        trend = np.linalg.matrix_rank(Z[once] - Z[once].mean(axis=0)) == Z.shape[1]
-        # "linear" needs a constant only
-        kernel, degree = ("cubic", 1) if trend else ("linear", 0)
-        options = {"kernel": kernel, "degree": degree, "smoothing": 1e-9}
-        self._function = RBFInterpolator(Z[once], T[once], **options)
-
-    def __call__(self, Z: Array) -> Array:
-        """Return the ``(k, q)`` values at designs, on the scales."""
-        return np.asarray(self._function(Z))
-
-    def deviation(self, Z: Array) -> Array:
-        """Return 0: these functions do not know how sure they are."""
-        return np.zeros((1, 1))
-
-
-KINDS: dict[str, Any] = {
-    "gaussian process": GaussianProcesses,
-    "radial functions": RadialFunctions,
-}
 
 
 class GaussianProcess:

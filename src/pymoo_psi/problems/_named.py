@@ -121,6 +121,11 @@ class NamedProblem(ElementwiseProblem):
         """
         raise NotImplementedError
 
+    def objectives_and_constraints(self, found: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+        """Return pymoo's F and G of what is computed, numbers or arrays."""
+        F = [-found[n] if n in self.maximize else found[n] for n in self.objectives]
+        return F, [(found[n] - end) * (1 if sign == "<=" else -1) for n, sign, end in self.limits]
+
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         design = dict(x) if isinstance(x, Mapping) else dict(zip(self.variables, x, strict=True))
         columns = {n: np.array([value]) for n, value in design.items()}
@@ -129,8 +134,7 @@ class NamedProblem(ElementwiseProblem):
                 remedy = "give the algorithm Required(problem)"
                 raise EvaluationError(x, f"it violates the requirement {required.name}; {remedy}")
         found = self.values(design)
-        out["F"] = [-found[n] if n in self.maximize else found[n] for n in self.objectives]
-        out["G"] = [(found[n] - end) * (1 if sign == "<=" else -1) for n, sign, end in self.limits]
+        out["F"], out["G"] = self.objectives_and_constraints(found)
         out.update({n: value for n, value in found.items() if n not in self.objectives})
 
 

@@ -378,6 +378,21 @@ class ProgramProblem(NamedProblem):
                 raise RunError(f"output {n} is {value}")
             run.outputs[n], columns[n] = value, np.array([value])
 
+    def computed(self, columns: Mapping[str, Any]) -> dict[int, Any]:
+        """Return the objectives and constraints that are expressions, by their place among all.
+
+        Args:
+            columns: ``(n,)`` each, by name: variables, and outputs of the program.
+        """
+        found = dict.fromkeys(self.outputs, np.nan) | dict(columns)
+        for n, output in self.outputs.items():
+            if output.expression:
+                found[n] = Expression.of(output.expression).values(found)
+        F, G = self.objectives_and_constraints(found)
+        names = [*self.objectives, *(n for n, *_ in self.limits)]
+        each = enumerate(zip(names, F + G, strict=True))
+        return {j: values for j, (n, values) in each if self.outputs[n].expression}
+
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the outputs of a design; see :class:`NamedProblem`."""
         run = self.run(design)
