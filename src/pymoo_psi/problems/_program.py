@@ -282,6 +282,8 @@ class ProgramProblem(NamedProblem):
             self._prepare(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
+        except shutil.Error as error:  # a list of files, their copies and what is wrong
+            run.flaw = str(error.args[0][0][2])
         except (RunError, OSError) as error:
             run.flaw = str(error)
         run.seconds = time.monotonic() - began

@@ -575,8 +575,8 @@ class TestTable(Shown):
             ~within({name: ends}, self.column, len(self))[:, None] for name, ends in chosen.items()
         ]
         own = self._violated()
-        unknown = own.any(axis=1) & ~np.isfinite(self.F).any(axis=1)
-        mask = np.hstack([own, *(each & ~unknown[:, None] for each in over)])
+        known = np.asarray(~own.any(axis=1) | np.isfinite(self.F).any(axis=1))
+        mask = np.hstack([own, *(np.where(known[:, None], each, False) for each in over)])
         mask[self.status == "failed"] = False
         return mask, self.layout.constraints + tuple(chosen)
 
