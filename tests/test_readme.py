@@ -1,7 +1,8 @@
-"""The README: its Python blocks run as printed in an empty folder, its commands and numbers hold."""
+"""The README and the guides: all that they print is run, in an empty folder, and prints that."""
 
 import doctest
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -15,37 +16,49 @@ from pymoo_psi.cli import main
 from pymoo_psi.paper import published_table
 
 README = Path(__file__).parents[1] / "README.md"
+GUIDES = sorted(Path(pymoo_psi.__file__).parent.joinpath("guide").glob("*.md"))
+# A block, with the name of the file that it is to be saved as above it.
+BLOCK = re.compile(r"(?:^<!-- (\S+) -->\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SECTIONS = {
+    title: text
+    for title, text in re.findall(
+        r"^## (.*?)\n(.*?)(?=^## |\Z)", README.read_text("utf-8"), re.MULTILINE | re.DOTALL
+    )
+    if "```" in text
+}
+TEXTS = SECTIONS | {path.stem: path.read_text("utf-8") for path in GUIDES}
 
 
-SECTIONS = re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", README.read_text("utf-8"), re.M | re.S)
-DIALOGUES = {title: text for title, text in SECTIONS if "\n>>> " in text}
-SCRIPT = r"```python\n(?!>>> )(.*?)```\n\n```text\n(.*?)```"
-SCRIPTS = {title: found for title, text in SECTIONS if (found := re.findall(SCRIPT, text, re.S))}
-
-
-@pytest.mark.parametrize("title", DIALOGUES)
-def test_each_section_runs_alone_as_printed(title, tmp_path, monkeypatch):
+@pytest.mark.parametrize("title", TEXTS)
+def test_each_text_runs_alone_as_printed(title, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
-    dialogue = doctest.DocTestParser().get_doctest(DIALOGUES[title], {}, title, "README.md", 0)
-    failed, tried = doctest.DocTestRunner(optionflags=flags).run(dialogue)
-    assert (failed, tried > 1) == (0, True)
-
-
-@pytest.mark.parametrize("title", SCRIPTS)
-def test_scripts_print_what_stands_below_them(title, tmp_path):
-    for script, printed in SCRIPTS[title]:
-        (tmp_path / "script.py").write_text(script, "utf-8")
-        command = [sys.executable, "-W", "error", "script.py"]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert (done.stdout.split(), done.stderr) == (printed.split(), "")
-
-
-def test_every_python_block_is_one_that_runs():
-    text = README.read_text("utf-8")
-    scripts = sum(len(found) for found in SCRIPTS.values())
-    assert len(SCRIPTS) > 1
-    assert text.count("```python") == text.count("```python\n>>> ") + scripts
+    monkeypatch.setenv("COLUMNS", "200")
+    blocks, printed, names = BLOCK.findall(TEXTS[title]), "", {}
+    following = [*(kind for _, kind, _ in blocks[1:]), ""]
+    for (name, kind, text), after in zip(blocks, following, strict=True):
+        if name:
+            Path(name).parent.mkdir(exist_ok=True)
+            Path(name).write_text(text, "utf-8")
+        if kind == "python" and text.startswith(">>> "):
+            flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+            dialogue = doctest.DocTestParser().get_doctest(text, names, title, title, 0)
+            runner = doctest.DocTestRunner(optionflags=flags)
+            assert runner.run(dialogue, clear_globs=False).failed == 0
+            names = dialogue.globs
+        elif kind == "python" and after == "text":
+            command = [sys.executable, "-W", "error", *([name] if name else ["-c", text])]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert (done.returncode, done.stderr) == (0, "")
+            printed = done.stdout
+        elif kind == "sh":
+            capsys.readouterr()
+            for line in re.findall(r"^pymoo-psi ((?!reproduce).*)$", text, re.MULTILINE):
+                assert main(shlex.split(line, comments=True)) == 0, capsys.readouterr().err
+            printed = capsys.readouterr().out
+        elif kind == "text":
+            assert " ".join(text.split()) in " ".join(printed.split())
+        else:
+            assert name, f"a block of {kind} that is neither run nor saved"
 
 
 def test_commands_and_options_are_real(capsys, monkeypatch):
@@ -57,9 +70,9 @@ def test_commands_and_options_are_real(capsys, monkeypatch):
 
     text = README.read_text("utf-8")
     section = re.search(r"## The command\n(.*?)\n## ", text, re.DOTALL)[1]
-    listed = set(re.findall(r"[a-z]+", " ".join(re.findall(r"^\| (`.*?) \|", section, re.M))))
+    listed = {words.split()[-1] for words in re.findall(r"`([a-z -]+)(?: [A-Z]+…?)?`", section)}
     commands = set(re.findall(r"^  ([a-z]+)  ", shown().partition("Commands:")[2], re.M))
-    assert commands == listed - {"pymoo", "psi"}
+    assert commands <= listed
     for line in re.findall(r"pymoo-psi [a-z]+ .*--.*", text.replace("\\\n", "")):
         known = shown(line.split()[1])
         assert set(re.findall(r"--[a-z-]+", line)) <= set(re.findall(r"--[a-z-]+", known)), line
@@ -85,9 +98,26 @@ def test_both_optima_are_as_in_the_tables(mu):
 
 
 def test_the_citation_is_of_this_version():
-    assert f"version = {{{pymoo_psi.__version__}}}" in README.read_text("utf-8")
+    file = README.parent / ".github" / "CITATION.cff"
+    if not file.exists():
+        pytest.skip("no checkout")
+    assert f"\nversion: {pymoo_psi.__version__}\n" in file.read_text("utf-8")
 
 
 def test_there_are_two_commands_for_a_fresh_machine():
     text = README.read_text("utf-8")
     assert len(re.findall(r"^pip install .*&& ", text, re.MULTILINE)) == 2
+
+
+def test_on_a_package_index_no_link_leads_nowhere():
+    """An index has the README without its repository: the picture, a file of it, is left out."""
+    tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")
+    if not (project := README.parent / "pyproject.toml").exists():
+        pytest.skip("no checkout")
+    hooks = tomllib.loads(project.read_text("utf-8"))["tool"]["hatch"]["metadata"]["hooks"]
+    text = README.read_text("utf-8")
+    for change in hooks["fancy-pypi-readme"]["substitutions"]:
+        text = re.sub(change["pattern"], change["replacement"], text)
+    assert text != README.read_text("utf-8")
+    targets = re.findall(r"\]\(([^)]*)\)|(?:src|href)=\"([^\"]*)\"", text)
+    assert all(re.match("https://|#", "".join(target)) for target in targets)

@@ -79,7 +79,7 @@ def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, s
         if inspect.isclass(item) or inspect.isfunction(item)
         if name in getattr(module, "__all__", [name]) and item.__module__.startswith("pymoo_psi")
     ]
-    assert names
+    assert names or subpackage == "guide"
     assert set(names) <= page.anchors
     index = (folder / "search.js").read_text("utf-8")
     assert all(f'"{name}"' in index for name in names)
@@ -88,5 +88,16 @@ def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, s
 def test_the_readme_is_on_the_first_page_with_its_picture(site):
     folder, pages = site
     page = pages[folder / "pymoo_psi.html"]
-    assert {"rank-your-own-pareto-set", "the-paper"} <= page.anchors
+    assert {"decide-on-your-own-table", "the-paper"} <= page.anchors
     assert any(picture.startswith("data:image/png;base64,") for picture in page.pictures)
+
+
+def test_all_guides_are_on_their_page(site):
+    folder, pages = site
+    titles = {
+        re.sub(r"[^\w\s-]", "", title).strip().lower().replace(" ", "-")
+        for guide in (ROOT / "src" / "pymoo_psi" / "guide").glob("*.md")
+        for title in re.findall(r"^## (.*)$", guide.read_text("utf-8"), re.MULTILINE)
+    }
+    assert len(titles) > 8
+    assert titles <= pages[folder / "pymoo_psi" / "guide.html"].anchors

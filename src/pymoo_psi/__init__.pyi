@@ -4,6 +4,7 @@ from . import algorithms as algorithms
 from . import chute as chute
 from . import comparison as comparison
 from . import errors as errors
+from . import guide as guide
 from . import page as page
 from . import paper as paper
 from . import parallel as parallel

@@ -333,9 +333,9 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     return {
         "problem": problem_name(problem),
         "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
-        "objectives": problem.n_obj,
-        "inequality constraints": problem.n_ieq_constr,
-        "equality constraints": problem.n_eq_constr,
+        "objectives": int(problem.n_obj),  # NumPy's integers, as of OpenMDAO, are none of JSON
+        "inequality constraints": int(problem.n_ieq_constr),
+        "equality constraints": int(problem.n_eq_constr),
         "parameters": own_parameters(problem),
     }
 

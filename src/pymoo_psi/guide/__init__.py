@@ -1,0 +1,16 @@
+"""Guides: for users of pymoo, engineers, analysts, researchers, in notebooks; the method; a paper.
+
+All examples and commands below run as tests of the package.
+
+.. include:: pymoo_user.md
+.. include:: engineer.md
+.. include:: engineer_python.md
+.. include:: analyst.md
+.. include:: researcher.md
+.. include:: notebook.md
+.. include:: other_programs.md
+.. include:: openmdao.md
+.. include:: extending.md
+.. include:: method.md
+.. include:: paper.md
+"""
