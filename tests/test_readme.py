@@ -16,7 +16,7 @@ from pymoo_psi.cli import main
 from pymoo_psi.paper import published_table
 
 README = Path(__file__).parents[1] / "README.md"
-GUIDES = sorted(Path(pymoo_psi.__file__).parent.joinpath("guide").glob("*.md"))
+FOLDER = Path(pymoo_psi.__file__).parent / "guide"
 # A block, with the name of the file that it is to be saved as above it.
 BLOCK = re.compile(r"(?:^<!-- (\S+) -->\n)?^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SECTIONS = {
@@ -24,9 +24,9 @@ SECTIONS = {
     for title, text in re.findall(
         r"^## (.*?)\n(.*?)(?=^## |\Z)", README.read_text("utf-8"), re.MULTILINE | re.DOTALL
     )
-    if "```" in text
 }
-TEXTS = SECTIONS | {path.stem: path.read_text("utf-8") for path in GUIDES}
+GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
+TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if "```" in text}
 
 
 @pytest.mark.parametrize("title", TEXTS)
