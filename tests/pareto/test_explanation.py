@@ -29,13 +29,16 @@ def by_hand(F, i):
     ranges = [max(rows[k][j] for k in front) - best[j] for j in range(m)]
     behind = [rows[i][j] - best[j] for j in range(m)]
 
-    def apart(k):
-        return sum(((rows[k][j] - rows[i][j]) / ranges[j]) ** 2 for j in range(m) if ranges[j])
+    def changes(k):
+        return [(rows[k][j] - rows[i][j]) / ranges[j] for j in range(m) if ranges[j]]
+
+    def cost(k):
+        return max(0, *changes(k), 0), sum(change**2 for change in changes(k))
 
     neighbours = []
     for j in range(m):
         better = [k for k in front if rows[k][j] < rows[i][j]]
-        near = [k for k in better if apart(k) == min(map(apart, better))]
+        near = [k for k in better if cost(k) == min(map(cost, better))]
         most = min((rows[k][j] for k in near), default=0)
         neighbours.append([k for k in near if rows[k][j] == most])
     return front, behind, ranges, neighbours
@@ -124,10 +127,10 @@ def test_sentences_name_designs_objectives_and_units():
         "the ideal point.",
         "Behind the best in range by 100 km (33 % of its range), price by 10 k€ (25 %);",
         "weakest in range.",
-        "Towards range: Tour is better in range by 100 km (33 % of its range); worse in",
-        "price by 30 k€ (75 %).",
-        "Towards price: Town is better in price by 10 k€ (25 % of its range); worse in",
-        "range by 200 km (67 %).",
+        "Towards range Tour gives up least: better in range by 100 km (33 % of its",
+        "range); worse in price by 30 k€ (75 %).",
+        "Towards price Town gives up least: better in price by 10 k€ (25 % of its range);",
+        "worse in range by 200 km (67 %).",
     ]
     assert why.behind.tolist() == [10, 100, 0]
 
@@ -140,6 +143,11 @@ def test_rounding_is_no_difference():
     )
     assert explain(F, 1).dominated_by == -1
     assert explain(F, 1).neighbours.tolist() == [2, -1]
+
+
+def test_a_step_gives_up_least_and_not_the_nearest():
+    F = [[4, 4, 4], [3, 4.5, 6], [0, 5, 5], [0, 5, 5.5], [10, 0, 9], [9, 10, 0]]
+    assert explain(F, 0).neighbours.tolist() == [2, 4, 5]
 
 
 def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():

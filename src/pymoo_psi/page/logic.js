@@ -1,14 +1,9 @@
-// The logic of the decision page: the designs left under the limits, their ranks, the explanation of
-// the best, comparisons, preferences, states and files. It touches no document, so that it runs in
-// the page and in Node.
+// The logic of the decision page, without a document, so that it runs in the page and in Node. Ranks,
+// sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
-// All arrays have one entry a row. Objectives in data.F are minimised, as in Python, and equal where
-// they are equal up to rounding; values of a column, limits, states and sentences are in the
-// original unit and direction.
-//
-// Ranks, sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection for the
-// same rows; the sentences are the templates of pymoo_psi.pareto.
+// All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
+// up to rounding; columns, limits, states and sentences are in the original unit and direction.
 const Logic = (() => {
 "use strict"
 
@@ -93,8 +88,14 @@ function concat(...lists) {
 }
 
 const sum = (array) => array.reduce((total, value) => total + value, 0)
-const leastOf = (array) => array.reduce((least, value) => (value < least ? value : least), Infinity)
-const greatestOf = (array) => array.reduce((most, value) => (value > most ? value : most), -Infinity)
+// Of numbers, in a loop, as reduce takes several times as long.
+function endOf(array, sign) {
+  let end = Infinity
+  for (let k = 0; k < array.length; k++) if (sign * array[k] < end) end = sign * array[k]
+  return sign * end
+}
+const leastOf = (array) => endOf(array, 1)
+const greatestOf = (array) => endOf(array, -1)
 
 // How many of some ascending numbers are below a value, or not above it.
 function countBelow(sorted, value, orEqual) {
@@ -107,19 +108,28 @@ function countBelow(sorted, value, orEqual) {
   return low
 }
 
-// The rows in the order of their values, missing ones last; equal ones stay as they are. Numbers
-// are sorted by themselves, as a comparing function takes ten times as long.
+// The rows in the order of their values, missing ones last; equal ones stay as they are. Many are
+// sorted by the bits of their numbers, as a comparing function takes thirty times as long.
 function argsort(values, rows) {
+  const n = rows.length
   const keys = taken(values, rows)
-  for (let k = 0; k < keys.length; k++) if (Number.isNaN(keys[k])) keys[k] = Infinity
-  const sorted = keys.slice().sort()
-  const filled = new Int32Array(rows.length)
-  const order = new Int32Array(rows.length)
-  for (let k = 0; k < rows.length; k++) {
-    const at = countBelow(sorted, keys[k], false)
-    order[at + filled[at]++] = rows[k]
+  for (let k = 0; k < n; k++) if (Number.isNaN(keys[k])) keys[k] = Infinity
+  let order = upTo(n)
+  if (n < 4096) return order.sort((a, b) => (keys[a] < keys[b] ? -1 : keys[a] > keys[b] ? 1 : a - b)).map((k) => rows[k])
+  const digits = new Uint16Array(keys.buffer) // four a number, the first the least
+  for (let k = 3; k < 4 * n; k += 4) { // negative numbers are the lower, the larger their bits
+    const flip = digits[k] & 0x8000 ? 0xFFFF : 0
+    for (let d = k - 3; d <= k; d++) digits[d] ^= flip
+    if (!flip) digits[k] ^= 0x8000
   }
-  return order
+  for (let d = 0; d < 4; d++) {
+    const [ends, next] = [new Int32Array(0x10001), new Int32Array(n)]
+    for (let k = d; k < 4 * n; k += 4) ends[digits[k] + 1]++
+    for (let v = 1; v < ends.length; v++) ends[v] += ends[v - 1]
+    for (let k = 0; k < n; k++) next[ends[digits[4 * order[k] + d]]++] = order[k]
+    order = next
+  }
+  return order.map((k) => rows[k])
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
@@ -662,48 +672,39 @@ function compare(data, ranking, rows, base) {
   }
 }
 
-// Why a design: its distances from the best, and the nearest design that is better in an objective
-// (pareto's explain). Any row, also dominated or a prototype.
+// Why a design: its distances from the best, and towards each objective the design that gives up
+// least (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
   const {front, V, frame: {lengths, low}, pareto} = ranking
   const {objectives, names} = data
-  const n = front.length
+  const places = upTo(front.length)
   const own = data.F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
-  const distance = new Float64Array(n)
+  const loss = new Float64Array(front.length) // the greatest in an objective, in units of the ranges
   V.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
-    for (let k = 0; k < n; k++) {
+    for (let k = 0; k < loss.length; k++) {
       const d = (column[k] - value) / length
-      distance[k] += d * d
+      if (d > loss[k]) loss[k] = d
     }
   })
-  for (let k = 0; k < n; k++) distance[k] = farIfNaN(Math.sqrt(distance[k]))
-  // Of the nearest designs that gain `step` in a column, if several tie, the least there; or -1.
-  const nearest = (column, value, step) => {
-    let best = -1
-    let reach = Infinity
-    for (const ties of [false, true]) {
-      for (let k = 0; k < n; k++) {
-        const gain = value - column[k]
-        if (!(distance[k] <= reach && gain > 0 && gain >= step)) continue
-        if (!ties) reach = distance[k]
-        else if (best < 0 || column[k] < column[best]) best = k
-      }
-      reach *= 1 + TIE
-    }
-    return best
+  const distance = (k) => farIfNaN(Math.sqrt(sum(V.map((column, j) => ((column[k] - own[j]) / lengths[j]) ** 2))))
+  // Of some the nearest, of those that tie the least in a column.
+  const nearest = (some, column) => {
+    const away = Float64Array.from(some, distance)
+    const reach = leastOf(away) * (1 + TIE)
+    return some.filter((_, k) => away[k] <= reach).reduce((a, b) => (column[b] < column[a] ? b : a))
   }
   const neighbours = V.map((column, j) => {
-    const near = nearest(column, own[j], STEP * lengths[j])
-    return front[near >= 0 ? near : nearest(column, own[j], 0)] ?? -1
+    const gaining = (step) => picked(places, (k) => column[k] < own[j] && own[j] - column[k] >= step)
+    const clearly = gaining(STEP * lengths[j])
+    const some = clearly.length ? clearly : gaining(0)
+    const reach = leastOf(taken(loss, some)) + TIE
+    return some.length ? front[nearest(picked(some, (k) => loss[k] <= reach), column)] : -1
   })
-  let dominatedBy = -1
-  if (!pareto[row]) {
-    const isDominator = Float64Array.from(front, (i) => (data.F.some((column) => column[i] > column[row]) ? 1 : 0))
-    dominatedBy = front[nearest(isDominator, 0.5, 0)] ?? -1
-  }
+  const least = leastOf(loss)
+  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(places, (k) => loss[k] === least), loss)]
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
   const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))
@@ -785,13 +786,15 @@ function verdict(data, ranking, chosen) {
   return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, "instead", row, proposed)}
 }
 
-// What a change of the limits has done, as a sentence; `before` is {count, best} of the ranking then.
+// What a change of the limits has done, as a sentence; `before` has {count, best, mask} of then.
 function since(data, ranking, before) {
   const more = ranking.count - before.count
   const best = ranking.best[0] ?? -1
   const parts = [more ? `${counted(Math.abs(more), "design")} ${more > 0 ? "more" : "fewer"}.` : ""]
   if (best >= 0 && before.best >= 0) {
-    parts.push(against(data, ranking, best === before.best ? "same proposed" : "new", best, before.best))
+    const fitted = before.mask[best] && ranking.mask[before.best]
+    const key = best === before.best ? "same proposed" : fitted ? "new by ends" : "new"
+    parts.push(against(data, ranking, key, best, before.best))
   }
   return parts.filter(Boolean).join(" ")
 }

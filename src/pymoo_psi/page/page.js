@@ -181,7 +181,7 @@ const page = (() => {
 
   // What the last change of the limits has done; announced, too.
   function showSince() {
-    const now = {count: ranking.count, best: ranking.best[0] ?? -1, filter: filtered}
+    const now = {count: ranking.count, best: proposedRow(), mask: ranking.mask, filter: filtered}
     if (before && now.filter !== before.filter) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
     before = now
   }

@@ -1,10 +1,10 @@
 """Why a design: how far it is from the best, and what others would give and take.
 
 Everything is measured against the Pareto set: the best and the worst value of an objective are
-those of the Pareto-optimal designs, and their difference is its range. The neighbour of a design
-towards an objective is the nearest Pareto-optimal design, by the Euclidean distance in units of the
-ranges, that is better in it by 1 % of its range or more, or, if there is none, better at all: the
-smallest change that helps the objective. What else changes on the way is the cost of that step.
+those of the Pareto-optimal designs, and their difference is its range. The step from a design that
+improves an objective goes to the Pareto-optimal design that gives up least: of those that are
+better in it by 1 % of its range or more (or, if there is none, better at all) the one whose
+greatest loss in another objective, in units of the ranges, is the least.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Rows = NDArray[np.intp]
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.
 _TIE = 1e-9
-# Of the range. On a dense front the nearest design that is better at all is hardly another one.
+# Of the range. On a dense front the least step that is better at all is hardly another design.
 _STEP = 0.01
 
 
@@ -94,7 +94,7 @@ class DesignComparison:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Explanation:
-    """Why one design: its distances from the best, and the steps to its neighbours.
+    """Why one design: its distances from the best, and the steps that improve an objective.
 
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
@@ -105,9 +105,10 @@ class Explanation:
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
             set, more only for a dominated design. 0 in an objective that is equal for all, NaN if
             a dominated design differs in it.
-        neighbours: ``(m,)`` for each objective the nearest Pareto-optimal design, in units of the
-            ranges, that is better in it by 1 % of its range or, if there is none, better at all;
-            of designs equally near the one that gains most; -1 where none is better.
+        neighbours: ``(m,)`` for each objective, of the Pareto-optimal designs that are better in it
+            by 1 % of its range or, if there is none, better at all, the one whose greatest loss in
+            another objective, in units of the ranges, is the least; of those that tie the nearest,
+            then the one that gains most; -1 where none is better.
         steps: The neighbours against the design: gains, and what they cost. The design itself
             stands first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The nearest Pareto-optimal design that is nowhere worse and somewhere better;
@@ -159,8 +160,10 @@ class Explanation:
             Design 1 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
             ideal point.
             Behind the best in f2 by 3 (38 % of its range), f1 by 1 (25 %); weakest in f2.
-            Towards f2: design 2 is better in f2 by 3 (38 % of its range); worse in f1 by 3 (75 %).
-            Towards f1: design 0 is better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %).
+            Towards f2 design 2 gives up least: better in f2 by 3 (38 % of its range); worse in f1
+            by 3 (75 %).
+            Towards f1 design 0 gives up least: better in f1 by 1 (25 % of its range); worse in f2
+            by 5 (62 %).
         """
         names = self.ranking.objectives.names
         # By share, and NaN, which compares with nothing, first.
@@ -224,13 +227,13 @@ def explain(
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> Explanation:
-    """Say why a design: how far it is from the best, and what a step to a neighbour costs.
+    """Say why a design: how far it is from the best, and what improving an objective costs.
 
     The range of an objective is that of the Pareto-optimal rows, from the best to the worst value.
-    The neighbour towards an objective is the nearest Pareto-optimal row that is better in it by 1 %
-    of its range or more (if there is none, better at all), in the Euclidean distance with each
-    objective in units of its range: the smallest change that helps. What the other objectives lose
-    on that step is its cost. Values that are equal up to rounding are equal.
+    Towards an objective, of the Pareto-optimal rows that are better in it by 1 % of its range or
+    more (if there is none, better at all), that one is named that gives up least: its greatest loss
+    in another objective, in units of the ranges, is the least. Of rows that tie it is the nearest,
+    in the Euclidean distance in these units. Values that are equal up to rounding are equal.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used;
@@ -259,10 +262,10 @@ def explain(
         ideal point.
         Behind the best in yield by 10 (33 % of its range), cost by 1 € (25 %); weakest
         in yield.
-        Towards yield: C is better in yield by 10 (33 % of its range); worse in cost by
-        3 € (75 %).
-        Towards cost: A is better in cost by 1 € (25 % of its range); worse in yield by
-        20 (67 %).
+        Towards yield C gives up least: better in yield by 10 (33 % of its range); worse
+        in cost by 3 € (75 %).
+        Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
+        in yield by 20 (67 %).
     """
     ranking = ranking_from(F, normalize, maximize)
     row = _row("i", i, ranking)
@@ -270,19 +273,21 @@ def explain(
     behind = own - values.min(axis=0)
     distance = np.sqrt((((values - own) / lengths) ** 2).sum(axis=1))
     distance[np.isnan(distance)] = np.inf
+    loss = np.fmax((values - own) / lengths, 0).max(axis=1)
     neighbours = np.full(len(own), -1, dtype=np.intp)
     for j in range(len(own)):
         better = values[:, j] < own[j]
         clearly = better & (own[j] - values[:, j] >= _STEP * lengths[j])  # of tiny ranges that is 0
-        nearest = _nearest(clearly if clearly.any() else better, distance)
-        if len(nearest):
+        if better.any():
+            rows = np.flatnonzero(clearly if clearly.any() else better)
+            rows = rows[loss[rows] <= loss[rows].min() + _TIE]
+            nearest = _nearest(rows, distance)
             neighbours[j] = front[nearest[values[nearest, j].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
-        # The least excess, not none: a value in a chain of close ones may be settled otherwise
+        # The least loss, not none: a value in a chain of close ones may be settled otherwise
         # here than among all designs, where the dominance was found.
-        excess = np.fmax((values - own) / lengths, 0).max(axis=1)
-        dominated_by = int(front[_nearest(excess == excess.min(), distance)[0]])
+        dominated_by = int(front[_nearest(np.flatnonzero(loss == loss.min()), distance)[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
     units = _units(F, ranking, units)
     steps = _compared(ranking, [row, *others], units)
@@ -379,11 +384,9 @@ def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Ar
     return front, together[: len(front)], together[len(front) :], lengths
 
 
-def _nearest(candidates: NDArray[np.bool_], distance: Array) -> Rows:
-    """Return which candidates are nearest, all of them if several tie up to rounding."""
-    rows = np.flatnonzero(candidates)
-    least = distance[rows].min(initial=np.inf)
-    return np.asarray(rows[distance[rows] <= least * (1 + _TIE)])
+def _nearest(rows: Rows, distance: Array) -> Rows:
+    """Return which rows are nearest, all of them if several tie up to rounding."""
+    return np.asarray(rows[distance[rows] <= distance[rows].min() * (1 + _TIE)])
 
 
 def _shares(differences: Array, lengths: Array) -> Array:

@@ -34,7 +34,7 @@ SENTENCES = {
     "worse": "worse in {changes}",
     "equal": "equal in all objectives",
     "against": "{design} against {other}: {difference}.",
-    "step": "Towards {objectives}: {design} is {difference}.",
+    "step": "Towards {objectives} {design} gives up least: {difference}.",
     # Of the decision page: chosen against proposed, and what limits have done.
     "instead": "{design} instead of {other}: {difference}.",
     "far": "In {objectives} it is {share} of the range away from the best.",
@@ -48,6 +48,8 @@ SENTENCES = {
     "new proposed": "{design} would be proposed instead of {other}: {difference}.",
     "first proposed": "{design} would be proposed.",
     "new": "Proposed is now {design} instead of {other}: {difference}.",
+    "new by ends": "Proposed is now {design} instead of {other}: {difference}. Both were and are "
+    "within the limits: the best and worst values by which designs are ranked have moved.",
     "nearest": "No limit brings a design back by itself. Together these do: {changes} ({design}).",
     # Cautions.
     "suspect": "{design}, which would be chosen, has {value} in {objective}, unlike all others, "
