@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, finite_array, instance, invalid, known_name
-from pymoo_psi.chute._slip import ROLLS, STALLS, TINY, choose, follow_slip
+from pymoo_psi.chute._slip import NUMBERS, ROLLS, STALLS, TINY, follow_slip
 
 Array = NDArray[np.float64]
 
@@ -205,31 +205,33 @@ def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
         *columns: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0 as checked arrays of one shape.
     """
     shape, n = columns[0].shape, columns[0].size
-    flat = [column.reshape(-1) for column in columns]
-    fields = [np.empty((n, 3) if k == 4 else n) for k in range(8)]  # number 4 is exit_spin
-    # One design is taken as numbers: with arrays of length 1 NumPy needs four times as long.
-    parts: Any = [0] if n == 1 else [slice(i, i + _CHUNK) for i in range(0, n, _CHUNK)]
     with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
-        for part in parts:
-            solved = _solve(*(column[part] for column in flat))
+        if n == 1:
+            solved = _solve(NUMBERS, *(column.item() for column in columns))
+            return tuple(np.reshape(value, shape + np.shape(value)) for value in solved)
+        flat = [column.reshape(-1) for column in columns]
+        fields = [np.empty((n, 3) if k == 4 else n) for k in range(8)]  # number 4 is exit_spin
+        for i in range(0, n, _CHUNK):
+            part = slice(i, i + _CHUNK)
+            solved = _solve(np, *(column[part] for column in flat))
             for field, value in zip(fields, solved, strict=True):
                 field[part] = value
     return tuple(field.reshape(shape + field.shape[1:]) for field in fields)
 
 
 def _solve(
-    u1: Any, v_p: Any, mu: Any, c: Any, r: Any, wx0: Any, wy0: Any, wz0: Any
+    m: Any, u1: Any, v_p: Any, mu: Any, c: Any, r: Any, wx0: Any, wy0: Any, wz0: Any
 ) -> tuple[Any, ...]:
-    """`_slip_then_roll` for (n,) arrays or for numbers."""
-    length = np.sqrt(1.0 + u1 * u1)
+    """`_slip_then_roll` for (n,) arrays, m being NumPy, or for floats, m being `NUMBERS`."""
+    length = m.sqrt(1.0 + u1 * u1)
     a, b = u1 / length, mu / length
     wy0 = r * wy0
     vy0 = r * wx0 - v_p
-    end = move(a, b, u1 / mu, c, wy0, vy0, length)
-    time = choose(end.stalls, np.inf, end.time)
+    end = move(m, a, b, u1 / mu, c, wy0, vy0, length)
+    time = m.where(end.stalls, np.inf, end.time)
     # never 1, though the stall may be within rounding of the exit
-    stalled_at = np.minimum(1.0 - end.left / length, 1.0 - 1e-16)
-    reached = choose(end.stalls, np.maximum(stalled_at, 0.0), 1.0)
+    stalled_at = m.minimum(1.0 - end.left / length, 1.0 - 1e-16)
+    reached = m.where(end.stalls, m.maximum(stalled_at, 0.0), 1.0)
 
     # D = a x + W − ΔE with E = ½ (v_C² + 0.4 (r ω)²), ω_Z constant. Differences of squares are
     # written as products: nearly equal numbers would cancel.
@@ -243,7 +245,7 @@ def _solve(
 
 
 class State(NamedTuple):
-    """Where spheres are after a given way; every entry is an (n,) array or a number.
+    """Where spheres are after a given way; every entry is an (n,) array or a float.
 
     Attributes:
         time: t.
@@ -266,11 +268,12 @@ class State(NamedTuple):
     grip_way: Any
 
 
-def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:
+def move(m: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:
     """Follow spheres over a way: slip, then constant acceleration.
 
     Args:
-        a: (n,) array or number, sin α; so are all others.
+        m: NumPy for arrays, `NUMBERS` for floats.
+        a: (n,) array or float, sin α; so are all others.
         b: μ cos α.
         tau: a/b.
         c: initial speed.
@@ -279,26 +282,26 @@ def move(a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> Stat
         way: how far.
     """
     invariant = c + 0.4 * wy0
-    time, vx, y, left, how = follow_slip(b, tau, invariant, way, c - wy0, np.abs(vy0), c)
+    time, vx, y, left, how = follow_slip(m, b, tau, invariant, way, c - wy0, abs(vy0), c)
     # After slip: rolling, Eq. (2.20), or beyond (2.12), τ > 3.5, sliding straight down from ρ = 0.
     free, steep = how == ROLLS, tau > 3.5
-    rest = np.maximum(left, 0.0) * free
-    speed = np.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
-    push = choose(steep, a - b, a / 1.4)
-    final = np.sqrt(speed * speed + 2.0 * push * rest)
+    rest = m.maximum(left, 0.0) * free
+    speed = m.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
+    push = m.where(steep, a - b, a / 1.4)
+    final = m.sqrt(speed * speed + 2.0 * push * rest)
     dt = 2.0 * rest / (speed + final + TINY)
     # On a level chute the slip may use up all speed: the sphere stalls where it would roll.
     stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))
-    rolls = free & ~steep & ~stalls
+    rolls = free > (steep | stalls)  # but not; ~ is no "not" of a bool
     return State(
         time=time + dt,
-        speed=final * ~stalls,
+        speed=final * (1 - stalls),
         vx=vx + (free & steep) * (a - 3.5 * b) * dt,
-        vy=np.copysign(y, vy0),
+        vy=m.copysign(y, vy0),
         left=left * stalls,
         stalls=stalls,
-        grip_time=choose(rolls, time, np.nan),
-        grip_way=choose(rolls, way - rest, np.nan),
+        grip_time=m.where(rolls, time, np.nan),
+        grip_way=m.where(rolls, way - rest, np.nan),
     )
 
 

@@ -23,12 +23,17 @@ and aiming again: two steps as a rule. While the sphere slips v_C is monotone, b
 keeps its sign; so the exit, the end of slip and a stall are simple roots, and a step that went too
 far shows and is taken again, half as long.
 
-Every operation is elementwise, on (n,) arrays or on NumPy numbers alike. One design, as numbers,
-then costs a quarter of what it costs as arrays of length 1, and is bit-identical in any batch.
+Every formula is elementwise, for (n,) arrays and for Python's floats alike, with the functions of a
+namespace: NumPy, or `NUMBERS` for one design, which costs an eighth of what it costs as arrays of
+length 1. Both give the same bits, as what they do themselves is correctly rounded, and exponentials
+and logarithms are NumPy's in either.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from math import copysign, sqrt
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +56,17 @@ EXACT = 1e-18
 # Longest step, in units of 1/`_rate`. Measured over τ in [0, 4.5] and all θ: the quadratures of
 # dt and v_x dt then err by 5e-14 of their scales ρ/b and ρ²/b; at 16 it is 5e-12.
 REACH = 12.0
+NUMBERS = SimpleNamespace(
+    minimum=min,
+    maximum=max,
+    sqrt=sqrt,
+    copysign=copysign,
+    where=lambda condition, yes, no: yes if condition else no,
+    searchsorted=bisect_left,
+    exp=lambda x: float(np.exp(x)),
+    expm1=lambda x: float(np.expm1(x)),
+    log1p=lambda x: float(np.log1p(x)),
+)
 BLOCK = 1024  # designs in one quadrature: its arrays, 24 nodes each at most, stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 
@@ -76,7 +92,7 @@ BACK = 8.0
 
 
 class Slip(NamedTuple):
-    """A slipping sphere; every entry is an (n,) array or a number.
+    """A slipping sphere; every entry is an (n,) array or a float.
 
     Attributes:
         t: time so far.
@@ -102,7 +118,7 @@ class Slip(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """Where the slip leads in constant acceleration; every entry is an (n,) array or a number.
+    """Where the slip leads in constant acceleration; every entry is an (n,) array or a float.
 
     Attributes:
         rho: speed of the contact point now.
@@ -122,12 +138,13 @@ class Aim(NamedTuple):
 
 
 def follow_slip(
-    b: Any, tau: Any, invariant: Any, way: Any, vx: Any, y: Any, c: Any
+    m: Any, b: Any, tau: Any, invariant: Any, way: Any, vx: Any, y: Any, c: Any
 ) -> tuple[Any, Any, Any, Any, Any]:
     """Follow the slip to the exit, to its end or to rest.
 
     Args:
-        b: (n,) array or number, μ cos α; so are all others.
+        m: NumPy for arrays, `NUMBERS` for floats.
+        b: (n,) array or float, μ cos α; so are all others.
         tau: u1/μ.
         invariant: c + 0.4 r ω_Y0.
         way: distance to the exit.
@@ -140,25 +157,25 @@ def follow_slip(
         STALLS.
     """
     slip = Slip(0.0 * b, vx, y, way, c, b, tau, invariant, np.inf + b)
-    if np.ndim(b) == 0:
+    if m is NUMBERS:
         for _ in range(STEPS):
-            aim = _aim(slip)
-            if _error(aim) < EXACT:
-                return _finish(slip, aim)
-            slip = _next(slip, aim)
+            aim = _aim(m, slip)
+            if _error(m, aim) < EXACT:
+                return _finish(m, slip, aim)
+            slip = _next(m, slip, aim)
         raise _endless(slip)
     end, ids = np.empty((5, b.size)), np.arange(b.size)
     for _ in range(STEPS):
-        aim = _aim(slip)
-        exact = _error(aim) < EXACT
+        aim = _aim(m, slip)
+        exact = _error(m, aim) < EXACT
         if exact.any():
             j = np.flatnonzero(exact)
-            end[:, ids[j]] = _finish(_of(slip, j), _of(aim, j))
+            end[:, ids[j]] = _finish(m, _of(slip, j), _of(aim, j))
             j = np.flatnonzero(~exact)
             ids, slip, aim = ids[j], _of(slip, j), _of(aim, j)
         if not ids.size:
             return end[0], end[1], end[2], end[3], end[4]
-        slip = _next(slip, aim)
+        slip = _next(m, slip, aim)
     raise _endless(slip)
 
 
@@ -173,14 +190,7 @@ def _endless(slip: Slip) -> PsiError:
     return PsiError(f"the slip of {n} designs, one with tau = {tau:.17g}, does not end; report it")
 
 
-def choose(condition: Any, yes: Any, no: Any) -> Any:
-    """`np.where` that leaves numbers numbers."""
-    if condition.ndim == 0:
-        return yes if condition else no
-    return np.where(condition, yes, no)
-
-
-def _aim(slip: Slip) -> Aim:
+def _aim(m: Any, slip: Slip) -> Aim:
     """Aim with the direction at its mean over the way ahead, exact to third order in ds.
 
     Constant direction means constant acceleration of the centre and constant decay of ρ. It
@@ -188,7 +198,7 @@ def _aim(slip: Slip) -> Aim:
     position and half of it for the velocities.
     """
     _, vx, y, left, v, b, tau, _, _ = slip
-    rho = np.sqrt(vx * vx + y * y) + TINY
+    rho = m.sqrt(vx * vx + y * y) + TINY
     rate, c, sine = b / rho, vx / rho, y / rho
 
     def reach(c_x: Any, c_v: Any) -> tuple[Any, Any, Any]:
@@ -196,34 +206,34 @@ def _aim(slip: Slip) -> Aim:
         push = b * (tau - c_x)  # dv_C/dt
         root = v * v + 2.0 * push * left
         stops = root < 0.0
-        dt = choose(stops, -v / push, 2.0 * left / (v + np.sqrt(np.abs(root)) + TINY))
+        dt = m.where(stops, -v / (push + TINY), 2.0 * left / (v + m.sqrt(abs(root)) + TINY))
         return dt, ((tau - c_v) * c_v - 2.5) * rate * dt + TINY, stops
 
     dt, w, _ = reach(c, c)
-    turn = sine * sine * (tau - c) * rate * dt / (1.0 + 0.5 * np.maximum(w, -1.0))
-    limit = np.abs(np.minimum(tau, 1.0) - c)  # to the direction in which the slip ends
-    turn = np.maximum(np.minimum(turn, limit), -limit)  # far from the exit the order does not hold
+    turn = sine * sine * (tau - c) * rate * dt / (1.0 + 0.5 * m.maximum(w, -1.0))
+    limit = abs(m.minimum(tau, 1.0) - c)  # to the direction in which the slip ends
+    turn = m.maximum(m.minimum(turn, limit), -limit)  # far from the exit the order does not hold
     dt, w, stops = reach(c + turn / 3.0, c + turn / 2.0)
-    w = choose(rho > NONE * b, w, -np.inf)
-    held = np.maximum(w, -1.0 + 1e-16)  # ρ = 0 is at w = -1, ds infinite: let it be 37
+    w = m.where(rho > NONE * b, w, -np.inf)
+    held = m.maximum(w, -1.0 + 1e-16)  # ρ = 0 is at w = -1, ds infinite: let it be 37
     dt = dt * (held / w)
-    return Aim(rho, dt, np.log1p(held) / held * rate * dt, w, turn, stops)
+    return Aim(rho, dt, m.log1p(held) / held * rate * dt, w, turn, stops)
 
 
-def _error(aim: Aim) -> Any:
+def _error(m: Any, aim: Aim) -> Any:
     """Error of an aim, as a speed: third order in ds (`turn` is first), times ρ at its largest."""
-    ahead = np.minimum(np.abs(aim.ds), 1.0)
-    return np.abs(aim.turn) * ahead * ahead * aim.rho * np.maximum(1.0 + aim.w, 1.0)
+    ahead = m.minimum(abs(aim.ds), 1.0)
+    return abs(aim.turn) * ahead * ahead * aim.rho * m.maximum(1.0 + aim.w, 1.0)
 
 
-def _finish(slip: Slip, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
+def _finish(m: Any, slip: Slip, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
     """Take the last, tiny or straight, piece of slip as it was aimed; see `follow_slip`."""
     t, vx, y, left, v, b, tau, _, _ = slip
     c, slips = vx / aim.rho, aim.w > -1.0
     return (
         t + aim.dt,
         slips * (vx + aim.dt * b * (tau - 3.5 * (c + aim.turn / 2.0))),
-        slips * (y * np.exp(-2.5 * aim.ds)),
+        slips * (y * m.exp(-2.5 * aim.ds)),
         left - aim.dt * (v + 0.5 * aim.dt * b * (tau - c - aim.turn / 3.0)),
         slips * (SLIPS + (STALLS - SLIPS) * aim.stops),  # ROLLS is 0
     )
@@ -236,37 +246,38 @@ def _rate(tau: Any, q: Any) -> Any:
     ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1. With the factors 1.2 and 0.5 one
     REACH serves all three.
     """
-    return (1.0 + tau) * q + 1.2 * np.abs(tau - 1.0) + 0.5
+    return (1.0 + tau) * q + 1.2 * abs(tau - 1.0) + 0.5
 
 
-def _next(slip: Slip, aim: Aim) -> Slip:
+def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
     """Step along the path as far as aimed, or stay where that led too far."""
     t, vx, y, left, v, b, tau, invariant, longest = slip
     q = (aim.rho - vx) / y
     q = q * q
     # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
     bend = 2.0 * (tau - vx / aim.rho) * aim.ds + TINY
-    step = np.minimum(2.0 * aim.ds / (1.0 + q * bend / np.expm1(bend)), longest)
-    step = np.minimum(step, REACH / _rate(tau, q))  # back past the exit steps are short
-    dt, slid, vx1, y1 = _along(vx, y, aim.rho, q, b, tau, step)
+    step = m.minimum(2.0 * aim.ds / (1.0 + q * bend / m.expm1(bend)), longest)
+    step = m.minimum(step, REACH / _rate(tau, q))  # back past the exit steps are short
+    dt, slid, vx1, y1 = _along(m, vx, y, aim.rho, q, b, tau, step)
     a = b * tau
     v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
     left1 = left - ((invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid) / 1.4
     # Five per cent past the exit or past rest is harmless, the next step goes back; not so on the
     # way to the end of slip: from ρ = 0 there is no way back.
-    fits = (left1 >= -0.05 * np.abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
+    fits = (left1 >= -0.05 * abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
     moved = (t + dt, vx1, y1, left1, v1, np.inf + t)
-    t, vx, y, left, v, longest = choose(fits, moved, (t, vx, y, left, v, 0.5 * step))
+    t, vx, y, left, v, longest = m.where(fits, moved, (t, vx, y, left, v, 0.5 * step))
     return Slip(t, vx, y, left, v, b, tau, invariant, longest)
 
 
 def _along(
-    vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
+    m: Any, vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
 ) -> tuple[Any, Any, Any, Any]:
     """Follow the slip over a step of log time λ, Eqs. (2) to (5).
 
     Args:
-        vx: (n,) array or number, v_x at the step's beginning; so are all others.
+        m: NumPy for arrays, `NUMBERS` for floats.
+        vx: (n,) array or float, v_x at the step's beginning; so are all others.
         y: |v_y| there.
         rho: speed of the contact point there.
         q: tan²(θ/2) there.
@@ -278,9 +289,10 @@ def _along(
         Time taken, integral of v_x dt, v_x and |v_y| at the step's end.
     """
     reach = step * _rate(tau, q)
-    kind = np.searchsorted(LONGEST, np.maximum(reach, -BACK * reach))
-    if not step.ndim:
-        return _quadrature_of(*QUADRATURES[int(kind)], vx, y, rho, q, b, tau, step)
+    kind = m.searchsorted(LONGEST, m.maximum(reach, -BACK * reach))
+    if m is NUMBERS:
+        dt, slid, vx, y = _quadrature_of(*QUADRATURES[kind], vx, y, rho, q, b, tau, step)
+        return float(dt), float(slid), float(vx), float(y)
     columns, found = np.array([vx, y, rho, q, b, tau, step]), np.empty((4, step.size))
     for k, (nodes, weights) in enumerate(QUADRATURES):
         chosen = np.flatnonzero(kind == k)

@@ -101,7 +101,7 @@ def trajectory(
     length = np.hypot(1.0, u1)
     a, b, tau, vx0, vy0 = u1 / length, mu / length, u1 / mu, c - r * wy0, r * wx0 - v_p
     with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
-        at = move(*np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
+        at = move(np, *np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
     time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
     slipping = np.isnan(at.grip_time) if np.isnan(slip_end) else points < slip_end
     if doubled:
