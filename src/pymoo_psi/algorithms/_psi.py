@@ -39,7 +39,7 @@ from pymoo_psi.table import TestTable, bounds_of, excess, lacking
 
 # Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
 # were left, so that all filtering together takes as long as the last one, or twice that.
-_WORTH_FILTERING = 2**17
+_WORTH_FILTERING = 2**18
 
 
 class PSI(Algorithm):

@@ -26,9 +26,10 @@ slip by a slope half to two thirds steeper. For a design, trust ``full``; ``roll
 check the printed tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
-two quadratures remain, accurate to 1e-12. :func:`motion` takes some 0.4 million designs a second on
-one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` is the same by SciPy's
-``solve_ivp``, as a reference; :func:`trajectory` gives the motion and the forces along the way.
+two quadratures remain, accurate to 1e-12. :func:`motion` takes more than a million designs a second
+on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` is the same by
+SciPy's ``solve_ivp``, as a reference; :func:`trajectory` gives the motion and the forces along the
+way.
 
 Example:
     >>> from pymoo_psi import chute

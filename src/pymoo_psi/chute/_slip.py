@@ -266,7 +266,8 @@ def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
     # way to the end of slip: from ρ = 0 there is no way back.
     fits = (left1 >= -0.05 * abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
     moved = (t + dt, vx1, y1, left1, v1, np.inf + t)
-    t, vx, y, left, v, longest = m.where(fits, moved, (t, vx, y, left, v, 0.5 * step))
+    stays = (t, vx, y, left, v, 0.5 * step)
+    t, vx, y, left, v, longest = (m.where(fits, *pair) for pair in zip(moved, stays, strict=True))
     return Slip(t, vx, y, left, v, b, tau, invariant, longest)
 
 
@@ -291,7 +292,8 @@ def _along(
     reach = step * _rate(tau, q)
     kind = m.searchsorted(LONGEST, m.maximum(reach, -BACK * reach))
     if m is NUMBERS:
-        dt, slid, vx, y = _quadrature_of(*QUADRATURES[kind], vx, y, rho, q, b, tau, step)
+        nodes, weights = QUADRATURES[kind]
+        dt, slid, vx, y = _quadrature_of(nodes, weights, vx, y, rho, q, b, tau, step)
         return float(dt), float(slid), float(vx), float(y)
     columns, found = np.array([vx, y, rho, q, b, tau, step]), np.empty((4, step.size))
     for k, (nodes, weights) in enumerate(QUADRATURES):

@@ -86,7 +86,11 @@ def nondominated(F: Array) -> Mask:
         F = np.column_stack(places).astype(np.float64)
     if F.shape[1] == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
-    return np.asarray(moocore.is_nondominated(F, keep_weakly=True), dtype=bool)
+    # moocore (0.3) takes an eighth to a half less time for rows in the order it begins with.
+    order = np.argsort(F[:, 0 if F.shape[1] > 3 else -1])
+    mask = np.empty(len(F), dtype=bool)
+    mask[order] = moocore.is_nondominated(F[order], keep_weakly=True)
+    return mask
 
 
 def front_numbers(F: Array) -> NDArray[np.intp]:
