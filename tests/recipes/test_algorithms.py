@@ -50,7 +50,7 @@ ALGORITHMS = {
     "PSI of scrambled points": lambda **options: PSI(
         28, block_size=12, sampling=QMCSampling(), **options
     ),
-    "SurrogatePSI": lambda **options: SurrogatePSI(28, n_points=12, **options),
+    "SurrogatePSI": lambda **options: SurrogatePSI(28, n_points=12, batch=8, **options),
 }
 N, ITERATIONS = 28, 3
 BNH = get_problem("bnh")
