@@ -281,9 +281,11 @@ def feasible_box(table: TestTable, problem: Problem) -> str:
             parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
         elif low < high:  # not so of choices, where they are NaN, and of fixed variables
             least, most = Decimal(float(low)), Decimal(float(high))
-            grid = Decimal(1).scaleb((most - least).adjusted() - 3)
+            # digits that the range needs; on a logarithmic scale, that each end needs
+            sizes = (least, most) if layout.is_log(name) else (most - least,) * 2
+            grid, upper_grid = (Decimal(1).scaleb(size.adjusted() - 3) for size in sizes)
             first = float((least / grid).to_integral_value(ROUND_FLOOR) * grid)
-            last = float((most / grid).to_integral_value(ROUND_CEILING) * grid)
+            last = float((most / upper_grid).to_integral_value(ROUND_CEILING) * upper_grid)
             ends = max(first, float(variable.lower)), min(last, float(variable.upper))
             if own is not None or ends != (variable.lower, variable.upper):
                 parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
