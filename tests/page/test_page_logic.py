@@ -230,7 +230,7 @@ class Drag:
 
     def __init__(self, m):
         rng = np.random.default_rng(m)
-        n = 2300 if m == 8 else 500  # from 2048 on sorted by their bits
+        n = 5000 if m == 8 else 500  # from 4096 on sorted by their bits
         F = np.abs(rng.normal(size=(n, m)))
         F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
         frame = pd.DataFrame(rng.random((n, 2)), columns=["x", "y"])

@@ -56,7 +56,8 @@ def run_page(options: Page) -> int:
     page = decision_page(table, opens, prototype=former, title=options.title or path.stem)
     # What the table was asked is repeated in the decisions that the page saves.
     limits = page.formulation.limits
-    replace(page, formulation=replace(formulation, limits=limits)).save(out)
+    asked = replace(formulation, limits=limits)
+    replace(page, formulation=asked, origin=path.name).save(out)
     remarks = table.under(Formulation(limits=formulation.limits)).remarks
     say_source(path, replace(table, remarks=remarks), formulation)
     size, objectives = counted(len(page.table), "design"), ", ".join(table.layout.objectives)

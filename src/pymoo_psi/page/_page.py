@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +36,7 @@ class DecisionPage:
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
         cautions: Reasons not to rely on the optimum of all designs, whatever the limits.
+        origin: The file that the designs are from, for the print; empty if there is none.
 
     Example:
         >>> import pandas as pd
@@ -49,6 +51,7 @@ class DecisionPage:
     prototype: TestTable | None
     formulation: Formulation
     cautions: tuple[str, ...]
+    origin: str = ""
 
     def __repr__(self) -> str:
         """Return the title and how many designs there are."""
@@ -79,6 +82,7 @@ class DecisionPage:
             "relaxed": list(asked.relaxed),
         }
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
+        content["origin"] = self.origin
         return html_of(self.title, content)
 
     def _repr_html_(self) -> str:
@@ -193,7 +197,8 @@ def decision_page(
     _, ranking = shown.ranked(normalize=asked.normalize)
     said = tuple(map(str, cautions(ranking)))
     opens = replace(asked, limits=_json_limits(given))
-    return DecisionPage(str(title), shown, former, opens, said)
+    origin = Path(source).name if isinstance(source, (str, PathLike)) else ""
+    return DecisionPage(str(title), shown, former, opens, said, origin)
 
 
 def _framed(source: Any, asked: Formulation) -> tuple[pd.DataFrame, Formulation]:

@@ -605,7 +605,7 @@ function changed(data, j, amount, share, first) {
 
 // Where a design is better than another and where worse, in words.
 function difference(data, gains, shares) {
-  const size = (j) => (Number.isNaN(shares[j]) ? -1 : Math.abs(shares[j]))
+  const size = (j) => (Number.isNaN(shares[j]) ? -1 : Math.round(Math.abs(shares[j]) / TIE))
   const places = gains.map((_, j) => j).sort((a, b) => size(b) - size(a) || a - b)
   let first = true
   const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
@@ -631,7 +631,9 @@ const shareOf = (difference, length) =>
 // A row against another as a sentence of a template.
 function against(data, ranking, key, row, other) {
   const {gains, shares} = gainsOf(data, ranking, [other, row])
-  return sentence(data, key, {design: capital(data.names[row]), other: data.names[other],
+  const name = data.names[row]
+  const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
+  return sentence(data, key, {design, other: data.names[other],
     difference: difference(data, gains[1], shares[1])})
 }
 
@@ -705,7 +707,7 @@ function explain(data, ranking, row) {
   })
   const least = leastOf(loss)
   const dominatedBy = pareto[row] ? -1 : front[nearest(picked(places, (k) => loss[k] === least), loss)]
-  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : share))
+  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : Math.round(share / TIE)))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
   const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))
   const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)

@@ -960,8 +960,11 @@ const page = (() => {
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
     $("reason").addEventListener("change", () => { commit(); remember() }) // no key that is held
     addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { Charts.dye(); update(true) })
-    addEventListener("beforeprint", dateRecord)
+    const dye = () => { Charts.dye(); update(true) }
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dye)
+    const paper = (on) => () => { document.documentElement.classList.toggle("paper", on); dateRecord(); dye() }
+    addEventListener("beforeprint", paper(true))
+    addEventListener("afterprint", paper(false))
     addEventListener("hashchange", takeHash)
     addEventListener("pagehide", remember)
     addEventListener("keydown", (event) => {
@@ -979,7 +982,7 @@ const page = (() => {
   const takeHash = () => take(Logic.checked(data, Logic.fromHash(location.hash) ?? {}))
 
   function dateRecord() {
-    $("record-foot").textContent = `${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
+    $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
   }
 
   // Start: the state in the address, or else what the page was made with.

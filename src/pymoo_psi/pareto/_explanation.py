@@ -84,7 +84,8 @@ class DesignComparison:
             'better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %)'
         """
         gains, sizes = np.abs(self.gains[k]), np.abs(self.shares[k])
-        order = np.argsort(-sizes, kind="stable")  # the largest first, NaN last
+        # The largest first, NaN last; those that are equal up to rounding as they are.
+        order = np.argsort(-np.round(sizes / _TIE), kind="stable")
         better, worse = order[self.gains[k][order] > 0], order[self.gains[k][order] < 0]
         changes = _changes(self.ranking, self.units, gains, sizes, [*better, *worse])
         sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
@@ -167,7 +168,7 @@ class Explanation:
         """
         names = self.ranking.objectives.names
         # By share, and NaN, which compares with nothing, first.
-        order = np.lexsort((-np.nan_to_num(self.shares), ~np.isnan(self.shares)))
+        order = np.lexsort((-np.round(np.nan_to_num(self.shares) / _TIE), ~np.isnan(self.shares)))
         towards: dict[int, list[Any]] = {}  # one sentence for a neighbour towards several
         for j in order[self.neighbours[order] >= 0]:
             towards.setdefault(int(self.neighbours[j]), []).append(names[j])
