@@ -170,7 +170,7 @@ const Charts = (() => {
     }
     new ResizeObserver(fit).observe(parent)
     fit()
-    return {size, clean, top: canvases[count - 1]}
+    return {size, clean, fit, top: canvases[count - 1]}
   }
 
   function ruled(g, colour, x0, y0, x1, y1) {
@@ -239,7 +239,7 @@ const Charts = (() => {
     parent.append(heads, plot)
     let [axes, model, marked] = [[], null, -1]
     let density = null // of what is left, see cloud
-    const {size, clean, top} = layers(plot, 4, () => model && draw(true))
+    const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
     const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
@@ -449,7 +449,7 @@ const Charts = (() => {
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {setAxes, mark, draw: (next, all) => { model = next; draw(all) }}
+    return {setAxes, mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) }}
   }
 
   // A scatter plot of two columns. A drag selects what is in the box.
