@@ -32,3 +32,13 @@ def seconds(function: Callable[[], object], repeat: int = 1) -> float:
         function()
         times.append(time.perf_counter() - start)
     return min(times)
+
+
+def processor_seconds(function: Callable[[], object], repeat: int = 1) -> float:
+    """Return the shortest time of the processor, of all threads, of several calls."""
+    times = []
+    for _ in range(repeat):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return min(times)

@@ -5,7 +5,8 @@
 The rival integrates the slip phase of every design in time with DOP853 at rtol 1e-10 and two
 terminal events, the exit and the end of slip, and then rolls by the closed form: what one would
 write with SciPy. Both take designs of the default box for μ = 0.2, 0.4 and 0.6; rival and solver
-are timed in turn, on one core, so that a change of the machine's speed meets both.
+are timed in turn, on one core, in seconds of the processor, so that a change of the machine's
+speed meets both.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.machine import describe_machine, seconds
+from benchmarks.machine import describe_machine, processor_seconds
 from pymoo_psi import SphereChute, VectorizedSphereChute, lp_tau
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 
@@ -76,8 +77,8 @@ def compare_speed(mu: float) -> float:
     assert max(worst_f1, worst_f2) < 1e-7, "the rivals do not solve the same problem"
     ratios = []
     for _ in range(3):
-        slow = seconds(lambda: [rival(*x, mu) for x in sample.tolist()]) / SAMPLE
-        fast = seconds(lambda: motion(*X.T, p)) / BATCH
+        slow = processor_seconds(lambda: [rival(*x, mu) for x in sample.tolist()]) / SAMPLE
+        fast = processor_seconds(lambda: motion(*X.T, p)) / BATCH
         ratios.append(slow / fast)
     print(
         f"mu = {mu}: answers agree to {worst_f1:.0e} (f1, relative) and {worst_f2:.0e} (f2); "
@@ -94,11 +95,11 @@ def main() -> None:
     print(f"geometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.0f}")
     vectorized = VectorizedSphereChute(0.4)
     for n, repeat in ((4096, 20), (1_000_000, 1)):
-        took = seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
+        took = processor_seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
         print(f"VectorizedSphereChute, {n} designs: {took * 1e3:.1f} ms")
     single, X = SphereChute(0.4), designs(2000, 0.4)
-    each = seconds(lambda: [single.evaluate(x) for x in X], 3) / len(X)
-    bare = seconds(lambda: [motion(*x, single.parameters) for x in X], 3) / len(X)
+    each = processor_seconds(lambda: [single.evaluate(x) for x in X], 3) / len(X)
+    bare = processor_seconds(lambda: [motion(*x, single.parameters) for x in X], 3) / len(X)
     print(
         f"SphereChute, one design at a time: {each * 1e6:.0f} µs a design, "
         f"motion() alone {bare * 1e6:.0f} µs"
