@@ -28,7 +28,7 @@ A layer imports only those above it, and of another subpackage only the public n
 
 | layer | subpackages | knows |
 |---|---|---|
-| base | `errors`, `_validation` and other small modules | nothing |
+| base | `errors`, `_validation` and other small modules; `guide`, texts | nothing |
 | mathematics | `sequences`, `chute`, `pareto` | arrays |
 | data | `study` (the file of tests), `table` (tests and designs, sources, analysis) | arrays, \
 pandas; SQLite only in `study` |

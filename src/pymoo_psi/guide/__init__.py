@@ -1,6 +1,7 @@
 """Guides: for users of pymoo, engineers, analysts, researchers, in notebooks; the method; a paper.
 
-All examples and commands below run as tests of the package.
+The texts are the Markdown files of this folder, below on the site of the documentation. Their
+examples and commands run as tests of the package.
 
 .. include:: pymoo_user.md
 .. include:: engineer.md
