@@ -67,7 +67,7 @@ def test_commands_and_options_are_real(capsys, monkeypatch):
 
     text = README.read_text("utf-8")
     section = re.search(r"## The command\n(.*?)\n## ", text, re.DOTALL)[1]
-    listed = {words.split()[-1] for words in re.findall(r"`([a-z -]+)(?: [A-Z]+…?)?`", section)}
+    listed = {words.split()[-1] for words in re.findall(r"`([a-z -]+)(?:\s+[A-Z]+…?)?`", section)}
     commands = set(re.findall(r"^  ([a-z]+)  ", shown().partition("Commands:")[2], re.M))
     assert commands <= listed
     for line in re.findall(r"pymoo-psi [a-z]+ .*--.*", text.replace("\\\n", "")):
