@@ -24,7 +24,7 @@ keeps its sign; so the exit, the end of slip and a stall are simple roots, and a
 far shows and is taken again, half as long.
 
 Every formula is elementwise, for (n,) arrays and for Python's floats alike, with the functions of a
-namespace: NumPy, or `NUMBERS` for one design, which costs an eighth of what it costs as arrays of
+namespace: NumPy, or `NUMBERS` for one design, which costs a quarter of what it costs as arrays of
 length 1. Both give the same bits, as what they do themselves is correctly rounded, and exponentials
 and logarithms are NumPy's in either.
 """
