@@ -18,8 +18,7 @@ shorter one; NSGA-III, whose population depends on the budget, has a run for eac
 Rivals that are not installed are left out. ``pip install "optuna>=5"`` adds its samplers,
 ``pip install parmoo`` that one, and ``pip install botorch`` both BoTorch and the Gaussian processes
 of Optuna, with a torch of 5 GB, most of it for graphics cards, which are not used. ParMOO and
-BoTorch, which propose several designs at a time, begin with as many points as ``SurrogatePSI`` and
-propose as many.
+BoTorch, which propose several designs at a time, begin with as many points as ``SurrogatePSI``.
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ HERE = Path(__file__).parent
 KEPT = HERE / "learning.jsonl"
 README = HERE / "README.md"
 BUDGETS = (64, 128, 256, 512, 1024)
-BATCH = 8  # that of SurrogatePSI, for all who propose several at a time
+BATCH = 8  # that of SurrogatePSI from 64 tests on, for all who propose several at a time
 SIGNIFICANCE = 0.05
 
 TUNED = (
