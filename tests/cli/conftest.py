@@ -4,6 +4,7 @@ import os
 import sys
 from functools import cache, partial
 
+import numpy as np
 import pytest
 import typer.main
 from matplotlib.figure import Figure
@@ -124,6 +125,8 @@ def run(capsys, tmp_path, monkeypatch):
     (tmp_path / "models.py").write_text(MODELS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
+    # A busy machine takes longer than the seconds after which a log has its first line.
+    monkeypatch.setattr("pymoo_psi.cli._output._FIRST", np.inf)
 
     def command(*words):
         code = main([str(word) for word in words])
