@@ -186,12 +186,6 @@ def test_streams_that_are_closed_or_full(tmp_path, stream, words, code):
     assert ("out.csv" in words) == (tmp_path / "out.csv").exists()
 
 
-def test_a_model_that_changes_the_folder_moves_no_output(run, tmp_path):
-    assert run("solve", "models:Moves", "--points", 4, "--out", "o.csv")[::2] == (0, "")
-    assert (tmp_path / "was").exists()
-    assert (tmp_path / "o.csv").exists()
-
-
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="a folder in which nobody may write")
 @pytest.mark.parametrize(
     "words",

@@ -170,13 +170,6 @@ def test_nsga3_continues_a_study(run):
     assert len(TestTable.read_study("osy.db")) == 200
 
 
-def test_processes_change_nothing(run):
-    for words in (["chute"], ["models:Beam"]):
-        solve = ["solve", *words, "--points", 64, "--out"]
-        assert run(*solve, "a.csv")[0] == run(*solve, "b.csv", "--jobs", 2)[0] == 0
-        assert Path("a.csv").read_text() == Path("b.csv").read_text()
-
-
 def test_a_model_that_hangs_or_dies_fails_alone(run):
     """With --jobs or --timeout no design is evaluated in the process of the command."""
     words = ["solve", "models:Hard", "--points", 16, "--study", "s.db", "--study-key"]

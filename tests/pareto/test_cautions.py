@@ -179,7 +179,7 @@ def test_a_maximised_objective_that_is_never_positive():
 def test_no_false_alarm_of_values():
     """Published sets, fronts of pymoo's problems, and random designs of these."""
     sets = [F for name in PUBLISHED for F in published(name)]
-    for name in (
+    for name in [
         "zdt1",
         "zdt2",
         "zdt3",
@@ -190,7 +190,7 @@ def test_no_false_alarm_of_values():
         "dtlz7",
         "bnh",
         "osy",
-    ):
+    ]:
         problem = get_problem(name)
         sets += [problem.pareto_front()] if name.startswith("zdt") else []
         for n in (16, 64, 512):

@@ -196,7 +196,6 @@ def test_numbers_of_fortran_are_numbers(tmp_path):
     ("changes", "deck", "match"),
     [
         ([("[variables]", "[variable]")], None, "did you mean 'variables'"),
-        ([("bounds = [2, 4]", "bound = [2, 4]")], None, "did you mean 'bounds'"),
         ([('minimize = ["mass"', 'minimize = ["mas"')], None, "did you mean 'mass'"),
         ([("solver.py", "{widht} solver.py")], None, "placeholder in the command must be {width}"),
         ([], "width={width} height={heigth} mode={mode}", "the file beam.inp must be {height}"),
@@ -211,7 +210,6 @@ def test_numbers_of_fortran_are_numbers(tmp_path):
         ),
         ([(sys.executable, "no-such-program")], None, "on PATH or in the template"),
         ([('stress = "<= 60"', 'stress = "60"')], None, "the limit on stress must be such as"),
-        ([("2*width*height", "2*wide*height")], None, "did you mean"),
         ([("pattern =", 'key = "a", pattern =')], None, "one of pattern, key and column"),
         ([("stress = (", "stress = ((")], None, "regular expression"),
         ([("[limits]", "[limits")], None, "beam.toml"),

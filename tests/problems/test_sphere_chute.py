@@ -31,11 +31,6 @@ def test_a_stall_violates_the_constraint(make):
     [
         ({"mu": 0}, ValueError, "mu must be a positive number, got 0.0"),
         (
-            {"model": "ful"},
-            ValueError,
-            "model must be one of 'full', 'rolling', got 'ful'; did you mean 'full'",
-        ),
-        (
             {"lower": (1, 0.1)},
             ValueError,
             r"lower must be >= 0 and at most upper .* lower=\[1.0, 0.1\], upper=",

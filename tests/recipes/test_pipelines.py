@@ -6,26 +6,19 @@ import dill
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.algorithms.moo.nsga3 import NSGA3
-from pymoo.algorithms.soo.nonconvex.de import DE
-from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from pymoo.indicators.hv import Hypervolume
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from scipy.stats import qmc
 
 from pymoo_psi import (
     PSI,
     FailureTolerant,
-    LPTauSampling,
-    QMCSampling,
     Recorded,
     Restricted,
     Robust,
     compare,
     investigate,
-    lp_tau,
     nsga3,
 )
 from tests.recipes.test_algorithms import Mixed
@@ -35,35 +28,6 @@ VOLUME = Hypervolume(ref_point=np.array([140.0, 50.0]))
 
 
 # operators/sampling, customization/initialization, customization/mixed
-
-
-STARTED = {
-    "GA": (GA, "sphere"),
-    "DE": (DE, "sphere"),
-    "NSGA2": (NSGA2, "bnh"),
-    "NSGA3": (partial(NSGA3, np.array([[0, 1.0], [0.5, 0.5], [1.0, 0]])), "bnh"),
-}
-
-
-@pytest.mark.parametrize("name", STARTED)
-@pytest.mark.parametrize(
-    ("sampling", "points"),
-    [
-        (LPTauSampling(first=2), lp_tau(20, 2, first=2)),
-        (QMCSampling("halton", scramble=False), qmc.Halton(2, scramble=False).random(20)),
-    ],
-    ids=["LP-tau", "Halton"],
-)
-def test_uniform_points_start_an_algorithm(name, sampling, points):
-    kind, problem = STARTED[name]
-    problem = get_problem(problem, n_var=2) if problem == "sphere" else get_problem(problem)
-    algorithm = kind(pop_size=20, sampling=sampling)
-    result = minimize(problem, algorithm, ("n_gen", 2), seed=1, save_history=True)
-    started = result.history[0].off.get("X")
-    lower, upper = problem.bounds()
-    expected = lower + (upper - lower) * points
-    np.testing.assert_array_equal(np.sort(started, axis=0), np.sort(expected, axis=0))
-    assert result.algorithm.evaluator.n_eval == 40
 
 
 class Whole(Problem):
