@@ -9,6 +9,7 @@ import os
 import re
 import shutil
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -59,13 +60,14 @@ def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
     if not len(frame):
         return
     columns = [_cells(str(name), column.tolist()) for name, column in frame.items()]
-    first, rest, columns_wide = columns[:lead], columns[lead:], width() or math.inf
+    first, rest = columns[:lead], deque(columns[lead:])
+    room = (width() or math.inf) + 2
+    leading = sum(cell_len(cells[0]) + 2 for cells in first)
     while rest:
-        part = [*first, rest.pop(0)]
-        while (
-            rest and sum(cell_len(cells[0]) + 2 for cells in [*part, rest[0]]) <= columns_wide + 2
-        ):
-            part.append(rest.pop(0))
+        part, used = list(first), leading
+        while rest and (len(part) == len(first) or used + cell_len(rest[0][0]) + 2 <= room):
+            used += cell_len(rest[0][0]) + 2
+            part.append(rest.popleft())
         lines = ["  ".join(row).rstrip() for row in zip(*part, strict=True)]
         _print("\n".join([*lines, ""] if rest else lines))
 
