@@ -114,6 +114,8 @@ def workplace(folder):
         with (
             mock.patch.dict(os.environ, environment),
             mock.patch.object(Figure, "savefig", undrawn),
+            # A busy machine takes longer than the seconds after which a log has its first line.
+            mock.patch("pymoo_psi.cli._output._FIRST", float("inf")),
         ):
             yield
     finally:
