@@ -41,6 +41,7 @@ _LEAST = 40  # tests, of which ten terms explain a quarter by chance
 _LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+_FOLDER = re.compile(r"; see \S.*$")
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
 
 
@@ -192,12 +193,17 @@ def alike(reasons: Iterable[str]) -> list[str]:
     """Return reasons of failures as lines; those that differ in decimals only have dots for these.
 
     Programs quote the design that they fail at, so that no two reasons are the same. Whole numbers
-    stay: a program that exits with 3 fails otherwise than one that exits with 4.
+    stay: a program that exits with 3 fails otherwise than one that exits with 4. Of the folders
+    that runs of a program leave, the first is named.
     """
     lines = [" ".join(reason.split()) for reason in reasons]
-    dotted = [_DECIMALS.sub("…", line) for line in lines]
+    dotted = [_DECIMALS.sub("…", _FOLDER.sub("", line)) for line in lines]
     count = Counter(same for _, same in {*zip(lines, dotted, strict=True)})
-    return [s if count[s] > 1 else line for line, s in zip(lines, dotted, strict=True)]
+    folders = {
+        s: "".join(_FOLDER.findall(line)) for line, s in zip(lines[::-1], dotted[::-1], strict=True)
+    }
+    pairs = zip(lines, dotted, strict=True)
+    return [s + folders[s] if count[s] > 1 else line for line, s in pairs]
 
 
 def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
