@@ -16,8 +16,8 @@ same where short and long designs come in runs, so that the last ones say nothin
     python -m benchmarks.running efficiency     these parts alone
 
 At last ``SurrogatePSI`` with a study, whose rounds wait for their slowest design or, asynchronous,
-do not: 8 workers and run times of 1 s in the mean, 16 and 2 s, 256 evaluations. Here workers start
-and the last designs end within the time that is measured.
+do not: 8 workers and run times of 1 s in the mean, 16 and 2 s, 256 evaluations. The workers have
+started before; the last designs end within the time that is measured.
 
     python -m benchmarks.running proposals      this part alone
 
@@ -255,6 +255,7 @@ def proposals(workers: int, mean: float, evaluations: int = 256) -> None:
     for asynchronous in (False, True):
         runner = JoblibRunner(workers, in_process=False)
         problem = Uneven(seconds, n_var=6, elementwise_runner=runner)
+        investigate(problem, 2 * workers, first=1000)
         with TemporaryDirectory() as folder:
             psi = SurrogatePSI(evaluations, asynchronous=asynchronous, study=f"{folder}/run.db")
             cpu, began = time.process_time(), time.perf_counter()
