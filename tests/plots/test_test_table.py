@@ -46,7 +46,7 @@ def test_a_prototype_and_a_chosen_design_are_marked(chute):
     (star,) = [line for line in ax.lines if line.get_marker() == "*"]
     np.testing.assert_allclose(star.get_xydata(), [[1.9, 0.9]])
     np.testing.assert_array_equal(ax.lines[-1].get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert {"prototype", "chosen design"} <= {*texts(figure)}
+    assert {"prototype", "proposed or chosen"} <= {*texts(figure)}
 
 
 def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):

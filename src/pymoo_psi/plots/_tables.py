@@ -72,7 +72,7 @@ _PROTOTYPE: dict[str, Any] = {
 _CHOSEN: dict[str, Any] = {
     "linestyle": "none", "marker": "o", "markersize": 9.0, "markerfacecolor": "none",
     "markeredgecolor": MARKERS[6].colour, "markeredgewidth": 1.6, "path_effects": _OUTLINE,
-    "zorder": 7.0, "label": "chosen design",
+    "zorder": 7.0, "label": "proposed or chosen",
 }  # fmt: skip
 # Of each group of a histogram: its part of a bin, its look.
 _BARS: dict[str, tuple[tuple[float, float], dict[str, Any]]] = {
@@ -534,7 +534,7 @@ def _draw_parallel(
         axes.plot(
             place,
             shares[marked],
-            label="chosen design",
+            label="proposed or chosen",
             zorder=7.0,
             marker="o",
             markersize=4.0,

@@ -255,13 +255,13 @@ class ProgramProblem(NamedProblem):
             raise ArgumentValueError(f"{path}: {error}{remedy}") from error
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return what a study depends on: key, command, files with placeholders, outputs."""
-        files = {
-            file: hashlib.sha256((self._template / file).read_bytes()).hexdigest()
-            for file in self.program.files
-        }
+        """Return what a study depends on: key, command, and a hash of files and outputs."""
         outputs = {n: asdict(output) for n, output in self.outputs.items()}
-        return {"key": self.key, "command": self.program.command, "files": files, **outputs}
+        content = hashlib.sha256(json.dumps(outputs).encode())
+        for file in self.program.files:
+            content.update((self._template / file).read_bytes())
+        known = {"key": self.key, "command": self.program.command}
+        return known | {"files and outputs": content.hexdigest()[:16]}
 
     def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.

@@ -422,7 +422,7 @@ def _alternatives(case: Case) -> Iterator[Part]:
         return
     steps = explain(ranking, case.chosen, units=case.units).sentences[2:]
     if steps:
-        yield "The nearest designs that are better in an objective:"
+        yield "Designs that are better in an objective and give up least:"
         yield Items(steps)
     lines = [
         f"{name}: {alternative(ranking, chosen, case.chosen, case.units)}"
