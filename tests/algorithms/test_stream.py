@@ -186,7 +186,8 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
         [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     )
     with process:
-        process.stdout.readline()
+        process.stdout.readline()  # the second design has begun: a result is on its way
+        time.sleep(0.5)
         os.kill(process.pid, how)
     assert process.returncode in (-how, 128 + how, 1)
     assert process.returncode == -how or how == signal.SIGINT

@@ -71,7 +71,9 @@ class Half(ElementwiseProblem):
         out["F"] = [self.scale * (x[0] + distance), 1 - x[0] + distance]
 
 
-# pymoo's SPEA2 divides by a span of 0 where a single design is left
+# pymoo's SPEA2 divides by a span of 0 where a single design is left, and KGB's classifier by a
+# variance of 0
+@pytest.mark.filterwarnings("ignore::RuntimeWarning:sklearn")
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning:pymoo")
 @pytest.mark.parametrize("failed_as", ["constraint", "penalty"])
 @pytest.mark.parametrize("name", ALGORITHMS)

@@ -245,8 +245,8 @@ def core(values: Array) -> Array:
     """Return values without the few that would flatten the others on a common axis.
 
     Example:
-        >>> core(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1000.0])).max()
-        np.float64(6.0)
+        >>> float(core(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1000.0])).max())
+        6.0
     """
     known = values[np.abs(values) < HUGE]
     if len(known) < 5:

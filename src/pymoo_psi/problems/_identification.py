@@ -155,7 +155,10 @@ class Identification(NamedProblem):
 
 def _series(name: str, source: Any) -> pd.DataFrame:
     """Return measured series as a frame of numbers."""
-    data = source if isinstance(source, pd.DataFrame) else pd.read_csv(source)
+    if isinstance(source, pd.DataFrame):
+        data = source
+    else:
+        data = pd.read_csv(source, float_precision="round_trip")
     data = data.reset_index(drop=True)
     where = f"experiment {name!r}"
     if data.shape[1] < 2 or len(data) < 2:
