@@ -157,8 +157,8 @@ def _series(name: str, source: Any) -> pd.DataFrame:
     """Return measured series as a frame of numbers."""
     if isinstance(source, pd.DataFrame):
         data = source
-    else:
-        data = pd.read_csv(source, float_precision="round_trip")
+    else:  # as texts: not every pandas reads the last digit
+        data = pd.read_csv(source, dtype=str).apply(_numbers)
     data = data.reset_index(drop=True)
     where = f"experiment {name!r}"
     if data.shape[1] < 2 or len(data) < 2:
@@ -172,3 +172,13 @@ def _series(name: str, source: Any) -> pd.DataFrame:
     if (data.notna().sum() < 2).any():
         raise invalid(where, "of two numbers or more in each column", Received("fewer"))
     return data.astype(np.float64)
+
+
+def _numbers(cells: pd.Series) -> pd.Series:
+    """Return a column of texts as numbers, NaN where there is none."""
+    try:
+        return cells.map(float, na_action="ignore").astype(np.float64)
+    except ValueError as error:
+        raise invalid(
+            f"column {cells.name!r}", "numbers with a decimal point", Received(str(error))
+        ) from None
