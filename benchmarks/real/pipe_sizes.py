@@ -32,8 +32,7 @@ class PipeSizes(ElementwiseProblem):
         super().__init__(vars=pipes, n_obj=3, n_ieq_constr=1)
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        file = wntr.library.ModelLibrary().get_filepath("Net1")
-        network = wntr.network.WaterNetworkModel(file)
+        network = wntr.network.WaterNetworkModel("Net1")
         for name in PIPES:
             network.get_link(name).diameter = 0.0254 * x[f"pipe_{name}"]
         # EPANET writes its files where it runs, and two workers must not share them.

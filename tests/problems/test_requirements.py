@@ -185,8 +185,11 @@ def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():
     np.testing.assert_array_equal(algorithm.table.F, investigate(Plain(), 32).F)
 
 
-def test_recorded_runs_none_that_violates_one(tmp_path):
-    problem = Recorded(Plain(), study=tmp_path / "run.db")
+@pytest.mark.parametrize(
+    "wrap", [Required, FailureTolerant, lambda p: Required(FailureTolerant(p)), lambda p: p]
+)
+def test_recorded_runs_none_that_violates_one(tmp_path, wrap):
+    problem = Recorded(wrap(Plain()), study=tmp_path / "run.db")
     result = minimize(problem, NSGA2(pop_size=20), ("n_eval", 100), seed=1)
     assert (result.X[:, 1] <= 2 * result.X[:, 0]).all()
     assert (problem.table.status == "infeasible").any()
@@ -206,3 +209,25 @@ def test_surrogates_propose_only_designs_that_meet_them(tmp_path):
     ).algorithm.table.equals(table)
     mixed = minimize(Mixed(), SurrogatePSI(40), seed=1).algorithm.table
     assert (mixed.status[mixed.column("proposal_round") > 0] == "ok").all()
+
+
+def test_other_requirements_take_the_place_of_the_problems_own():
+    table = investigate(Required(Plain()), 64, requirements=["height <= width"])
+    ran = np.isfinite(table.F).all(axis=1)
+    np.testing.assert_array_equal(ran, table.X[:, 1] <= table.X[:, 0])
+    assert table.layout.constraints == ("g1", "height <= width")
+
+
+def test_a_model_that_fails_is_not_run_again_for_others():
+    class Fragile(Plain):
+        def _evaluate(self, x, out, *args, **kwargs):
+            runs.append(tuple(x))
+            if x[0] > 0.5:
+                raise ArithmeticError("no convergence")
+            super()._evaluate(x, out, *args, **kwargs)
+
+    for wrap in (FailureTolerant, lambda p: FailureTolerant(Required(p))):
+        runs = []
+        problem = wrap(Fragile())
+        problem.evaluate(np.random.default_rng(1).random((40, 2)))
+        assert len(runs) == len(set(runs)) > len(problem.failures) > 0

@@ -316,10 +316,8 @@ class Engine:
         above = self.problem.amounts(matrix)
         unmet = (above > 0).any(axis=1)
         if unmet.any():
-            sizes = self.problem.n_obj, self.problem.wrapped.n_ieq_constr, self.problem.n_eq_constr
-            F, G, H = np.full(sizes[0], np.inf), np.zeros(sizes[1]), np.zeros(sizes[2])
-            values: list[Values] = [
-                {"F": F, "G": np.append(G, amounts), "H": H, "failure": ""}
+            values = [
+                self.problem.values_without_run(amounts) | {"failure": ""}
                 for amounts in above[unmet]
             ]
             tests = self.tests_of(rows[unmet], values, matrix[unmet])

@@ -100,6 +100,10 @@ class Recorded(WrappedProblem):
         require_problem(problem)
         if not isinstance(problem, FailureTolerant):
             problem = required(problem, run.requirements)
+        elif run.requirements is not None:
+            rule = "left out for a FailureTolerant problem"
+            remedy = "give FailureTolerant a Required problem"
+            raise invalid("requirements", rule, run.requirements, remedy)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
         self._model = problem.wrapped if self._tolerant else problem

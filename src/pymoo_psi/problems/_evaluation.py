@@ -27,6 +27,7 @@ from pymoo_psi.parallel import (
     same_folder,
 )
 from pymoo_psi.pareto import competes, meets_constraints
+from pymoo_psi.problems._requirements import Required
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
 # parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128
@@ -58,6 +59,14 @@ def evaluate_designs(
     Raises:
         EvaluationError: A design failed and ``stop`` is true.
     """
+    if isinstance(problem, Required):
+
+        def of_some(met: Any) -> dict[str, Any]:
+            return evaluate_designs(problem.wrapped, met, *args, stop=stop, **kwargs)
+
+        values = problem.spread(X, of_some)
+        reasons = values.get("failure", np.full(len(X), None))
+        return values | {"failure": np.array([reason or "" for reason in reasons], dtype=object)}
     model = _Model(problem, args, kwargs, stop)
     # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
     # ZeroToOne does; its model must not be reached around it.

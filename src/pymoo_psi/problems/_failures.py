@@ -16,6 +16,7 @@ from pymoo_psi._validation import known_name
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem, seed_ties
+from pymoo_psi.problems._requirements import required
 from pymoo_psi.problems._restricted import Restricted
 
 Mask = NDArray[np.bool_]
@@ -93,7 +94,7 @@ class FailureTolerant(WrappedProblem):
         self, problem: Any, *, failed_as: str = "constraint", on_failure: str = "record"
     ) -> None:
         require_problem(problem)
-        problem, _ = untolerant(problem)
+        problem = required(untolerant(problem)[0])
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
         self.failures: list[Failure] = []

@@ -144,6 +144,7 @@ class Required(WrappedProblem):
         self._space = design_space(problem)
         self._variables = [*own_names(problem, self._space).values()]
         self.required = requirements_of(requirements, self._variables)
+        self.given = requirements
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements = None  # they are constraints here
@@ -166,22 +167,41 @@ class Required(WrappedProblem):
         none = np.zeros((len(matrix), 0))
         return np.column_stack([none, *(each.violation(columns) for each in self.required)])
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
-        """Evaluate the designs that meet the requirements; pymoo calls this from ``evaluate``."""
-        above = self.violations(X)
-        rows = np.flatnonzero((above <= 0).all(axis=1))
-        widths = {"F": self.n_obj, "G": self.wrapped.n_ieq_constr, "H": self.n_eq_constr}
-        found = self.wrapped.do(X[rows], [*widths], *args, **kwargs) if len(rows) else {}
-        out = {
-            name: np.full((len(X), width), np.inf if name == "F" else 0.0)
-            for name, width in widths.items()
+    def values_without_run(self, amounts: Array) -> dict[str, Array]:
+        """Return what stands for the values of designs that violate a requirement.
+
+        Args:
+            amounts: ``(..., k)`` by how much.
+        """
+        shape, wrapped = amounts.shape[:-1], self.wrapped
+        G = np.zeros((*shape, wrapped.n_ieq_constr))
+        return {
+            "F": np.full((*shape, self.n_obj), np.inf),
+            "G": np.concatenate([G, amounts], axis=-1),
+            "H": np.zeros((*shape, self.n_eq_constr)),
         }
-        for name, values in found.items():
+
+    def spread(self, X: Any, evaluate: Callable[[Any], Mapping[str, Any]]) -> dict[str, Any]:
+        """Return the values of all designs; those that meet the requirements are evaluated.
+
+        Args:
+            X: n designs as the problem takes them.
+            evaluate: Returns values of some of them for the problem within.
+        """
+        out: dict[str, Any] = self.values_without_run(above := self.violations(X))
+        met = np.flatnonzero((above <= 0).all(axis=1))
+        for name, values in evaluate(X[met]).items() if len(met) else ():
             if name not in out:  # what else the model gives, nothing where it did not run
                 out[name] = np.full(len(X), None, dtype=object)
-            for row, value in zip(rows, values, strict=True):
-                out[name][row] = value
-        out["G"] = np.column_stack([out["G"], above])
+            column = out[name][:, : self.wrapped.n_ieq_constr] if name == "G" else out[name]
+            for row, value in zip(met, values, strict=True):
+                column[row] = value
+        return out
+
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+        """Evaluate designs; pymoo calls this from ``evaluate``."""
+        names = ["F", "G", "H"]
+        out = self.spread(X, lambda met: self.wrapped.do(met, names, *args, **kwargs))
         out.update(dict.fromkeys(set(return_values_of) - set(out)))
         formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
         return formatted
@@ -190,6 +210,8 @@ class Required(WrappedProblem):
 def required(problem: Any, requirements: Any = None) -> Any:
     """Return a problem with its requirements, or those given, as :class:`Required`."""
     if isinstance(problem, Required):
-        return problem
+        if requirements is None or requirements == problem.given:
+            return problem
+        problem = problem.wrapped
     given = requirements if requirements is not None else getattr(problem, "requirements", None)
     return Required(problem, given) if given else problem
