@@ -164,7 +164,7 @@ def test_every_name_of_the_package_has_an_example():
             "TestTable": ("pymoo", "pandas", "scipy", "sqlite3"),
         },
         {
-            "SalukvadzeOptimum": ("pymcdm", "pandas", "scipy", "joblib", "pymoo_psi.table"),
+            "SalukvadzeOptimum": ("pandas", "scipy", "joblib", "pymoo_psi.table"),
             "SphereChute": ("pandas", "scipy", "pymoo_psi.table"),
             "FailureTolerant": ("pandas", "scipy"),
             "investigate": ("pandas", "scipy", "joblib"),

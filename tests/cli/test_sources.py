@@ -21,7 +21,6 @@ from pymoo_psi import (
     rank_of_efficiency,
 )
 from pymoo_psi.page import decision_page
-from pymoo_psi.selection import HighTradeoff
 from pymoo_psi.table import Layout, read_table
 from tests.table.exact_csv import EXACT
 
@@ -187,7 +186,6 @@ def test_preferences_are_the_selectors(sources):
     names = ["cost, k€", "range [km]"]
     options = {
         "knee": Knee(),
-        "tradeoff": HighTradeoff(),
         "chebyshev": CompromiseProgramming(np.inf),
         'chebyshev:"cost, k€=3",range [km]=1': CompromiseProgramming(np.inf, weights=[3, 1]),
         'weights:"cost, k€=1",range [km]=4': CompromiseProgramming(2, weights=[1, 4]),

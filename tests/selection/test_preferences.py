@@ -1,7 +1,5 @@
 """Selectors that hold a preference: by their definitions, and against other packages."""
 
-import warnings
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -22,12 +20,7 @@ from pymoo_psi import (
     lp_tau,
     rank_of_efficiency,
 )
-from pymoo_psi.selection import HighTradeoff, McdmMethod, compare_selectors
-from tests.selection.test_selectors import topsis
-
-with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
-    warnings.simplefilter("ignore", DeprecationWarning)
-    from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
+from pymoo_psi.selection import compare_selectors
 
 F3 = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
 sets = st.tuples(st.integers(1, 12), st.integers(1, 4)).flatmap(
@@ -134,24 +127,6 @@ def test_sets_without_a_knee():
         assert Knee().do(F).tolist() == []
 
 
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("m", [2, 3])
-def test_high_tradeoffs_are_pymoos_on_a_set_in_units_of_its_ranges(m, seed):
-    F = np.random.default_rng(seed).dirichlet(np.ones(m), 150) ** 1.7  # several blocks of rows
-    _, d = in_shares(F, F.min(axis=0))
-    with warnings.catch_warnings():
-        expected = HighTradeoffPoints().do(d)
-    expected = [] if expected is None else sorted(expected.tolist())
-    before = list(warnings.filters)
-    assert HighTradeoff().do(F * 10.0 ** np.arange(m)).tolist() == expected
-    assert warnings.filters == before
-
-
-def test_high_tradeoffs_of_sets_without_any():
-    for F in (np.ones((3, 2)), np.ones((1, 2)), np.array([[1.0], [2.0]]), np.eye(2), np.eye(5)):
-        assert HighTradeoff().do(F).tolist() == []
-
-
 SELECTORS = {
     "Salukvadze": SalukvadzeOptimum(),
     "rank 5": EfficientSubset(5),
@@ -159,8 +134,6 @@ SELECTORS = {
     "Chebyshev": CompromiseProgramming(np.inf),
     "order": Lexicographic(["yield", "cost"], tolerance=0.3),
     "knee": Knee(),
-    "trade-off": HighTradeoff(),
-    "TOPSIS": McdmMethod(topsis(), weights=[1, 2]),
 }
 
 

@@ -1,4 +1,4 @@
-"""Selectors in one pipeline, those of pymoo and pymcdm included, and several at once."""
+"""Selectors in one pipeline, those of pymoo included, and several at once."""
 
 import warnings
 
@@ -19,7 +19,7 @@ from pymoo_psi import (
     SalukvadzeOptimum,
     rank_of_efficiency,
 )
-from pymoo_psi.selection import McdmMethod, compare_selectors
+from pymoo_psi.selection import compare_selectors
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
     warnings.simplefilter("ignore", DeprecationWarning)
@@ -95,56 +95,6 @@ def test_compromise_programming_agrees_with_the_oracle(F, p, normalize, data):
     assert selector.do(F).tolist() == by_hand(F, p, weights / weights.sum(), normalize)
 
 
-class topsis:  # noqa: N801 - a stand-in for an instance of pymcdm's TOPSIS
-    """TOPSIS in five lines, to test the adapter where pymcdm is not installed."""
-
-    def __call__(self, matrix, weights, types):
-        assert (types == -1).all()
-        unit = (matrix.max(axis=0) - matrix) / np.ptp(matrix, axis=0) * weights
-        best, worst = unit.max(axis=0), unit.min(axis=0)
-        far = np.linalg.norm(unit - worst, axis=1)
-        return far / (far + np.linalg.norm(unit - best, axis=1))
-
-    def rank(self, scores):
-        return 1 + (scores[:, None] < scores).sum(axis=1)
-
-
-def test_a_method_from_elsewhere():
-    assert McdmMethod(topsis()).do(F3).tolist() == [1]
-    assert McdmMethod(topsis(), weights=[1, 99]).do(F3).tolist() == [2]
-    assert McdmMethod(topsis()).do(F3[1]).tolist() == [0]
-    constant = np.column_stack([F3, [7.0] * 3])
-    assert McdmMethod(topsis()).do(constant).tolist() == [1]
-    noisy = np.column_stack([F3, [0.3, 0.1 + 0.2, 0.1 + 0.2]])  # constant but for rounding
-    assert McdmMethod(topsis()).do(noisy).tolist() == [1]
-    assert McdmMethod(topsis()).do(np.ones((3, 2))).tolist() == [0, 1, 2]
-    assert McdmMethod(topsis()).do(F3[[0, 2]]).tolist() == [0, 1]  # a tie
-
-
-class Broken(topsis):
-    def __call__(self, matrix, weights, types):
-        return np.array([np.nan] * len(matrix))
-
-
-def test_a_method_that_fails():
-    with pytest.raises(PsiError, match="F must be fit for Broken, got no finite scores"):
-        McdmMethod(Broken()).do(F3)
-    with pytest.raises(TypeError, match=r"method must be a method of pymcdm such as"):
-        McdmMethod(topsis)
-
-
-def test_methods_of_pymcdm():
-    methods = pytest.importorskip("pymcdm.methods")
-    F = np.random.default_rng(1).dirichlet(np.ones(3), 60) ** 0.7
-    reference = McdmMethod(topsis(), weights=[1, 2, 3]).do(F)
-    assert McdmMethod(methods.TOPSIS(), weights=[1, 2, 3]).do(F).tolist() == reference.tolist()
-    others = (methods.VIKOR(), methods.PROMETHEE_II("usual"), methods.MABAC(), methods.WASPAS())
-    for method in others:
-        (chosen,) = McdmMethod(method).do(F)
-        constant = np.column_stack([F, np.full(60, 2.0)])
-        assert McdmMethod(method).do(constant).tolist() == [chosen]
-
-
 def selectors(m):
     return {
         "Salukvadze": SalukvadzeOptimum(),
@@ -154,7 +104,6 @@ def selectors(m):
         "Chebyshev": CompromiseProgramming(np.inf, weights=np.arange(1, m + 1)),
         "pseudo weights": PseudoWeights(np.full(m, 1 / m)),
         "trade-off": HighTradeoffPoints(),
-        "TOPSIS": McdmMethod(topsis()),
     }
 
 

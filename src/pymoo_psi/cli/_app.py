@@ -104,7 +104,7 @@ Preferences: TypeAlias = Annotated[
     _option(
         "P",
         "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, "
-        "chebyshev, knee or tradeoff.",
+        "chebyshev or knee.",
     ),
 ]
 

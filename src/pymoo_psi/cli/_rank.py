@@ -29,7 +29,6 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.selection import (
     CompromiseProgramming,
-    HighTradeoff,
     Knee,
     Lexicographic,
     RankingSelector,
@@ -39,7 +38,7 @@ from pymoo_psi.selection import (
 from pymoo_psi.table import Formulation, TestTable
 
 _REASONS = 4  # sentences that a reader takes in at a glance
-_METHODS = ("weights", "chebyshev", "aspire", "order", "knee", "tradeoff")
+_METHODS = ("weights", "chebyshev", "aspire", "order", "knee")
 
 
 def require_free_names(names: Iterable[str]) -> None:
@@ -293,7 +292,6 @@ def preferences_in(
     order:B,A           the best in the first objective, then in the next, within
                         ``tolerance=0.1`` of the range, if that is the last part
     knee                where the set bulges most towards the ideal point
-    tradeoff            what pymoo's HighTradeoffPoints finds
     ==================  ========================================================================
 
     Raises:
@@ -310,8 +308,8 @@ def preferences_in(
 def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSelector:
     method, colon, text = entry.partition(":")
     method = known_name("--prefer", method.strip(), _METHODS)
-    if method in ("knee", "tradeoff"):
-        return Knee() if method == "knee" else HighTradeoff(normalize=normalize)
+    if method == "knee":
+        return Knee()
     if method == "order":
         *order, last = names_in([text])
         if last.startswith("tolerance=") and last not in names:

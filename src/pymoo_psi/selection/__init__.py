@@ -1,9 +1,8 @@
 """Selection of designs from a Pareto set: selectors and robustness.
 
 Every selector has ``.do(F)``, which gives the rows to choose. :class:`EfficientSubset` gives
-exactly one rank (``ranking.rank >= 5`` gives it with the optimum). The methods of
-`pymcdm <https://pymcdm.readthedocs.io>`_ (extra ``mcdm``) take part as
-``McdmMethod(pymcdm.methods.TOPSIS())``.
+exactly one rank (``ranking.rank >= 5`` gives it with the optimum). Methods of other packages take
+arrays: ``pymcdm.methods.TOPSIS()(res.F, weights, -np.ones(m))`` returns scores.
 
 Example:
     >>> import numpy as np

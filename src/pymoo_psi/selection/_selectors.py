@@ -301,105 +301,6 @@ class Knee(RankingSelector):
         return np.asarray(front[levels(-bulge, _STRAIGHT) == 0])
 
 
-class HighTradeoff(RankingSelector):
-    """What pymoo's ``HighTradeoffPoints`` chooses, in units of the ranges and of any set.
-
-    A design stays if leaving it for any neighbour costs much more than it gains: more by two
-    standard deviations than for the other designs, or the one for which it costs most if that is
-    more than one above the mean (Rachmawati and Srinivasan 2009). Neighbours are the designs
-    within an eighth of the ranges, with fewer than 2 m of them the nearest 2 m. Such a design is a
-    knee in its surroundings, where :class:`Knee` finds the knee of the whole set.
-
-    ``.do(F)`` returns an index array; no index if no design stands out. All pairs of neighbours
-    count: 10 000 designs take some seconds, ten times as many a hundred times as long.
-
-    Args:
-        normalize: Measure each objective in units of its range, which pymoo's own selector leaves
-            to its caller, though its radius of 0.125 takes for granted.
-
-    Example:
-        >>> import numpy as np
-        >>> f1 = np.linspace(0, 1, 21)
-        >>> F = np.column_stack([f1, np.where(f1 < 0.5, 1 - 1.8 * f1, 0.2 - 0.2 * f1)])
-        >>> HighTradeoff().do(F)
-        array([10])
-    """
-
-    def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        front, values = front_of(ranking)
-        points = ranking.frame.scaled(values)
-        # Of equal designs one: pymoo divides their differences, 0 by 0. Nor can it tell which of
-        # two designs stands out.
-        distinct, which = np.unique(points, axis=0, return_inverse=True)
-        if len(distinct) < 3:
-            return front[:0]
-        with warnings.catch_warnings():  # it imports what SciPy has deprecated, and divides by 0
-            warnings.simplefilter("ignore")
-            from pymoo.mcdm.high_tradeoff import HighTradeoffPoints
-
-            found = HighTradeoffPoints().do(distinct)
-        return front[np.isin(which.ravel(), [] if found is None else found)]
-
-
-class McdmMethod(RankingSelector):
-    """A method of pymcdm, such as TOPSIS or VIKOR, as a selector with pymoo's ``.do(F)``.
-
-    ``.do(F)`` returns an index array of the rows the method ranks first, of all that are given:
-    usually one, all of them if they tie. Any object with ``method(matrix, weights, types)`` and
-    ``method.rank(scores)`` will do. Objectives are handed over as costs. A constant objective, by
-    whose range several methods would divide, is left out.
-
-    Args:
-        method: An instance, such as ``pymcdm.methods.TOPSIS()``.
-        weights: ``(m,)`` weights >= 0, not all 0; equal unless given. Only ratios matter.
-
-    Raises:
-        ArgumentTypeError: ``method`` cannot be called so; a class was given for an instance.
-        ArgumentValueError: A weight is negative, or all are 0; by ``.do``: their number is not
-            that of the objectives, or the method finds no scores for ``F``.
-
-    Example:
-        >>> import numpy as np
-        >>> class WeightedSum:
-        ...     def __call__(self, matrix, weights, types):
-        ...         return matrix @ weights
-        ...     def rank(self, scores):
-        ...         return 1 + np.searchsorted(np.sort(scores), scores)
-        >>> F = np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]])
-        >>> McdmMethod(WeightedSum()).do(F)
-        array([1])
-        >>> McdmMethod(WeightedSum(), weights=[1, 9]).do(F)
-        array([2])
-    """
-
-    def __init__(self, method: Any, *, weights: ArrayLike | None = None) -> None:
-        super().__init__()
-        if isinstance(method, type) or not hasattr(method, "rank"):
-            rule = "a method of pymcdm such as pymcdm.methods.TOPSIS()"
-            raise wrong_type("method", rule, method)
-        self.method = method
-        self.weights: Array | None = _checked(weights)
-
-    def chosen(self, objectives: Objectives) -> Rows:
-        """Return the rows that the method ranks first."""
-        F = objectives.minimized
-        weights = _weights(F.shape[1], self.weights)
-        # A weight of 0 goes too: methods with logarithms or powers of weights have no use for it.
-        counts = np.isfinite(unit_lengths(F.min(axis=0), F.max(axis=0))) & (weights > 0)
-        if not counts.any():  # all designs are equal
-            return np.arange(len(F))
-        weights = weights[counts] / weights[counts].sum()
-        with np.errstate(all="ignore"):  # scores that are not finite are refused below
-            # pymcdm's types: -1 is a cost.
-            scores = np.asarray(self.method(F[:, counts], weights, -np.ones(len(weights), int)))
-        if scores.shape != (len(F),) or not np.isfinite(scores).all():
-            raise invalid(
-                "F", f"fit for {type(self.method).__name__}", Received("no finite scores")
-            )
-        ranks = np.asarray(self.method.rank(scores))
-        return np.flatnonzero(ranks == ranks.min())
-
-
 def compare_selectors(
     F: Any,
     selectors: Mapping[str, Any],
@@ -411,19 +312,17 @@ def compare_selectors(
 
     All get the Pareto-optimal rows only, since methods that take dominated rows into account would
     shift their scales by them. Those of this package know which objectives are maximised, so that
-    a reference point is in the original directions; others get all objectives minimised. What a
-    selector does to Python's warning filters is undone.
+    a reference point is in the original directions; others get all objectives minimised.
 
     Args:
         F: ``(n, m)`` objective values, or what else :func:`pymoo_psi.rank_of_efficiency` takes.
         selectors: By name, anything with pymoo's ``.do(F)`` that returns an index, several, or
-            None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``,
-            methods of pymcdm in a :class:`pymoo_psi.selection.McdmMethod`.
+            None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``.
         normalize: Of a ranking that ``F`` is not yet; the selectors have options of their own.
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
-        By name of the selector, the indices of the rows it chooses; perhaps none.
+        By name of the selector, the indices of the rows it chooses, in its order; perhaps none.
 
     Raises:
         ArgumentValueError: ``F`` or ``maximize`` does not fit, or a selector returns what is no
@@ -439,36 +338,25 @@ def compare_selectors(
         ... })
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
-    mapping("selectors", selectors, "names to selectors")
     ranking = ranking_from(F, normalize, maximize)
     front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives.rows(front)
-    return {
-        name: front[_choice(f"selectors[{name!r}]", selector, objectives)]
-        for name, selector in selectors.items()
-    }
-
-
-def _choice(name: str, selector: Any, objectives: Objectives) -> Rows:
-    """Return what a selector chooses, each row once, in its own order, which may be of preference.
-
-    Args:
-        name: The selector, for messages.
-        selector: One of this package, which knows names and directions, or any with ``.do(F)``.
-        objectives: Of the Pareto-optimal designs.
-    """
-    if isinstance(selector, type) or not hasattr(selector, "do"):
-        raise wrong_type(name, "an object with .do(F)", selector)
-    if isinstance(selector, RankingSelector):
-        return selector.chosen(objectives)
-    n, F = len(objectives.values), objectives.minimized
-    with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-        answer = selector.do(F)
-    rows = np.atleast_1d(np.asarray([] if answer is None else answer))
-    if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
-        rule = f"a selector that returns indices from 0 to {n - 1}"
-        raise invalid(name, rule, Received(repr(answer)))
-    return np.array(list(dict.fromkeys(rows.tolist())), dtype=np.intp)
+    objectives, chosen = ranking.objectives.rows(front), {}
+    for name, selector in mapping("selectors", selectors, "names to selectors").items():
+        if isinstance(selector, type) or not hasattr(selector, "do"):
+            raise wrong_type(f"selectors[{name!r}]", "an object with .do(F)", selector)
+        if isinstance(selector, RankingSelector):
+            answer = selector.chosen(objectives)
+        else:
+            with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
+                answer = selector.do(objectives.minimized)
+        rows = np.atleast_1d(np.array([] if answer is None else answer))
+        if len(rows) and (
+            rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= len(front)
+        ):
+            rule = f"a selector that returns indices from 0 to {len(front) - 1}"
+            raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
+        chosen[name] = front[rows.astype(np.intp)]
+    return chosen
 
 
 def _checked(weights: ArrayLike | None) -> Array | None:
