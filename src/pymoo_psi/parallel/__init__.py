@@ -20,30 +20,7 @@ Other subpackages also use :func:`in_parallel` and :func:`in_order` for tasks,
 :func:`one_line`, :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
-from pymoo_psi.parallel._evaluation import (
-    MOMENT,
-    Result,
-    Values,
-    Waiting,
-    evaluate_here,
-    one_line,
-    same_folder,
-)
-from pymoo_psi.parallel._progress import progress_bar, progress_lines
-from pymoo_psi.parallel._runner import JoblibRunner, active_workers, in_order, in_parallel
+import lazy_loader
 
-__all__ = [
-    "MOMENT",
-    "JoblibRunner",
-    "Result",
-    "Values",
-    "Waiting",
-    "active_workers",
-    "evaluate_here",
-    "in_order",
-    "in_parallel",
-    "one_line",
-    "progress_bar",
-    "progress_lines",
-    "same_folder",
-]
+# Each name at its first use: a worker needs the evaluation alone.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

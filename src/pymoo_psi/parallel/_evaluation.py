@@ -35,8 +35,6 @@ Result = tuple[int, Any, float]  # a design's index, its values, the seconds of 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs lasts: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
-# What is raised in this process as it comes: ends of the program, and errors that name a design.
-_AS_THEY_ARE = (KeyboardInterrupt, SystemExit, GeneratorExit, EvaluationError)
 _LONGEST_REASON = 400  # characters: some lines of a terminal or a cell of a table
 
 
@@ -99,7 +97,6 @@ def evaluate_here(
     enough: Callable[[int], bool] = lambda left: False,
     *,
     moment: float = MOMENT,
-    in_worker: bool = False,
 ) -> Iterator[Result]:
     """Evaluate designs in this process until none waits or there is enough.
 
@@ -111,11 +108,10 @@ def evaluate_here(
             design and after every measurement.
         moment: Seconds of work between two measurements; 0 gives the values of each design
             before the next one is evaluated.
-        in_worker: Whether an interrupt can only come from the model, and all that it raises is to
-            be the ``original`` of an error.
 
     Raises:
-        EvaluationError: A design raised; the results before it are given first.
+        EvaluationError: A design raised, as the ``original``; the results before it are given
+            first.
     """
     cost = cost or Cost()
     while waiting and not enough(len(waiting)):
@@ -130,13 +126,10 @@ def evaluate_here(
                     index, design = waiting.popleft()
                     found.append((index, f(design)))
                     now = perf_counter()
-            except BaseException as error:
-                failure = error  # an interrupt, unless it can only be the model's
-                if in_worker and isinstance(error, KeyboardInterrupt) and hasattr(f, "lost"):
-                    found.append((index, f.lost(design, one_line(error))))
-                    failure = None
-                elif in_worker or not isinstance(error, _AS_THEY_ARE):
-                    failure = EvaluationError(design, one_line(error), error)
+            except (KeyboardInterrupt, SystemExit, GeneratorExit) as error:
+                failure = error
+            except BaseException as error:  # Rust and asyncio have their own
+                failure = EvaluationError(design, one_line(error), error)
         seconds = (perf_counter() - began) / max(len(found), 1)
         cost.add(seconds)
         for index, values in found:
@@ -145,34 +138,21 @@ def evaluate_here(
             raise failure
 
 
-def evaluate_chunk(f: Function, chunk: Waiting) -> Iterator[Result]:
-    """Evaluate designs one after the other, in a worker.
-
-    It stops early where they take longer than expected: those that are left are for others.
-    """
-    end = perf_counter() + 2 * CHUNK
-
-    def late(left: int) -> bool:
-        return perf_counter() > end
-
-    return evaluate_here(f, chunk, enough=late, moment=0.0, in_worker=True)
-
-
 def sendable(error: EvaluationError) -> EvaluationError:
     """Return an error that can be pickled; where it arrives, tracebacks are causes as texts.
 
     Many exceptions with constructors of their own do not survive that; another stands for them.
     """
     original: Any = error.original
+    if original is None:
+        return error
     if isinstance(original, EvaluationError):
         original = sendable(original)
-    if original is not None:
-        sent = ExceptionWithTraceback(original, original.__traceback__)
-        try:
-            kept = type(cloudpickle.loads(cloudpickle.dumps(sent))) is type(original)
-        except Exception:
-            kept = False
-        if not kept:
-            sent.exc = RuntimeError(error.reason)
-        error.original = sent
+    sent = ExceptionWithTraceback(original, original.__traceback__)
+    try:
+        if type(cloudpickle.loads(cloudpickle.dumps(sent))) is not type(original):
+            raise TypeError
+    except Exception:
+        sent.exc = RuntimeError(error.reason)
+    error.original = sent
     return error

@@ -137,15 +137,14 @@ class _Worker:
         self.started, self.loaded, self.loading = False, b"", 0
         self.at: Waiting = deque()
         self.deadline = math.inf
-        mark = os.urandom(16)
         ours, theirs = socket.socketpair()
-        self.channel = _worker.Channel(ours, mark)
+        self.channel = _worker.Channel(ours)
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         with theirs:
             handle = theirs.fileno()
             self.process = subprocess.Popen(
-                [spawn.get_executable(), *flags, _worker.__file__, str(handle), mark.hex()],
+                [spawn.get_executable(), *flags, _worker.__file__, str(handle)],
                 stdin=subprocess.DEVNULL,
                 env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
                 pass_fds=(handle,),
@@ -173,19 +172,18 @@ class _Worker:
         with suppress(OSError):
             self.channel.send(data)
 
-    def receive(self) -> Iterator[tuple[str, int, Any]]:
-        """Give kind, number and content of what has arrived; "died" if the process has ended."""
+    def receive(self) -> Iterator[tuple[str, Any]]:
+        """Give kind and content of the messages that have arrived; "died" if the process has."""
         try:
             arrived = self.channel.receive()
         except (EOFError, OSError):  # closed, or reset
-            yield "died", -1, None
+            yield "died", None
             return
-        for number, data in arrived:
+        for data in arrived:
             try:
-                kind, content = cloudpickle.loads(data)
+                yield cloudpickle.loads(data)
             except Exception as error:
-                kind, content = "unsent", one_line(error)
-            yield kind, number, content
+                yield "lost", f"its values cannot be sent between processes: {one_line(error)}"
 
     def disconnect(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
@@ -237,9 +235,9 @@ class _Run:
                 # What has arrived counts, be this process late to read it.
                 messages = list(worker.receive()) if worker.channel.socket in heard else []
                 if not messages and now > worker.deadline:
-                    messages = [("overdue", -1, None)]
+                    messages = [("overdue", None)]
                 elif not heard and worker.process.poll() is not None:
-                    messages = [("died", -1, None)]
+                    messages = [("died", None)]
                 for message in messages:
                     yield from self._handle(worker, *message)
 
@@ -258,10 +256,8 @@ class _Run:
         worker.deadline = monotonic() + self.timeout
         worker.send("designs", worker.at)
 
-    def _handle(self, worker: _Worker, kind: str, number: int, content: Any) -> Iterator[Result]:
+    def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
         """Process a message of a worker, or its end."""
-        if worker not in self.workers:  # it is replaced
-            return
         if kind == "ready":
             worker.loading -= 1
             worker.started = True
@@ -272,7 +268,7 @@ class _Run:
             raise content
         elif kind == "unusable":
             raise _cannot_load(content)
-        elif kind in ("died", "overdue") or not worker.at or number != worker.at[0][0]:
+        elif kind in ("died", "overdue"):
             yield from self._replace(worker, overdue=kind == "overdue")
         else:
             index, design = worker.at.popleft()
@@ -283,8 +279,7 @@ class _Run:
                     self._feed(worker)
                 yield content
             else:
-                reason = f"its values cannot be sent between processes: {content}"
-                yield self._lost(index, design, reason)
+                yield self._lost(index, design, content)
 
     def _replace(self, worker: _Worker, overdue: bool) -> Iterator[Result]:
         """End a worker that has died or is overdue, which costs one design; another is hired."""

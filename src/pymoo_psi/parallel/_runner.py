@@ -11,22 +11,12 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
-from itertools import islice
-from time import perf_counter
+from itertools import chain, islice
 from typing import Any
 
 from pymoo_psi._validation import boolean, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel._evaluation import (
-    CHUNK,
-    Cost,
-    Function,
-    Result,
-    Values,
-    Waiting,
-    evaluate_chunk,
-    evaluate_here,
-)
+from pymoo_psi.parallel._evaluation import Cost, Function, Result, Values, Waiting, evaluate_here
 from pymoo_psi.parallel._pool import ProcessPool
 
 # joblib is imported in the functions that need it: a worker, which imports this, does not.
@@ -103,11 +93,9 @@ def _evaluate(
         return_as = "generator_unordered" if unordered else "list"
         answers = Parallel(workers.count, batch_size=1, return_as=return_as)(tasks())
         try:
-            for results, rest in answers:
-                waiting.extendleft(reversed(rest))
-                for result in results:
-                    cost.add(result[2])
-                    yield result
+            for result in chain.from_iterable(answers):
+                cost.add(result[2])
+                yield result
         finally:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # that results are not read
@@ -118,25 +106,17 @@ def _evaluate(
 _of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
 
 
-def _chunk(
-    f: Function, waiting: Waiting, timeout: float | None, beside: bool
-) -> tuple[list[Result], Waiting]:
-    """Return the results of a chunk and the designs that are left, in a worker of joblib.
+def _chunk(f: Function, waiting: Waiting, timeout: float | None, beside: bool) -> list[Result]:
+    """Return the results of a chunk, in a worker of joblib.
 
     A model that ends its process must not end a cluster's worker, for whose results joblib's Dask
     backend would wait forever: there a process beside the worker evaluates.
     """
     if not beside:
-        return list(evaluate_chunk(f, waiting)), waiting
+        return list(evaluate_here(f, waiting, moment=0.0))
     if not hasattr(_of_this_thread, "pool"):
         _of_this_thread.pool = ProcessPool()
-    began, done, rest = perf_counter(), [], Waiting()
-    for result in _of_this_thread.pool.run(f, waiting, Cost(), 1, timeout):
-        done.append(result)
-        if perf_counter() - began > 2 * CHUNK:
-            rest += waiting
-            waiting.clear()
-    return done, rest
+    return list(_of_this_thread.pool.run(f, waiting, Cost(), 1, timeout))
 
 
 class JoblibRunner:

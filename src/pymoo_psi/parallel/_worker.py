@@ -8,9 +8,9 @@ what the model started. On Linux the guard finds these also where they left the 
 
 Messages to the worker: ``("function", pickled)``; ``("designs", Waiting)``; ``("leave", None)``.
 Messages from it: ``("ready", None)``, or ``("unusable", text)`` for a function that cannot be
-loaded; with the number of each design, in turn and as soon as it is done, ``("done", Result)``,
-``("raised", error)`` or ``("unsent", text)`` if its values cannot be; ``("left", None)`` where the
-designs that are left of a chunk are for others.
+loaded; for each design, in turn and as soon as it is done, ``("done", Result)``,
+``("raised", error)`` or ``("lost", reason)``; ``("left", None)`` where the designs that are left of
+a chunk are for others.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ import socket
 import struct
 import sys
 import threading
-import zlib
-from collections.abc import Iterator
+from functools import partial
+from time import perf_counter
 from typing import Any
 
 # From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
@@ -38,68 +38,59 @@ _PR_SET_CHILD_SUBREAPER = 36
 
 
 class Channel:
-    """Messages through a socket that a model may write into, or close: it inherits descriptors.
-
-    Each message begins with a mark of random bytes and carries the number of a design. What is
-    between two messages is skipped, so that it changes no value and nobody waits for its end.
+    """Messages through a socket; reading never waits for the rest of a message.
 
     Args:
         own: The socket.
-        mark: 16 bytes, the same at both ends.
     """
 
-    _HEAD = struct.Struct(">QqI")  # size, number of a design, checksum
+    _SIZE = struct.Struct(">Q")
 
-    def __init__(self, own: socket.socket, mark: bytes) -> None:
-        self.socket, self._mark, self._arrived = own, mark, bytearray()
-        self._inode = os.fstat(own.fileno()).st_ino
+    def __init__(self, own: socket.socket) -> None:
+        self.socket, self._arrived = own, bytearray()
 
-    def send(self, content: bytes, number: int = -1) -> None:
+    def send(self, content: bytes) -> None:
         """Send a message.
 
         Raises:
             OSError: The other end is gone, or the model has closed this one.
         """
-        if os.fstat(self.socket.fileno()).st_ino != self._inode:
-            raise OSError("the descriptor is another file's now")
-        head = self._HEAD.pack(len(content), number, zlib.crc32(content))
-        self.socket.sendall(self._mark + head + content)
+        self.socket.sendall(self._SIZE.pack(len(content)) + content)
 
-    def receive(self) -> list[tuple[int, bytes]]:
-        """Wait for some bytes; return the messages that are complete, with their numbers.
+    def receive(self) -> list[bytes]:
+        """Wait for some bytes; return the messages that are complete.
 
         Raises:
-            EOFError: The other end is gone, or a message has arrived damaged.
+            EOFError: The other end is gone.
             OSError: The model has closed this end.
         """
-        arrived = self._arrived
-        found: list[tuple[int, bytes]] = []
         if not (some := self.socket.recv(2**18)):
             raise EOFError
-        arrived += some
-        while (at := arrived.find(self._mark)) >= 0:
-            del arrived[:at]
-            begin = len(self._mark) + self._HEAD.size
-            if len(arrived) < begin:
-                return found
-            size, number, checksum = self._HEAD.unpack_from(arrived, len(self._mark))
-            if len(arrived) < begin + size:
-                return found
-            content = bytes(arrived[begin : begin + size])
-            if zlib.crc32(content) != checksum:
-                raise EOFError
-            found.append((number, content))
-            del arrived[: begin + size]
-        del arrived[: 1 - len(self._mark)]  # the rest may be the beginning of a mark
+        self._arrived += some
+        found, begin = [], self._SIZE.size
+        while len(self._arrived) >= begin:
+            end = begin + self._SIZE.unpack_from(self._arrived)[0]
+            if len(self._arrived) < end:
+                break
+            found.append(bytes(self._arrived[begin:end]))
+            del self._arrived[:end]
         return found
 
 
-def main(handle: int, mark: bytes) -> None:
+def main(handle: int) -> None:
     """Serve the other end of an inherited socket until the pool says so or is gone."""
+    import fcntl
+    import resource
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
     _guard(handle)
-    channel = Channel(socket.socket(fileno=handle), mark)
+    # The last numbers of all: a model that writes into descriptors, or closes those that it does
+    # not know, as daemons do, begins with the first, and a file that it opens gets the first free.
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    last = (min(most, 1024) if most > 0 else 1024) - 8
+    channel = Channel(socket.socket(fileno=fcntl.fcntl(handle, fcntl.F_DUPFD_CLOEXEC, last)))
+    os.close(handle)
     os.register_at_fork(after_in_child=channel.socket.close)  # a model's fork has nothing to say
     with contextlib.suppress(EOFError, OSError):
         _serve(channel)
@@ -155,27 +146,25 @@ def _prctl(option: int, value: int) -> None:
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
-def _messages(channel: Channel) -> Iterator[bytes]:
-    while True:
-        for _, content in channel.receive():
-            yield content
+def _is_past(end: float, left: int) -> bool:
+    return perf_counter() > end
 
 
 def _serve(channel: Channel) -> None:
-    messages = _messages(channel)
+    messages = (content for arrived in iter(channel.receive, None) for content in arrived)
     sys.path[:], sys.argv[:] = pickle.loads(next(messages))
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._evaluation import evaluate_chunk, one_line, sendable
+    from pymoo_psi.parallel._evaluation import CHUNK, evaluate_here, one_line, sendable
 
-    def send(kind: str, content: Any = None, number: int = -1) -> None:
+    def send(kind: str, content: Any = None) -> None:
         try:
             data = pickle.dumps((kind, content))
         except Exception:  # cloudpickle takes twice as long, and pickles more
             data = cloudpickle.dumps((kind, content))
-        channel.send(data, number)
+        channel.send(data)
 
     function: Any = None
     for message in messages:
@@ -191,18 +180,21 @@ def _serve(channel: Channel) -> None:
                 send("ready")
             continue
         try:
-            for result in evaluate_chunk(function, content):
+            late = partial(_is_past, perf_counter() + 2 * CHUNK)  # what is left is for others
+            for result in evaluate_here(function, content, enough=late, moment=0.0):
                 try:
-                    send("done", result, result[0])
+                    send("done", result)
                 except OSError:  # the pool is gone
                     return
                 except Exception as error:  # before a byte is sent
-                    send("unsent", one_line(error), result[0])
+                    send("lost", f"its values cannot be sent between processes: {one_line(error)}")
         except EvaluationError as error:
             send("raised", sendable(error))
+        except (KeyboardInterrupt, SystemExit) as error:  # the model's, as the pool sends none
+            send("lost", one_line(error))
         if content:
             send("left")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), bytes.fromhex(sys.argv[2]))
+    main(int(sys.argv[1]))
