@@ -81,7 +81,9 @@ def measured(
     print(f"  {path.stat().st_size / 1e6:.1f} MB; ready after {ready:.0f} ms, ", end="")
     print(f"of which the processor {busy(page, session):.0f} ms")
     for name in names:
-        thumb = page.get_by_label(f"{name}, {'lower' if rising else 'upper'} limit")
+        label = f"{name}, {'lower' if rising else 'upper'} limit"
+        thumb = page.get_by_label(label).element_handle()  # not looked for anew at every step
+        assert thumb is not None
         thumb.evaluate("(thumb) => { thumb.closest('details').open = true }")
         clock, processor = [], []
         for k in range(1, STEPS + 1):

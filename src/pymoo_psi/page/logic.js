@@ -88,14 +88,15 @@ function concat(...lists) {
 }
 
 const sum = (array) => array.reduce((total, value) => total + value, 0)
-// Of numbers, in a loop, as reduce takes several times as long.
-function endOf(array, sign) {
+// The least of numbers (sign 1) or the greatest (-1), of all or of some rows; a loop, as reduce takes
+// several times as long.
+function endOf(array, sign, rows = null) {
   let end = Infinity
-  for (let k = 0; k < array.length; k++) if (sign * array[k] < end) end = sign * array[k]
-  return sign * end
+  if (rows) for (let k = 0; k < rows.length; k++) end = sign * array[rows[k]] < end ? sign * array[rows[k]] : end
+  else for (let k = 0; k < array.length; k++) end = sign * array[k] < end ? sign * array[k] : end
+  return sign * end + 0 // no -0
 }
-const leastOf = (array) => endOf(array, 1)
-const greatestOf = (array) => endOf(array, -1)
+const leastOf = (array, rows) => endOf(array, 1, rows)
 
 // How many of some ascending numbers are below a value, or not above it.
 function countBelow(sorted, value, orEqual) {
@@ -109,27 +110,37 @@ function countBelow(sorted, value, orEqual) {
 }
 
 // The rows in the order of their values, missing ones last; equal ones stay as they are. Many are
-// sorted by the bits of their numbers, as a comparing function takes thirty times as long.
+// sorted by the leading bits of their numbers first, as a comparing function takes thirty times as
+// long and then has next to nothing left to do.
 function argsort(values, rows) {
   const n = rows.length
   const keys = taken(values, rows)
   for (let k = 0; k < n; k++) if (Number.isNaN(keys[k])) keys[k] = Infinity
+  const byKey = (a, b) => (keys[a] < keys[b] ? -1 : keys[a] > keys[b] ? 1 : a - b)
   let order = upTo(n)
-  if (n < 4096) return order.sort((a, b) => (keys[a] < keys[b] ? -1 : keys[a] > keys[b] ? 1 : a - b)).map((k) => rows[k])
-  const digits = new Uint16Array(keys.buffer) // four a number, the first the least
-  for (let k = 3; k < 4 * n; k += 4) { // negative numbers are the lower, the larger their bits
-    const flip = digits[k] & 0x8000 ? 0xFFFF : 0
-    for (let d = k - 3; d <= k; d++) digits[d] ^= flip
-    if (!flip) digits[k] ^= 0x8000
+  if (n < 4096) order.sort(byKey)
+  else {
+    const words = new Int32Array(keys.buffer)
+    const leading = new Uint32Array(n)
+    for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
+      const word = words[2 * k + 1]
+      leading[k] = word < 0 ? ~word : word ^ 0x80000000
+    }
+    for (const shift of [0, 11, 22]) {
+      const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
+      for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
+      for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
+      for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]
+      order = next
+    }
+    for (let from = 0, to = 1; to <= n; to++) {
+      if (to < n && leading[order[to]] === leading[order[from]]) continue
+      if (to - from > 1) order.subarray(from, to).sort(byKey)
+      from = to
+    }
   }
-  for (let d = 0; d < 4; d++) {
-    const [ends, next] = [new Int32Array(0x10001), new Int32Array(n)]
-    for (let k = d; k < 4 * n; k += 4) ends[digits[k] + 1]++
-    for (let v = 1; v < ends.length; v++) ends[v] += ends[v - 1]
-    for (let k = 0; k < n; k++) next[ends[digits[4 * order[k] + d]]++] = order[k]
-    order = next
-  }
-  return order.map((k) => rows[k])
+  for (let k = 0; k < n; k++) order[k] = rows[order[k]]
+  return order
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
@@ -182,7 +193,7 @@ function frontOf(data, mask, rows) {
 // The rows in boxes of few that lie near each other, each with its least values: what dominates a
 // row lies in boxes whose least values are nowhere worse.
 function boxesOf(F, rows, depth = 0) {
-  if (rows.length <= 32) return [{rows, low: F.map((column) => leastOf(taken(column, rows)))}]
+  if (rows.length <= 32) return [{rows, low: F.map((column) => leastOf(column, rows))}]
   const sorted = argsort(F[depth % F.length], rows)
   const half = rows.length >> 1
   return [sorted.subarray(0, half), sorted.subarray(half)].flatMap((part) => boxesOf(F, part, depth + 1))
@@ -210,12 +221,12 @@ function dominatorOf({F, boxes}, i, among) {
 
 const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 
-// The points U and N of the front V, or those of another frame, and what distances are measured in
+// The points U and N of the front, or those of another frame, and what distances are measured in
 // (pareto's UtopianFrame).
 class Frame {
-  constructor(V, normalize, fixed) {
-    this.low = V.map(leastOf)
-    this.high = V.map(greatestOf)
+  constructor(F, front, normalize, fixed) {
+    this.low = F.map((column) => endOf(column, 1, front))
+    this.high = F.map((column) => endOf(column, -1, front))
     this.ideal = fixed?.ideal ?? this.low
     this.nadir = fixed?.nadir ?? this.high
     this.lengths = this.ideal.map((low, j) => { // infinite where the range is none
@@ -279,9 +290,8 @@ class Frame {
 // earlier part of the range of a. Nearly all are, and need no sorting.
 function candidates(rows, a, b, [noiseA, noiseB]) {
   const PARTS = 64
-  const known = taken(a, rows)
-  const low = leastOf(known)
-  const range = greatestOf(known) - low
+  const low = leastOf(a, rows)
+  const range = endOf(a, -1, rows) - low
   if (!(range > 2 * PARTS * noiseA)) return rows
   const part = (i) => ((a[i] - low) / range * PARTS) | 0
   const least = new Float64Array(PARTS + 3).fill(Infinity) // of b, two parts on: by more than the noise
@@ -325,7 +335,7 @@ function nondominatedPair(front, columns, noise) {
 //   mu1, mu2, mu3         by row, of prototypes too
 //   ideal, nadir          in the original direction
 //   best, isBest          the rows of the Salukvadze optimum; the same by row
-//   frame, V              the points U and N; the objectives of the front, column by column
+//   frame                 the points U and N
 function ranked(data, mask, fixed = null) {
   const {n, total, F} = data
   const rows = picked(upTo(n), (i) => mask[i])
@@ -333,8 +343,7 @@ function ranked(data, mask, fixed = null) {
   const rank = new Int8Array(total).fill(-1)
   const isBest = new Uint8Array(total)
   const front = rows.length ? frontOf(data, mask, rows) : rows
-  const V = F.map((column) => taken(column, front))
-  const frame = new Frame(V, data.normalize, fixed)
+  const frame = new Frame(F, front, data.normalize, fixed)
   const all = rows.length ? concat(rows, upTo(total).subarray(n)) : rows
   const [mu, units] = frame.measured(F, all, total)
   const noise = frame.noise(units)
@@ -346,7 +355,7 @@ function ranked(data, mask, fixed = null) {
   for (const i of new Set([...p12, ...p13, ...p23])) rank[i] = 3
   for (const i of p13) rank[i] += 2
   for (const i of p12) rank[i] += 1
-  const reach = leastOf(taken(mu[0], front)) + noise[0]
+  const reach = leastOf(mu[0], front) + noise[0]
   const best = [...picked(front, (i) => mu[0][i] <= reach)]
   for (const i of best) isBest[i] = 1
   mu.forEach((column, k) => {
@@ -355,7 +364,7 @@ function ranked(data, mask, fixed = null) {
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
   let byMu1 = null
   return {mask, rows, count: rows.length, front, pareto, rank, mu1: mu[0], mu2: mu[1], mu3: mu[2],
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest, frame, V, fixed,
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest, frame, fixed,
     get byMu1() { return byMu1 ??= argsort(mu[0], front) }}
 }
 
@@ -677,36 +686,41 @@ function compare(data, ranking, rows, base) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  const {front, V, frame: {lengths, low}, pareto} = ranking
-  const {objectives, names} = data
+  const {front, frame: {lengths, low}, pareto} = ranking
+  const {objectives, names, F} = data
   const places = upTo(front.length)
-  const own = data.F.map((column) => column[row])
+  const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
   const loss = new Float64Array(front.length) // the greatest in an objective, in units of the ranges
-  V.forEach((column, j) => {
+  F.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
     for (let k = 0; k < loss.length; k++) {
-      const d = (column[k] - value) / length
+      const d = (column[front[k]] - value) / length
       if (d > loss[k]) loss[k] = d
     }
   })
-  const distance = (k) => farIfNaN(Math.sqrt(sum(V.map((column, j) => ((column[k] - own[j]) / lengths[j]) ** 2))))
-  // Of some the nearest, of those that tie the least in a column.
-  const nearest = (some, column) => {
+  const distance = (k) => farIfNaN(Math.sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2))))
+  // Of some the nearest, of those that tie the least by a key.
+  const nearest = (some, key) => {
     const away = Float64Array.from(some, distance)
     const reach = leastOf(away) * (1 + TIE)
-    return some.filter((_, k) => away[k] <= reach).reduce((a, b) => (column[b] < column[a] ? b : a))
+    return some.filter((_, k) => away[k] <= reach).reduce((a, b) => (key(b) < key(a) ? b : a))
   }
-  const neighbours = V.map((column, j) => {
-    const gaining = (step) => picked(places, (k) => column[k] < own[j] && own[j] - column[k] >= step)
-    const clearly = gaining(STEP * lengths[j])
-    const some = clearly.length ? clearly : gaining(0)
-    const reach = leastOf(taken(loss, some)) + TIE
-    return some.length ? front[nearest(picked(some, (k) => loss[k] <= reach), column)] : -1
+  const neighbours = F.map((column, j) => {
+    const gains = (k, step) => column[front[k]] < own[j] && own[j] - column[front[k]] >= step
+    const leastLoss = (step) => {
+      let least = Infinity
+      for (let k = 0; k < loss.length; k++) if (loss[k] < least && gains(k, step)) least = loss[k]
+      return least
+    }
+    const step = [STEP * lengths[j], 0].find((step) => leastLoss(step) < Infinity)
+    if (step === undefined) return -1
+    const reach = leastLoss(step) + TIE
+    return front[nearest(picked(places, (k) => loss[k] <= reach && gains(k, step)), (k) => column[front[k]])]
   })
   const least = leastOf(loss)
-  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(places, (k) => loss[k] === least), loss)]
+  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(places, (k) => loss[k] === least), (k) => loss[k])]
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : Math.round(share / TIE)))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
   const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))

@@ -47,10 +47,28 @@ const page = (() => {
   }
   const button = (text, onclick, properties = {}) => make("button.small", {onclick, ...properties}, text)
 
-  // Give an element other children; a text that stays is neither laid out nor announced again.
+  // Make the children of an element like others. What stays is neither laid out nor announced again,
+  // and keeps the focus.
   function renew(element, ...children) {
-    const same = children.length === 1 && element.childElementCount === 0 && element.textContent === children[0]
-    if (!same) element.replaceChildren(...children)
+    children.forEach((child, k) => {
+      const node = typeof child === "string" ? new Text(child) : child
+      const old = element.childNodes[k]
+      if (!old) element.append(node)
+      else if (old.nodeName !== node.nodeName) old.replaceWith(node)
+      else if (old.nodeType !== Node.TEXT_NODE) renewElement(old, node)
+      else if (old.data !== node.data) old.data = node.data
+    })
+    while (element.childNodes.length > children.length) element.lastChild.remove()
+  }
+  function renewElement(old, node) {
+    for (const {name, value} of node.attributes) {
+      if (old.getAttribute(name) === value) continue
+      if (name === "style") old.style.cssText = value // which the policy allows
+      else old.setAttribute(name, value)
+    }
+    for (const name of old.getAttributeNames()) if (!node.hasAttribute(name)) old.removeAttribute(name)
+    old.onclick = node.onclick
+    renew(old, ...node.childNodes)
   }
 
   // The state, its history and its address.
@@ -778,14 +796,19 @@ const page = (() => {
     })
     head.append(...heads)
 
-    function line(k) {
+    // A line for each row in view, made once: only its texts and marks change.
+    function newLine() {
+      const cells = columns.map((column, j) => cellOf(j === 0 ? {...column, kind: ".label"} : column, "gridcell", j === 1 ? Charts.icon("6") : null, ""))
+      return make("div.row", {role: "row"}, cells)
+    }
+    function fill(line, k) {
       const row = order[k]
-      const marks = {hovered: row === hovered, chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
-      const classes = Object.keys(marks).filter((mark) => marks[mark]).map((mark) => `.${mark}`).join("")
-      const cells = columns.map((column, j) => cellOf(j === 0 ? {...column, kind: ".label"} : column, "gridcell", j === 1 ? Charts.icon(look(row)) : null, column.cell(row)))
-      const element = make(`div.row${classes}`, {role: "row", id: `row-${k}`, "aria-rowindex": k + 2, "aria-selected": selected.has(row), "data-k": k}, cells)
-      element.style.top = `${k * HEIGHT}px`
-      return element
+      const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
+      const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
+        "aria-rowindex": k + 2, "aria-selected": marks.selected, "data-k": k}
+      for (const [name, value] of Object.entries(attributes)) if (line.getAttribute(name) !== String(value)) line.setAttribute(name, value)
+      line.style.top = `${k * HEIGHT}px`
+      columns.forEach((column, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), column.cell(row)))
     }
 
     function show() {
@@ -793,7 +816,9 @@ const page = (() => {
       body.style.height = `${order.length * HEIGHT}px`
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
       const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT) + 2)
-      renew(body, ...Array.from({length: Math.max(0, last - first)}, (_, k) => line(first + k)))
+      while (body.children.length < last - first) body.append(newLine())
+      while (body.children.length > Math.max(0, last - first)) body.lastChild.remove()
+      for (let k = first; k < last; k++) fill(body.children[k - first], k)
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
       columns.forEach((column, k) => {
