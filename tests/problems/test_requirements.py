@@ -110,7 +110,7 @@ def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():
 def test_a_rule_is_what_it_says(rule, expected):
     problem = Required(Problem(n_var=2, n_obj=1, xl=0.0, xu=3.0), [rule])
     X = np.array([[0.5, 1.0], [2.0, 1.0], [0.0, 0.0]])  # 0/0 is no number and meets nothing
-    assert (problem.violations(X) <= 0)[:, 0].tolist() == expected
+    assert (problem.amounts(X) <= 0)[:, 0].tolist() == expected
 
 
 @pytest.mark.parametrize(

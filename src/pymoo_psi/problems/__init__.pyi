@@ -13,7 +13,6 @@ from ._failures import FailureTolerant as FailureTolerant
 from ._failures import leave_failed_out as leave_failed_out
 from ._failures import untolerant as untolerant
 from ._identification import Identification as Identification
-from ._logarithmic import LogScaled as LogScaled
 from ._named import NamedProblem as NamedProblem
 from ._named import Setting as Setting
 from ._outputs import Output as Output
@@ -29,10 +28,11 @@ from ._pymoo import seed_ties as seed_ties
 from ._requirements import Required as Required
 from ._requirements import Requirement as Requirement
 from ._requirements import required as required
-from ._restricted import Restricted as Restricted
 from ._robust import Robust as Robust
 from ._robust import evaluated as evaluated
 from ._robust import scenario_problem as scenario_problem
 from ._robust import scenario_values as scenario_values
 from ._sphere_chute import SphereChute as SphereChute
 from ._sphere_chute import VectorizedSphereChute as VectorizedSphereChute
+from ._transformed import LogScaled as LogScaled
+from ._transformed import Restricted as Restricted

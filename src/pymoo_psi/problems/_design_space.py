@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 
 # Of the integers from here on float64 holds some only, and pymoo keeps a vector's bounds in it.
 _LARGEST = 2**53
+
+_CLASSES = {Real: Kind.REAL, Integer: Kind.INTEGER, Binary: Kind.BINARY, Choice: Kind.CHOICE}
+_TYPES = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 
 @dataclass(frozen=True)
@@ -62,24 +65,14 @@ class Variable:
 
     def points(self, values: NDArray[Any]) -> Array:
         """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
-        if self.kind is Kind.CHOICE:
-            texts = [str(option) for option in self.options]  # as a study has them
-            steps = np.array([texts.index(str(value)) for value in values.tolist()], dtype=float)
-        else:
-            steps = values.astype(np.float64) - self.lower
         if self.kind.real:
             low, high = self._on_scale(np.array([self.lower, self.upper]))
             steps = self._on_scale(values.astype(np.float64)) - low
             return np.clip(steps / (high - low), 0, 1) if high > low else np.zeros(len(values))
-        return np.asarray((steps + 0.5) / (self.upper - self.lower + 1))
-
-    def _logarithmic(self, name: str) -> Variable:
-        """Return the same variable on a logarithmic scale."""
-        if not self.kind.real or self.lower <= 0:
-            shown = f"a {self.kind.value} variable" if not self.kind.real else f"{self.lower:g}"
-            rule = "that of a real variable and above 0 on a logarithmic scale"
-            raise invalid(f"the lower bound of {name}", rule, Received(shown))
-        return replace(self, kind=Kind.LOG)
+        if self.kind is Kind.CHOICE:
+            texts = [str(option) for option in self.options]  # as a study has them
+            values = np.array([texts.index(str(value)) for value in values.tolist()])
+        return (values.astype(np.float64) - self.lower + 0.5) / (self.upper - self.lower + 1)
 
     def _on_scale(self, values: Array) -> Array:
         """Return real values on the scale on which they are spread."""
@@ -233,7 +226,7 @@ def design_space(
     """
     space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
     if not isinstance(space, DesignSpace):
-        space = _named_space(problem) if getattr(problem, "vars", None) else _vector_space(problem)
+        space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     if continuous and not space.continuous:
         kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
         raise ArgumentTypeError(
@@ -249,10 +242,18 @@ def design_space(
     return replace(
         space,
         variables=tuple(
-            v._logarithmic(own[v.name]) if {v.name, own[v.name]} & {*wanted} else v
+            _logarithmic(v, own[v.name]) if {v.name, own[v.name]} & {*wanted} else v
             for v in space.variables
         ),
     )
+
+
+def _logarithmic(variable: Variable, name: str) -> Variable:
+    if not variable.kind.real or variable.lower <= 0:
+        found = f"{variable.lower:g}" if variable.kind.real else f"a {variable.kind.value} variable"
+        rule = "that of a real variable and above 0 on a logarithmic scale"
+        raise invalid(f"the lower bound of {name}", rule, Received(found))
+    return replace(variable, kind=Kind.LOG)
 
 
 def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
@@ -296,19 +297,17 @@ def problem_layout(
     from pymoo_psi.table import Layout  # pandas, for which selectors would wait
 
     own = getattr(problem, "maximize", None) or ()
-    if maximize is None:
-        maximize = own
+    maximize = own if maximize is None else maximize
     collection("maximize", maximize, "a list of objectives", "one goes into a list too")
     if maximize and names is None and not set(own) <= set(maximize):
         rule = f"a list with what the problem says itself, {', '.join(own)}"
         raise invalid("maximize", rule, maximize, "or change the problem's attribute")
-    names = (
-        given_names(problem, space) if names is None else mapping("names", names, "names to texts")
-    )
+    names = given_names(problem, space) if names is None else names
     units = getattr(problem, "units", None) or {} if units is None else units
-    units = mapping("units", units, "names to texts", "also as an attribute of the problem")
+    mapping("names", names, "names to texts")
+    mapping("units", units, "names to texts", "also as an attribute of the problem")
     kinds = [variable.kind for variable in space.variables]
-    discrete = np.array([kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds])
+    unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
     plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in names:
         known_name("names", name, plain.columns)
@@ -317,8 +316,8 @@ def problem_layout(
         *([names.get(name, name) for name in group] for group in groups),
         maximize=list(maximize),
         units=units,
-        lower=np.where(discrete, np.nan, space.lower),  # of no meaning there
-        upper=np.where(discrete, np.nan, space.upper),
+        lower=np.where(unbounded, np.nan, space.lower),
+        upper=np.where(unbounded, np.nan, space.upper),
         kinds=kinds,
     )
 
@@ -340,44 +339,33 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
     }
 
 
-def _vector_space(problem: Any) -> DesignSpace:
-    kinds = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
-    if problem.vtype not in kinds:
-        raise wrong_type(f"vtype of {problem_name(problem)}", "float, int or bool", problem.vtype)
-    kind, n_var = kinds[problem.vtype], problem.n_var
-    names = [f"x{j + 1}" for j in range(n_var)]
+def _variables(problem: Any) -> Iterator[Variable]:
+    """Give the variables of a problem, of a mixed one or of vectors, checked."""
+    if named := getattr(problem, "vars", None):
+        for name, given in named.items():
+            kind = next((kind for cls, kind in _CLASSES.items() if isinstance(given, cls)), None)
+            bounds, options = getattr(given, "bounds", ()), tuple(getattr(given, "options", ()))
+            yield _variable(problem, str(name), given, kind, bounds, options)
+        return
+    # as objects: a float array would round large integers before they can be refused
+    ends = [np.broadcast_to(np.array(end, dtype=object), problem.n_var) for end in problem.bounds()]
+    for j, bounds in enumerate(zip(*ends, strict=True)):
+        yield _variable(problem, f"x{j + 1}", problem.vtype, _TYPES.get(problem.vtype), bounds, ())
+
+
+def _variable(
+    problem: Any, name: str, given: Any, kind: Kind | None, bounds: Any, options: tuple[Any, ...]
+) -> Variable:
+    where = f"{name} of {problem_name(problem)}"
+    if kind is None or (kind is Kind.CHOICE and not options):
+        raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", given)
     if kind is Kind.BINARY:  # pymoo asks for no bounds there
-        variables = [Variable(name, kind, 0.0, 1.0) for name in names]
-    else:
-        # as objects: a float array would round large integers before _bounded can refuse them
-        ends = [np.broadcast_to(np.array(end, dtype=object), n_var) for end in problem.bounds()]
-        columns = zip(names, *ends, strict=True)
-        variables = [_bounded(problem, name, kind, *pair) for name, *pair in columns]
-    return DesignSpace(tuple(variables), named=False)
-
-
-def _named_space(problem: Any) -> DesignSpace:
-    variables = []
-    for name, variable in problem.vars.items():
-        if isinstance(variable, (Real, Integer)):
-            kind = Kind.REAL if isinstance(variable, Real) else Kind.INTEGER
-            variables.append(_bounded(problem, str(name), kind, *variable.bounds))
-        elif isinstance(variable, Binary):
-            variables.append(Variable(str(name), Kind.BINARY, 0.0, 1.0))
-        elif isinstance(variable, Choice) and len(variable.options):
-            options = tuple(variable.options)
-            variables.append(Variable(str(name), Kind.CHOICE, 0.0, len(options) - 1.0, options))
-        else:
-            where = f"variable {name!r} of {problem_name(problem)}"
-            raise wrong_type(where, "Real, Integer, Binary or a Choice with options", variable)
-    return DesignSpace(tuple(variables), named=True)
-
-
-def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Variable:
-    """Return a real or integer variable with its bounds checked."""
+        return Variable(name, kind, 0.0, 1.0)
+    if kind is Kind.CHOICE:
+        return Variable(name, kind, 0.0, len(options) - 1.0, options)
     rule = "finite and in increasing order"
     try:
-        low, high = float(lower), float(upper)
+        low, high = map(float, bounds)
     except (TypeError, ValueError, OverflowError):  # None, a text, an integer beyond all floats
         low = high = np.nan
     if kind is Kind.INTEGER:
@@ -387,6 +375,5 @@ def _bounded(problem: Any, name: str, kind: Kind, lower: Any, upper: Any) -> Var
             low = np.nan
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        where = f"bounds of {name} of {problem_name(problem)}"
-        raise invalid(where, rule, Received(f"{lower} and {upper}"))
+        raise invalid(f"bounds of {where}", rule, Received(" and ".join(map(str, bounds))))
     return Variable(name, kind, low, high)

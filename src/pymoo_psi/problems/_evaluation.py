@@ -28,6 +28,7 @@ from pymoo_psi.parallel import (
 )
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._requirements import Required
+from pymoo_psi.problems._transformed import Transformed
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
 # parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128
@@ -59,12 +60,14 @@ def evaluate_designs(
     Raises:
         EvaluationError: A design failed and ``stop`` is true.
     """
-    if isinstance(problem, Required):
+    if isinstance(problem, (Required, Transformed)):
 
-        def of_some(met: Any) -> dict[str, Any]:
-            return evaluate_designs(problem.wrapped, met, *args, stop=stop, **kwargs)
+        def within(designs: Any) -> dict[str, Any]:
+            return evaluate_designs(problem.wrapped, designs, *args, stop=stop, **kwargs)
 
-        values = problem.spread(X, of_some)
+        if isinstance(problem, Transformed):
+            return within(problem.original(X))
+        values = problem.spread(X, within)
         reasons = values.get("failure", np.full(len(X), None))
         return values | {"failure": np.array([reason or "" for reason in reasons], dtype=object)}
     model = _Model(problem, args, kwargs, stop)
@@ -86,6 +89,8 @@ def streams(problem: Any) -> bool:
     Others are evaluated in batches: by a vectorised model, a runner that is not ours, or where a
     callback of the problem expects batches.
     """
+    while isinstance(problem, Transformed):
+        problem = problem.wrapped
     runner = type(problem.elementwise_runner)
     return bool(
         problem.elementwise
@@ -135,6 +140,10 @@ class _Model:
     """What a runner runs: pymoo's function, with checked values or the reason for none."""
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
+        self.transformed: list[Transformed] = []
+        while isinstance(problem, Transformed):
+            self.transformed.append(problem)
+            problem = problem.wrapped
         self.problem, self.args, self.kwargs, self.stop = problem, args, kwargs, stop
         self.sizes = _sizes(problem)
         self.function = problem.elementwise_func(problem, args, kwargs)
@@ -142,7 +151,10 @@ class _Model:
     def __call__(self, x: Any) -> Values:
         """Return the values of one design, as arrays of their own."""
         try:
-            raw = self.function(copy.copy(x))
+            design = x
+            for outer in self.transformed:
+                design = outer.original(design)
+            raw = self.function(copy.copy(design))
             row: Values = {"failure": ""}
             for name, size in self.sizes.items():
                 row[name] = _floats(name, raw.get(name), (size,))

@@ -17,7 +17,7 @@ from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem, seed_ties
 from pymoo_psi.problems._requirements import required
-from pymoo_psi.problems._restricted import Restricted
+from pymoo_psi.problems._transformed import Restricted
 
 Mask = NDArray[np.bool_]
 
@@ -124,9 +124,7 @@ class FailureTolerant(WrappedProblem):
             out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
         else:
             self._penalise(X, out, failed)
-        out.update(dict.fromkeys(set(return_values_of) - set(out)))
-        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
-        return formatted
+        return self.formatted(X, out, return_values_of)
 
     def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
         """Give failed designs objectives that are worse than any that did not fail so far."""

@@ -232,6 +232,11 @@ class WrappedProblem(Problem):
         """
         return problem_name(self.wrapped)
 
+    def formatted(self, X: Any, out: dict[str, Any], names: Any) -> dict[str, Any]:
+        """Return values of designs as pymoo's ``do`` returns them."""
+        out = dict.fromkeys(names) | out
+        return dict(self._format_dict(out, len(X), names))
+
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_front(*args, **kwargs) if self._same_front else None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -37,16 +38,13 @@ class Requirement:
     @property
     def columns(self) -> list[str]:
         """The names that its expressions use; empty of a function."""
-        return [] if callable(self.rule) else [n for term in self._terms()[0] for n in term.columns]
+        return [] if callable(self.rule) else [n for term in self._terms[0] for n in term.columns]
 
     @property
     def text(self) -> str:
         """What a table calls it."""
-        return (
-            self.name
-            if callable(self.rule) or self.rule == self.name
-            else f"{self.name}: {self.rule}"
-        )
+        own = callable(self.rule) or self.rule == self.name
+        return self.name if own else f"{self.name}: {self.rule}"
 
     def violation(self, columns: Columns) -> Array:
         """Return ``(n,)`` by how much designs violate the rule, <= 0 where they meet it.
@@ -58,7 +56,7 @@ class Requirement:
             ArgumentValueError: A function returns no truth value for each design.
         """
         if not callable(self.rule):
-            terms, sign = self._terms()
+            terms, sign = self._terms
             values = [term.values(columns) for term in terms]
             with np.errstate(invalid="ignore"):
                 above = np.max([sign * (b - a) for a, b in pairwise(values)], 0)
@@ -67,10 +65,10 @@ class Requirement:
         shape = next(iter(columns.values())).shape
         if met.shape != shape or met.dtype != bool:
             found = Received(f"an array of shape {met.shape} and dtype {met.dtype}")
-            rule = f"truth values of shape {shape}, of columns of the variables"
-            raise invalid(f"what the requirement {self.name!r} returns", rule, found)
+            raise invalid(f"what {self.name!r} returns", f"truth values of shape {shape}", found)
         return np.where(met, 0.0, 1.0)
 
+    @cached_property
     def _terms(self) -> tuple[list[Any], float]:
         from pymoo_psi.table import Expression  # pandas, for which a problem would wait
 
@@ -151,16 +149,12 @@ class Required(WrappedProblem):
         texts = {f"g{n + k}": each.text for k, each in enumerate(self.required, 1)}
         self.names = given_names(problem, self._space) | texts
 
-    def violations(self, designs: Any) -> Array:
+    def amounts(self, matrix: NDArray[Any]) -> Array:
         """Return ``(n, k)`` by how much n designs violate the k requirements, <= 0 where met.
 
         Args:
-            designs: As the problem takes them.
+            matrix: ``(n, n_var)`` designs, rows of a test table.
         """
-        return self.amounts(self._space.to_matrix(designs))
-
-    def amounts(self, matrix: NDArray[Any]) -> Array:
-        """Return the same of ``(n, n_var)`` rows of a test table's designs."""
         # lists, as a matrix of several kinds of variables holds objects
         rows = zip(self._variables, matrix.T, strict=True)
         columns = {name: np.array(column.tolist()) for name, column in rows}
@@ -173,11 +167,10 @@ class Required(WrappedProblem):
         Args:
             amounts: ``(..., k)`` by how much.
         """
-        shape, wrapped = amounts.shape[:-1], self.wrapped
-        G = np.zeros((*shape, wrapped.n_ieq_constr))
+        shape, n_ieq = amounts.shape[:-1], self.wrapped.n_ieq_constr
         return {
             "F": np.full((*shape, self.n_obj), np.inf),
-            "G": np.concatenate([G, amounts], axis=-1),
+            "G": np.concatenate([np.zeros((*shape, n_ieq)), amounts], axis=-1),
             "H": np.zeros((*shape, self.n_eq_constr)),
         }
 
@@ -188,7 +181,8 @@ class Required(WrappedProblem):
             X: n designs as the problem takes them.
             evaluate: Returns values of some of them for the problem within.
         """
-        out: dict[str, Any] = self.values_without_run(above := self.violations(X))
+        above = self.amounts(self._space.to_matrix(X))
+        out: dict[str, Any] = self.values_without_run(above)
         met = np.flatnonzero((above <= 0).all(axis=1))
         for name, values in evaluate(X[met]).items() if len(met) else ():
             if name not in out:  # what else the model gives, nothing where it did not run
@@ -200,11 +194,8 @@ class Required(WrappedProblem):
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
-        names = ["F", "G", "H"]
-        out = self.spread(X, lambda met: self.wrapped.do(met, names, *args, **kwargs))
-        out.update(dict.fromkeys(set(return_values_of) - set(out)))
-        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
-        return formatted
+        out = self.spread(X, lambda met: self.wrapped.do(met, ["F", "G", "H"], *args, **kwargs))
+        return self.formatted(X, out, return_values_of)
 
 
 def required(problem: Any, requirements: Any = None) -> Any:

@@ -1,13 +1,13 @@
-"""A part of a problem's bounds, for any algorithm."""
+"""Problems with other variables for the same model: a part of the bounds, logarithms."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pymoo.core.problem import Problem
+from numpy.typing import NDArray
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
@@ -19,11 +19,95 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.problems._design_space import Variable, design_space, own_names
+from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space, own_names
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 
-class Restricted(WrappedProblem):
+class Transformed(WrappedProblem):
+    """A problem whose designs are others for the problem within, which gives their values.
+
+    Args:
+        problem: The problem within.
+        space: The variables here; each has its place in the space of the problem within.
+    """
+
+    _same_front = False
+
+    def __init__(self, problem: Any, space: DesignSpace) -> None:
+        self.space, self._within, free = space, design_space(problem), space.free
+        if space.named:
+            changed: dict[str, Any] = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
+        elif problem.xl is None:  # of binary variables
+            changed = {"n_var": len(free.variables)}
+        else:
+            changed = {"n_var": len(free.variables), "xl": free.lower, "xu": free.upper}
+        super().__init__(problem, **changed)
+
+    def original(self, X: Any) -> Any:
+        """Return designs, or one, as the problem within takes them."""
+        one = isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1)
+        matrix = self.space.to_matrix([X] if one else X)
+        designs = self._within.designs(self._values_within(matrix))
+        return designs[0] if one else designs
+
+    def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
+        return matrix
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs, or one, as pymoo's ``evaluate``, by that of the problem within."""
+        return self.wrapped.evaluate(self.original(X), *args, **kwargs)
+
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs; pymoo calls this from ``evaluate``."""
+        return self.wrapped.do(self.original(X), return_values_of, *args, **kwargs)
+
+
+class LogScaled(Transformed):
+    """Any pymoo problem, its logarithmic variables given by their common logarithms.
+
+    For algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
+    ``investigate``, samplings and ``nsga3`` take such variables as they are.
+
+    Args:
+        problem: A pymoo problem.
+        log: Names of variables whose bounds are above 0; those of the problem's attribute ``log``
+            unless given.
+
+    Raises:
+        ArgumentValueError: There is no such variable, it is not real, or its bounds are not above
+            0.
+        ArgumentTypeError: ``problem`` is no pymoo problem.
+
+    Example:
+        >>> from pymoo.problems.functional import FunctionalProblem
+        >>> import numpy as np
+        >>> wide = FunctionalProblem(1, [lambda x: x[0], lambda x: 1 / x[0]], xl=1e-5, xu=1e5)
+        >>> problem = LogScaled(wide, ["x1"])
+        >>> problem.bounds(), problem.original(np.array([[2.0]]))
+        ((array([-5.]), array([5.])), array([[100.]]))
+    """
+
+    def __init__(self, problem: Any, log: Collection[str] | None = None) -> None:
+        require_problem(problem)
+        given = design_space(problem, log=log)
+        self._log = [
+            (j, v) for j, v in enumerate(given.variables) if v.kind is Kind.LOG and not v.fixed
+        ]
+        variables = [*given.variables]
+        for j, v in self._log:
+            ends = {"lower": np.log10(v.lower), "upper": np.log10(v.upper)}
+            variables[j] = replace(v, kind=Kind.REAL, **ends)
+        self.log = ()  # to others, these variables are plain ones
+        super().__init__(problem, replace(given, variables=tuple(variables)))
+
+    def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
+        matrix = matrix.astype(np.result_type(matrix, np.float64))
+        for j, v in self._log:
+            matrix[:, j] = np.clip(10.0 ** matrix[:, j].astype(np.float64), v.lower, v.upper)
+        return matrix
+
+
+class Restricted(Transformed):
     """Any pymoo problem in a part of its bounds: variables between narrower bounds, or fixed.
 
     A variable whose bounds are equal in the problem itself is fixed, too.
@@ -34,17 +118,16 @@ class Restricted(WrappedProblem):
     that tests of several parts and of the whole stand in one table; a fixed variable takes no
     dimension of the test points.
 
-    Constraints, runner and name are the wrapped problem's, and so is every attribute not found
-    here, but not its callback, gradients and known Pareto front, which is that of the whole.
+    Constraints, runner, callback and name are the wrapped problem's, and so is every attribute not
+    found here, but not its gradients and known Pareto front, which is that of the whole.
 
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
             kind; one that is restricted already is restricted further.
         box: For the names of variables (x1, x2, … of a vector, or those of the problem's attribute
-            ``names``): a tuple ``(lower, upper)``, of
-            which ``None`` keeps the bound that there is; or a value, at which the variable is
-            fixed; or, of a choice, a list of the options to keep. What is not named stays as it
-            is. Instead of a mapping, the two arrays that
+            ``names``): a tuple ``(lower, upper)``, of which ``None`` keeps the bound that there
+            is; or a value, at which the variable is fixed; or, of a choice, a list of the options
+            to keep. What is not named stays as it is. Instead of a mapping, the two arrays that
             :meth:`~pymoo_psi.TestTable.refined_bounds` of the problem's table returns.
 
     Attributes:
@@ -89,8 +172,6 @@ class Restricted(WrappedProblem):
         8
     """
 
-    _same_front = False
-
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
@@ -102,25 +183,13 @@ class Restricted(WrappedProblem):
             if own[v.name] in given
         }
         variables = tuple(_fixed(parts.get(v.name, v)) for v in space.variables)
-        self.space = replace(space, variables=variables)
         self.box = {own[v.name]: _kept(v) for v in variables if v.name in parts}
         if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
-        free = self.space.free
-        if not free.variables:
+        if all(v.fixed for v in variables):
             raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
-        if space.named:
-            changed: dict[str, Any] = {"vars": {v.name: pymoo_variable(v) for v in free.variables}}
-        else:
-            xl, xu = problem.xl, problem.xu  # None of binary variables
-            changed = {"n_var": len(free.variables)}
-            changed["xl"] = None if xl is None else free.lower
-            changed["xu"] = None if xu is None else free.upper
-        # A problem with a `do` of its own is evaluated as a whole, since it transforms designs
-        # or values on the way, or runs its model itself as FailureTolerant does.
-        changed["elementwise"] = problem.elementwise and type(problem).do is Problem.do
-        super().__init__(problem, **changed)
+        super().__init__(problem, replace(space, variables=variables))
 
     def completed(self, X: Any) -> Any:
         """Return designs, or one, with the fixed variables in their places.
@@ -131,27 +200,7 @@ class Restricted(WrappedProblem):
             array([[0.5, 3. ],
                    [0.5, 4. ]])
         """
-        if not self.space.named:
-            return self.space.to_matrix(X)
-        fixed = {v.name: v.options[0] for v in self.space.variables if v.fixed}
-        if isinstance(X, Mapping):
-            return fixed | dict(X)
-        return np.fromiter((fixed | x for x in X), object)
-
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs of the free variables, as pymoo's ``evaluate``."""
-        if type(self.wrapped).evaluate is Problem.evaluate:
-            return super().evaluate(X, *args, **kwargs)
-        return self.wrapped.evaluate(self.completed(X), *args, **kwargs)
-
-    def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        wrapped, designs = self.wrapped, self.completed(X)
-        if self.elementwise:
-            out.update(wrapped.elementwise_func(wrapped, args, kwargs)(designs))
-        elif type(wrapped).do is Problem.do:
-            wrapped._evaluate_vectorized(designs, out, *args, **kwargs)
-        else:
-            out.update(wrapped.do(designs, list(out), *args, **kwargs))
+        return self.original(X)
 
 
 def _by_name(box: Any, variables: list[str]) -> dict[str, Any]:
@@ -214,7 +263,7 @@ def _kept(part: Variable) -> Any:
     return list(part.options) if part.kind is Kind.CHOICE else (part.lower, part.upper)
 
 
-def pymoo_variable(variable: Variable) -> Any:
+def _pymoo_variable(variable: Variable) -> Any:
     """Return pymoo's variable."""
     ends = variable.lower, variable.upper
     if variable.kind is Kind.CHOICE:
