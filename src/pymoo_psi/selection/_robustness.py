@@ -1,23 +1,23 @@
 """How a ranking of designs holds from scenario to scenario of uncertain parameters.
 
 A scenario gives every design its objective values, and says which designs are feasible in it.
-These are ranked anew, with U, N and the scale of that scenario. Scenarios come one by one and
-only sums are kept, so that memory does not grow with their number.
+These are ranked anew, with U, N and the scale of that scenario.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, mapping
-from pymoo_psi.parallel import in_order, in_parallel
+from pymoo_psi.parallel import in_parallel
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -43,7 +43,7 @@ class Robustness(Shown):
     scenario: how much farther from that scenario's U the design is than the nearest design.
 
     Attributes:
-        X: ``(n, n_var)`` the designs, or n designs as mappings.
+        X: ``(n, n_var)`` the designs, or ``(n,)`` mappings.
         parameters: Names of the k uncertain parameters.
         scenarios: ``(S, k)`` their values.
         objectives: Names of the m objectives.
@@ -115,13 +115,11 @@ class Robustness(Shown):
         """
         import pandas as pd
 
-        frame = pd.DataFrame(list(self.X)) if isinstance(self.X, tuple) else pd.DataFrame(self.X)
+        frame = pd.DataFrame(list(self.X))
         # Mappings name their variables; the columns of a matrix have numbers only.
         frame.columns = [f"x{c + 1}" if isinstance(c, int) else c for c in frame.columns]
-        for name in (
-            "optimum_share", "efficient_share", "pareto_share", "infeasible_share",
-            "mean_regret", "worst_regret",
-        ):  # fmt: skip
+        shares = [f"{kind}_share" for kind in ("optimum", "efficient", "pareto", "infeasible")]
+        for name in (*shares, "mean_regret", "worst_regret"):
             frame[name] = getattr(self, name)
         for j, name in enumerate(self.objectives):
             for statistic in ("mean", "spread", "worst"):
@@ -131,21 +129,22 @@ class Robustness(Shown):
 
 def robustness(
     make_problem: Callable[..., Any],
-    X: ArrayLike | Sequence[Mapping[str, Any]],
+    X: Any,
     *,
     uncertainty: Mapping[str, Any],
     n_scenarios: int = 256,
     normalize: bool = True,
     keep_bounds: bool = True,
-    names: Sequence[str] | None = None,
     n_jobs: int = 1,
 ) -> Robustness:
     """Rank designs in many scenarios of uncertain parameters of their problem.
 
     In every scenario the designs are evaluated by the problem of that scenario and ranked by
-    efficiency among themselves. A design that is infeasible there, whose evaluation fails, or that
-    has an objective that is not finite, is left out of that ranking and counts as infeasible. It is
-    an error if all fail, unless ``make_problem`` returns ``FailureTolerant(problem)``.
+    efficiency among themselves. Objectives are called as the problem's attribute ``names`` says, or
+    else f1, f2, …; one in its attribute ``maximize`` is reported in its own direction. A design
+    that is infeasible there, whose evaluation fails, or that has an objective that is not finite,
+    is left out of that ranking and counts as infeasible. It is an error if all fail, unless
+    ``make_problem`` returns ``FailureTolerant(problem)``. All n_scenarios · n · m values are held.
 
     Args:
         make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
@@ -160,8 +159,6 @@ def robustness(
             :func:`pymoo_psi.rank_of_efficiency`.
         keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
             infeasible there. The chute's bound on the slope, for one, is 3.5 μ.
-        names: Names of the objectives; those of the problem's attribute ``names`` unless given, or
-            else f1, f2, …. One in its attribute ``maximize`` is reported in its own direction.
         n_jobs: Processes to work in, -1 for one per core. The result does not depend on it.
 
     Returns:
@@ -194,24 +191,25 @@ def robustness(
     """
     normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
     n_jobs = job_count("n_jobs", n_jobs)
-    designs, n_scenarios = _designs(X), integer("n_scenarios", n_scenarios, minimum=1)
+    # By next(iter(X)), as X[0] of a data frame is a column of that name.
+    named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
+    designs = np.fromiter(X, object) if named else np.array(X)
     if not mapping("uncertainty", uncertainty, "names to distributions"):
         raise invalid("uncertainty", "one parameter or more", uncertainty)
-    named = {f"uncertainty[{name!r}]": given for name, given in uncertainty.items()}
-    points = scenario_values(n_scenarios, named)
+    points = scenario_values(
+        integer("n_scenarios", n_scenarios, minimum=1),
+        {f"uncertainty[{name!r}]": given for name, given in uncertainty.items()},
+    )
     rows = [dict(zip(uncertainty, row, strict=True)) for row in points.tolist()]
 
     # The first scenario has the sizes that all must have, and shows mistakes before any work.
     first = scenario_problem("make_problem", make_problem, rows[0])
-    if designs.ndim == 2 and designs.shape[1] != first.n_var:
-        shown = Received(f"an array of shape {designs.shape}")
-        raise invalid("X", f"of {first.n_var} variables, as the problem", shown)
+    if not len(designs) or not (named or designs.shape[1:] == (first.n_var,)):
+        rule = f"designs of {first.n_var} variables, as the problem, in an array (n, n_var), n >= 1"
+        raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
     given, maximize = getattr(first, "names", None) or {}, getattr(first, "maximize", None) or ()
-    own = [given.get(f"f{j + 1}", f"f{j + 1}") for j in range(first.n_obj)]
-    sign = np.array([-1.0 if name in maximize else 1.0 for name in own])
-    objectives = own if names is None else list(names)
-    if len(objectives) != len(own):
-        raise invalid("names", f"{len(own)} names", objectives)
+    objectives = tuple(given.get(f"f{j + 1}", f"f{j + 1}") for j in range(first.n_obj))
+    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
 
     def ranked(parameters: dict[str, float]) -> tuple[Mask, Array]:
         sizes = first.n_var, first.n_obj
@@ -221,18 +219,28 @@ def robustness(
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[0], remedy)
         if keep_bounds:
-            feasible = feasible & _within_bounds(problem, designs)
+            space = design_space(problem)
+            for variable, column in zip(space.variables, space.to_matrix(designs).T, strict=True):
+                if variable.kind is not Kind.CHOICE:
+                    values = column.astype(np.float64)
+                    feasible = feasible & (variable.lower <= values) & (values <= variable.upper)
         return _ranked(F, feasible, normalize)
 
-    # In order, as the last digits of the sums depend on it, and must not on the processes.
-    found = in_order(in_parallel(ranked, rows, n_jobs))
-    shares, (mean, spread, worst), regret = _summed(found, len(designs), len(own) + 1)
-    optimum, efficient, pareto, infeasible = shares
+    marks = np.zeros((len(rows), 4, len(designs)), dtype=bool)
+    values = np.zeros((len(rows), len(designs), len(objectives) + 1))
+    for k, found in in_parallel(ranked, rows, n_jobs):
+        marks[k], values[k] = found
+    values[marks[:, 3]] = np.nan
+    with warnings.catch_warnings():  # of a design that is never feasible nothing is known
+        warnings.simplefilter("ignore", RuntimeWarning)
+        mean, spread = np.nanmean(values, axis=0), np.nanstd(values, axis=0)
+        worst = np.nanmax(values, axis=0)
+    optimum, efficient, pareto, infeasible = marks.mean(axis=0)
     return Robustness(
-        designs if designs.ndim == 2 else tuple(designs),
+        designs,
         tuple(uncertainty),
         points,
-        tuple(objectives),
+        objectives,
         optimum,
         efficient,
         pareto,
@@ -240,7 +248,7 @@ def robustness(
         mean=mean[:, :-1] * sign,
         spread=spread[:, :-1],
         worst=worst[:, :-1] * sign,
-        mean_regret=regret,
+        mean_regret=mean[:, -1],
         worst_regret=worst[:, -1],
     )
 
@@ -265,54 +273,3 @@ def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
         mu1 = ranking.criteria[:, 0]
         regret[rows] = mu1 - mu1[ranking.pareto].min()
     return marks, np.column_stack([F, regret])
-
-
-def _summed(
-    rankings: Iterable[tuple[Mask, Array]], n: int, k: int
-) -> tuple[Array, tuple[Array, Array, Array], Array]:
-    """Sum up what :func:`_ranked` gives for one scenario or more, in the order given.
-
-    Means and squares are updated by Welford's method (Technometrics 4, 1962), which does not
-    cancel where an objective varies little around a large mean.
-
-    Returns:
-        ``(4, n)`` shares of the marks; three ``(n, k)``, the mean, standard deviation and largest
-        value of each column; ``(n,)`` the mean of the last one, the regret.
-    """
-    counts, regret = np.zeros((4, n), dtype=np.int64), np.zeros(n)
-    mean, squares, worst = np.zeros((n, k)), np.zeros((n, k)), np.full((n, k), -np.inf)
-    for number, (marks, values) in enumerate(rankings, start=1):
-        counts += marks
-        there = ~marks[3]
-        delta = values[there] - mean[there]
-        mean[there] += delta / (number - counts[3, there])[:, None]
-        squares[there] += delta * (values[there] - mean[there])
-        worst[there] = np.maximum(worst[there], values[there])
-        regret[there] += values[there, -1]  # a plain sum: regrets are small, none is negative
-    met = (number - counts[3]).astype(float)
-    met[met == 0] = np.nan  # of a design that is never feasible nothing is known
-    for statistic in (mean, squares, worst):
-        statistic[np.isnan(met)] = np.nan
-    return counts / number, (mean, np.sqrt(squares / met[:, None]), worst), regret / met
-
-
-def _designs(X: Any) -> NDArray[Any]:
-    """Return designs as pymoo evaluates them: a matrix, or an array of mappings."""
-    # By next(iter(X)), as X[0] of a data frame is a column of that name.
-    named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
-    designs = np.fromiter(X, object) if named else np.array(X)
-    if not len(designs) or (designs.ndim != 2 and designs.dtype != object):
-        shape = Received(f"an array of shape {designs.shape}")
-        raise invalid("X", "two-dimensional (n designs, n_var variables), n >= 1", shape)
-    return designs
-
-
-def _within_bounds(problem: Any, designs: NDArray[Any]) -> Mask:
-    """``(n,)`` which designs lie within the bounds of a problem."""
-    space = design_space(problem)
-    inside = np.ones(len(designs), dtype=bool)
-    for variable, column in zip(space.variables, space.to_matrix(designs).T, strict=True):
-        if variable.kind.real or variable.kind is Kind.INTEGER:
-            values = column.astype(np.float64)
-            inside &= (values >= variable.lower) & (values <= variable.upper)
-    return inside
