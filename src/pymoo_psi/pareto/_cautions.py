@@ -45,10 +45,7 @@ FAR = 10.0
 """A value farther from all others than ten times their range is no value of the same kind."""
 
 _OTHERS = 4  # values that tell what is usual
-_FEW = 20  # of fewer designs many may have a rank, and all can be looked at
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
-
-Found = tuple[str, dict[str, Any]]  # the kind of a caution, and the values of its template
 
 
 class Caution(NamedTuple):
@@ -57,8 +54,7 @@ class Caution(NamedTuple):
     Attributes:
         kind: ``"suspect"``, ``"sign"``, ``"unlike"``, ``"alone"``, ``"constant"``,
             ``"redundant"``, ``"scale"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
-            ``"extreme"``, ``"edge"``, ``"outlier"``, ``"unstable"`` or ``"unselective"``; see
-            :func:`cautions`.
+            ``"extreme"``, ``"edge"``, ``"outlier"`` or ``"unstable"``; see :func:`cautions`.
         sentence: What is the case, in one sentence.
 
     Example:
@@ -105,7 +101,6 @@ def cautions(
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
     ``unstable``    The same, without such a range.
-    ``unselective`` More than half of the designs have a rank.
     =============== ============================================================================
 
     ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
@@ -136,83 +131,166 @@ def cautions(
         Design 4 alone stretches the range of f2 9 times; without it the optimum would be design 1,
         which differs by 60 % of the range in f2.
     """
-    ranking = ranking_from(F, normalize, maximize)
-    return tuple(Caution(kind, sentence(kind, **values)) for kind, values in _found(ranking))
+    checks = _Checks(ranking_from(F, normalize, maximize))
+    return (*checks.of_values(), *checks.of_objectives(), *checks.of_optimum())
 
 
-def _found(ranking: EfficiencyRanking) -> Iterator[Found]:
-    """What is the case, in the order of the table."""
-    objectives, normalize = ranking.objectives, ranking.frame.normalize
-    names = np.array([str(name) for name in objectives.names], dtype=object)
-    rows, values = front_of(ranking)
-    yield from _of_values(ranking, rows)
-    low, n = values.min(axis=0), len(rows)
-    d = (values - low) / unit_lengths(low, values.max(axis=0))  # 0 in a constant objective
-    varying = d.any(axis=0)
-    if not varying.any():
-        # One design, or one objective, is nothing to be weighed from the start.
-        if 1 not in objectives.values.shape:
-            yield "alone", {}
-        return
-    if not varying.all():
-        yield "constant", {"objectives": listed(names[~varying])}
-    left, groups = np.flatnonzero(varying), []
-    while len(left):
-        same = np.abs(d[:, left] - d[:, left[:1]]).max(axis=0) <= EDGE
-        if same.sum() > 1:
-            groups.append(listed(names[left[same]]))
-        left = left[~same]
-    if groups and n > 2:  # of two designs any two objectives are the same or opposite
-        yield "redundant", {"groups": "; ".join(groups)}
-    ranges, of = np.ptp(values, axis=0)[varying], names[varying]
-    wide, narrow = ranges.argmax(), ranges.argmin()
-    if not normalize and ranges[wide] >= OUTWEIGHED * ranges[narrow]:
-        most, least = number(ranges[wide], 3), number(ranges[narrow], 3)
-        yield "scale", {"objective": of[wide], "range": most, "other": of[narrow], "least": least}
-
-    mu, best = ranking.criteria[rows, 0], np.searchsorted(rows, ranking.salukvadze)
-    near = np.flatnonzero(mu <= mu[best[0]] * (1 + NEAR))
-    # More than half of the designs, and from all over the set; not two ends that tie.
-    if len(near) >= 3 and 2 * len(near) > n and np.ptp(d[near], axis=0).max() > 0.5:
-        yield "equidistant", {"near": len(near), "count": n}
-    else:
-        yield from _of_optimum(ranking, rows, values, d, near)
-    ranked = int((ranking.rank[rows] > 0).sum())
-    if n >= _FEW and 2 * ranked > n:
-        yield "unselective", {"ranked": ranked, "count": n}
+def _caution(kind: str, **values: object) -> Caution:
+    return Caution(kind, sentence(kind, **values))
 
 
-def _of_values(ranking: EfficiencyRanking, rows: Rows) -> Iterator[Found]:
-    """What is the case of single values, whatever the ranking makes of them."""
-    objectives, signs, unlike = ranking.objectives, list[Found](), list[Found]()
-    near = rows  # and the designs that would be optimal without these, where they are few
-    dominated = np.flatnonzero(~ranking.pareto)
-    if len(dominated):
-        left = objectives.values[dominated] * objectives.sign
-        near = np.concatenate([rows, dominated[nondominated(left)]])
-    pairs = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
-    for name, sign, column in pairs:
-        if sign < 0 and column.max() <= 0 > column.min():
-            signs.append(("sign", {"objective": name}))
-        front, every = column[rows], np.unique(column)
-        pool = np.unique(front)
-        pool = pool if len(pool) > _OTHERS else np.unique(column[near])
-        for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
-            found, between = rows[front == value], np.abs(every - value)
-            if len(others) < _OTHERS or not len(found):
-                continue
-            # Dominated designs in between tell that such values are usual.
-            if not _is_unlike(float(value), others, float(between[between > 0].min())):
-                continue
-            said = {"objective": name, "value": number(float(value))}
-            said |= {"low": number(float(others[0])), "high": number(float(others[-1]))}
-            if len(best := np.intersect1d(found, ranking.salukvadze)):
-                yield "suspect", {"design": capital(ranking.name_of(int(best[0]))), **said}
-            else:
-                one = f"{capital(ranking.name_of(int(found[0])))} has a value"
-                several = f"{counted(len(found), 'design')} have values"
-                unlike.append(("unlike", {"designs": one if len(found) == 1 else several, **said}))
-    yield from signs + unlike
+class _Checks:
+    """The checks of a ranking, in the order of the table.
+
+    Attributes:
+        rows: ``(k,)`` the Pareto-optimal designs.
+        values: ``(k, m)`` their objectives, minimised.
+        d: ``(k, m)`` the same in units of the ranges, from 0 to 1; 0 in a constant objective.
+        best: Which of them are the optimum.
+    """
+
+    def __init__(self, ranking: EfficiencyRanking) -> None:
+        self.ranking = ranking
+        self.names = np.array([str(name) for name in ranking.objectives.names], dtype=object)
+        self.rows, self.values = front_of(ranking)
+        low, high = self.values.min(axis=0), self.values.max(axis=0)
+        self.d = (self.values - low) / unit_lengths(low, high)
+        self.best = np.searchsorted(self.rows, ranking.salukvadze)
+
+    def design(self, i: Any) -> str:
+        """Return the name of a Pareto-optimal design, as sentences begin with it."""
+        return capital(self.ranking.name_of(int(self.rows[i])))
+
+    def of_values(self) -> Iterator[Caution]:
+        """What is the case of single values, whatever the ranking makes of them."""
+        objectives, rows, later = self.ranking.objectives, self.rows, list[Caution]()
+        # The designs that would be optimal without the front, where that has few values.
+        dominated = np.flatnonzero(~self.ranking.pareto)
+        second = nondominated(objectives.minimized[dominated])
+        near = np.concatenate([rows, dominated[second]])
+        columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
+        for name, sign, column in columns:
+            if sign < 0 and column.max() <= 0 > column.min():
+                later.append(_caution("sign", objective=name))
+            front, every = column[rows], np.unique(column)
+            pool = np.unique(front)
+            pool = pool if len(pool) > _OTHERS else np.unique(column[near])
+            for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
+                found, between = np.flatnonzero(front == value), np.abs(every - value)
+                if len(others) < _OTHERS or not len(found):
+                    continue
+                # Dominated designs in between tell that such values are usual.
+                if not _is_unlike(float(value), others, float(between[between > 0].min())):
+                    continue
+                low, high = number(float(others[0])), number(float(others[-1]))
+                said = {"objective": name, "value": number(float(value)), "low": low, "high": high}
+                if len(best := np.intersect1d(found, self.best)):
+                    yield _caution("suspect", design=self.design(best[0]), **said)
+                else:
+                    one = f"{self.design(found[0])} has a value"
+                    several = f"{counted(len(found), 'design')} have values"
+                    said["designs"] = one if len(found) == 1 else several
+                    later.append(_caution("unlike", **said))
+        yield from sorted(later, key=lambda caution: caution.kind)  # "sign" before "unlike"
+
+    def of_objectives(self) -> Iterator[Caution]:
+        """What is the case of the objectives over the Pareto set."""
+        n, varying = len(self.rows), self.d.any(axis=0)
+        if not varying.any():
+            # One design, or one objective, is nothing to be weighed from the start.
+            if 1 not in self.ranking.objectives.values.shape:
+                yield _caution("alone")
+            return
+        if not varying.all():
+            yield _caution("constant", objectives=listed(self.names[~varying]))
+        left, groups = np.flatnonzero(varying), []
+        while len(left):
+            same = np.abs(self.d[:, left] - self.d[:, left[:1]]).max(axis=0) <= EDGE
+            if same.sum() > 1:
+                groups.append(listed(self.names[left[same]]))
+            left = left[~same]
+        if groups and n > 2:  # of two designs any two objectives are the same or opposite
+            yield _caution("redundant", groups="; ".join(groups))
+        ranges, of = np.ptp(self.values, axis=0)[varying], self.names[varying]
+        most, least = ranges.argmax(), ranges.argmin()
+        if not self.ranking.frame.normalize and ranges[most] >= OUTWEIGHED * ranges[least]:
+            lengths = {"range": number(ranges[most], 3), "least": number(ranges[least], 3)}
+            yield _caution("scale", objective=of[most], other=of[least], **lengths)
+
+    def of_optimum(self) -> Iterator[Caution]:
+        """What is the case of the optimum, and of designs that are almost as near."""
+        d, best, names, n = self.d, self.best, self.names, len(self.rows)
+        if not d.any():
+            return
+        mu = self.ranking.criteria[self.rows, 0]
+        near = np.flatnonzero(mu <= mu[best[0]] * (1 + NEAR))
+        # More than half of the designs, and from all over the set; not two ends that tie.
+        if len(near) >= 3 and 2 * len(near) > n and np.ptp(d[near], axis=0).max() > 0.5:
+            yield _caution("equidistant", near=len(near), count=n)
+            return
+        steps = np.abs(d - d[best[0]])
+        apart = steps.max(axis=1)
+        if len(different := best[apart[best] > EDGE]):
+            others = [self.ranking.name_of(int(self.rows[different[0]]))]
+            others += [f"{len(different) - 1} more"] if len(different) > 1 else []
+            yield _caution("tie", design=self.design(best[0]), others=listed(others))
+        near = np.setdiff1d(near, best)
+        if len(near := near[apart[near] > ELSEWHERE]):
+            i = near[mu[near].argmin()]
+            yield _caution(
+                "near tie",
+                design=self.design(i),
+                farther=percent(mu[i] / mu[best[0]] - 1),
+                share=percent(apart[i]),
+                objective=names[steps[i].argmax()],
+            )
+        if n > 2:  # of two designs each is an extreme
+            if (worst := d[best[0]] >= 1 - EDGE).any():
+                yield _caution("extreme", objectives=listed(names[worst]))
+            if (first := d.any(axis=0) & (d[best[0]] <= EDGE)).any():
+                yield _caution("edge", objectives=listed(names[first]))
+        # Those alone at an end; of two the other one stays.
+        ends = [np.flatnonzero(column == share) for column in d.T for share in (0.0, 1.0)]
+        alone = dict.fromkeys(int(at[0]) for at in ends if len(at) == 1 and at[0] not in best)
+        moves = [self.without(i) for i in alone]
+        if moves and (most := max(moves, key=lambda move: move[0]))[0] > ELSEWHERE:
+            yield most[1]
+
+    def without(self, i: int) -> tuple[float, Caution]:
+        """Return how far the optimum moves without a design of the front, and what to say then."""
+        ranking, values, frame = self.ranking, self.values, self.ranking.frame
+        others, left = np.delete(self.rows, i), np.delete(values, i, axis=0)
+        dominated = np.flatnonzero(~ranking.pareto)
+        F = ranking.objectives.values[dominated] * ranking.objectives.sign
+        freed = (values[i] <= F).all(axis=1)
+        if freed.any():  # what it dominates may be Pareto optimal without it
+            others = np.concatenate([others, dominated[freed]])
+            left = settled(np.vstack([left, F[freed]]))
+            optimal = nondominated(left)
+            others, left = others[optimal], left[optimal]
+        # A point that the user has set stays.
+        low, high = left.min(axis=0), left.max(axis=0)
+        U = np.where(frame.ideal == values.min(axis=0), low, frame.ideal)
+        N = np.where(frame.nadir == values.max(axis=0), high, frame.nadir)
+        mu = UtopianFrame(U, N, frame.normalize).measured(left)[0][:, 0]
+        new = np.flatnonzero(mu <= mu.min() * (1 + _ROUNDING))
+        lengths = unit_lengths(low, high)
+        steps = np.abs(left[new, None] - values[self.best]) / lengths
+        if np.isin(others[new], self.rows[self.best]).any():
+            steps[:] = 0.0
+        moved = steps.max(axis=2)
+        k, b = np.unravel_index(moved.argmin(), moved.shape)
+        stretched = np.ptp(values, axis=0) / lengths  # of a constant objective 0
+        outlier = stretched.max() >= OUTLIER
+        return float(moved[k, b]), _caution(
+            "outlier" if outlier else "unstable",
+            design=self.design(i) if outlier else ranking.name_of(int(self.rows[i])),
+            stretched=self.names[stretched.argmax()],
+            times=number(stretched.max(), 3),
+            other=ranking.name_of(int(others[new[k]])),
+            share=percent(moved[k, b]),
+            objective=self.names[steps[k, b].argmax()],
+        )
 
 
 def _is_unlike(value: float, others: Array, gap: float) -> bool:
@@ -227,83 +305,3 @@ def _is_unlike(value: float, others: Array, gap: float) -> bool:
         orders = np.abs(np.log([value / low, value / high]))
         far = bool(orders.min() > np.log(high / low) * np.sign(low))
     return far
-
-
-def _of_optimum(
-    ranking: EfficiencyRanking, rows: Rows, values: Array, d: Array, near: Rows
-) -> Iterator[Found]:
-    """What is the case of the optimum itself, among designs of which some are as near."""
-    names, n = np.array([str(name) for name in ranking.objectives.names], dtype=object), len(rows)
-    mu, best = ranking.criteria[rows, 0], np.searchsorted(rows, ranking.salukvadze)
-    steps = np.abs(d - d[best[0]])
-    apart = steps.max(axis=1)
-    if len(different := best[apart[best] > EDGE]):
-        others = [ranking.name_of(int(rows[different[0]]))]
-        others += [f"{len(different) - 1} more"] if len(different) > 1 else []
-        design = capital(ranking.name_of(int(rows[best[0]])))
-        yield "tie", {"design": design, "others": listed(others)}
-    near = np.setdiff1d(near, best)
-    if len(near := near[apart[near] > ELSEWHERE]):
-        i = near[mu[near].argmin()]
-        yield (
-            "near tie",
-            {
-                "design": capital(ranking.name_of(int(rows[i]))),
-                "farther": percent(mu[i] / mu[best[0]] - 1),
-                "share": percent(apart[i]),
-                "objective": names[steps[i].argmax()],
-            },
-        )
-    if n > 2 and (worst := d[best[0]] >= 1 - EDGE).any():  # of two designs each is an extreme
-        yield "extreme", {"objectives": listed(names[worst])}
-    if n > 2 and (first := d.any(axis=0) & (d[best[0]] <= EDGE)).any():
-        yield "edge", {"objectives": listed(names[first])}
-    # Those alone at an end; of two the other one stays.
-    ends = [np.flatnonzero(column == share) for column in d.T for share in (0.0, 1.0)]
-    alone = dict.fromkeys(int(at[0]) for at in ends if len(at) == 1 and at[0] not in best)
-    moves = [_without(i, ranking, rows, values, best) for i in alone]
-    moved, found = max(moves, key=lambda move: move[0], default=(0.0, ("", {})))
-    if moved > ELSEWHERE:
-        yield found
-
-
-def _without(
-    i: int, ranking: EfficiencyRanking, rows: Rows, values: Array, best: Rows
-) -> tuple[float, Found]:
-    """Return how far the optimum moves without a design of the front, and what is then found."""
-    objectives, frame = ranking.objectives, ranking.frame
-    others, left = np.delete(rows, i), np.delete(values, i, axis=0)
-    dominated = np.flatnonzero(~ranking.pareto)
-    F = objectives.values[dominated] * objectives.sign
-    freed = (values[i] <= F).all(axis=1)
-    if freed.any():  # what it dominates may be Pareto optimal without it
-        others = np.concatenate([others, dominated[freed]])
-        left = settled(np.vstack([left, F[freed]]))
-        optimal = nondominated(left)
-        others, left = others[optimal], left[optimal]
-    # A point that the user has set stays.
-    low, high = left.min(axis=0), left.max(axis=0)
-    U = np.where(frame.ideal == values.min(axis=0), low, frame.ideal)
-    N = np.where(frame.nadir == values.max(axis=0), high, frame.nadir)
-    mu = UtopianFrame(U, N, frame.normalize).measured(left)[0][:, 0]
-    new = np.flatnonzero(mu <= mu.min() * (1 + _ROUNDING))
-    lengths = unit_lengths(low, high)
-    steps = np.abs(left[new, None] - values[best]) / lengths
-    if np.isin(others[new], rows[best]).any():
-        steps[:] = 0.0
-    moved = steps.max(axis=2)
-    k, b = np.unravel_index(moved.argmin(), moved.shape)
-    stretched = np.ptp(values, axis=0) / lengths  # of a constant objective 0
-    outlier = stretched.max() >= OUTLIER
-    name = ranking.name_of(int(rows[i]))
-    return float(moved[k, b]), (
-        "outlier" if outlier else "unstable",
-        {
-            "design": capital(name) if outlier else name,
-            "stretched": objectives.names[stretched.argmax()],
-            "times": number(stretched.max(), 3),
-            "other": ranking.name_of(int(others[new[k]])),
-            "share": percent(moved[k, b]),
-            "objective": objectives.names[steps[k, b].argmax()],
-        },
-    )

@@ -76,8 +76,6 @@ SENTENCES = {
     "optimum would be {other}, which differs by {share} of the range in {objective}.",
     "unstable": "Without {design} the optimum would be {other}, which differs by {share} of the "
     "range in {objective}.",
-    "unselective": "{ranked} of {count} Pareto-optimal designs have a rank: ranks do not "
-    "discriminate.",
 }
 """Templates by name, filled by ``str.format`` with texts only."""
 
