@@ -32,7 +32,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import FailureTolerant, JoblibRunner, Recorded, SurrogatePSI, TestTable, nsga3
-from pymoo_psi.algorithms import _store
+from pymoo_psi.algorithms import _run
 from pymoo_psi.study import Study
 
 EVALUATIONS = 20  # for each kill
@@ -121,7 +121,7 @@ def recorded(folder: Path, kills: int) -> None:
     """Kill a recorded run of NSGA-III."""
     log, path = folder / "log", folder / "run.db"
 
-    _store.SECONDS = 0.0  # a commit for each result, so that kills come between them
+    _run.SECONDS = 0.0  # a commit for each result, so that kills come between them
 
     def search(log: Path, study: Path) -> Any:
         problem = Recorded(FailureTolerant(Logged(log)), study=study)

@@ -156,8 +156,8 @@ class Slow(ElementwiseProblem):
         out["F"] = np.reshape([a + b**2, 1 - a * b], np.shape(x))
 
 from pymoo_psi import Recorded, investigate
-from pymoo_psi.algorithms import _store
-_store.SECONDS = 1e9  # no commit but the last
+from pymoo_psi.algorithms import _run
+_run.SECONDS = 1e9  # no commit but the last
 RUN
 """
 OF_PSI = "minimize(Slow(RUNNER), PSI(64, study=sys.argv[1]))"
@@ -278,6 +278,23 @@ def test_no_design_is_computed_twice(tmp_path, by, study):
         problem = Few()
         assert go(problem, 200, retry="failed").equals(table)
         assert len(problem.calls) == 2, "the two that failed, once each"
+
+
+@pytest.mark.parametrize("elementwise", [True, False])
+def test_designs_that_recur_and_violate_a_requirement_are_all_in_the_table(elementwise):
+    class Grid(Problem):
+        def __init__(self):
+            options = {"xl": 0, "xu": 5, "vtype": int, "elementwise": elementwise}
+            super().__init__(n_var=2, n_obj=2, **options)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            a, b = np.transpose(x)
+            assert np.all(a >= b)
+            out["F"] = np.stack([a + b, 9 - a], axis=-1)
+
+    table = investigate(Grid(), 100, requirements=["x1 >= x2"])
+    assert table.numbers.tolist() == list(range(1, 101))
+    np.testing.assert_array_equal(np.isfinite(table.F[:, 0]), table.X[:, 0] >= table.X[:, 1])
 
 
 def test_repeats_are_marked_and_sets_count_designs():

@@ -13,8 +13,8 @@ from ._recorded import Recorded as Recorded
 from ._refinement import Refinement as Refinement
 from ._refinement import refine as refine
 from ._run import RunOptions as RunOptions
+from ._run import stored_at_termination as stored_at_termination
 from ._sampling import LPTauSampling as LPTauSampling
 from ._sampling import QMCSampling as QMCSampling
 from ._sampling import UniformSampling as UniformSampling
-from ._store import stored_at_termination as stored_at_termination
 from ._surrogate import SurrogatePSI as SurrogatePSI

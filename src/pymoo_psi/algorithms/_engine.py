@@ -22,15 +22,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, collection, identity_text, integer, invalid
-from pymoo_psi.algorithms._run import Points, RunOptions, points_of_run
+from pymoo_psi._validation import Received, identity_text, integer, invalid
+from pymoo_psi.algorithms._run import (
+    SECONDS,
+    Points,
+    RunOptions,
+    Store,
+    in_groups,
+    points_of_run,
+    stored_at_termination,
+)
 from pymoo_psi.algorithms._sampling import (
     UniformSampling,
     default_sampling,
     sampling_name,
     uniform_sampling,
 )
-from pymoo_psi.algorithms._store import SECONDS, Store, in_groups, stored_at_termination
 from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
@@ -138,10 +145,7 @@ class Engine:
         self.problem = required(model, options.requirements)
         self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         default = {own: name for name, own in (options.names or {}).items()}
-        log = options.log
-        if log is not None:
-            collection("log", log, "a list of variables", "one goes into a list too")
-            log = [default.get(name, name) for name in log]
+        log = options.log and [default.get(name, name) for name in options.log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         layout = problem_layout(self.problem, self.space, *columns)
@@ -289,41 +293,32 @@ class Engine:
             yield from self._one_by_one() if self._streams else self._in_pieces()
 
     def _open(self, until: int) -> Rows:
-        """Return the rows of points below one that are to be evaluated; give the stored ones."""
+        """Return the rows of points below one that are to be evaluated; give the other tests."""
         rows, self._opened = np.arange(self._opened, until), until
         if self.store.study is not None:
-            numbers = self.points.at(rows).numbers
+            numbers = self.points.numbers[rows]
             stored = self.store.recall(numbers)
             if len(stored) < len(numbers) and not self._locked:
                 # From here on no other process tests points; one may have stored some meanwhile.
                 self._lock.enter_context(self.store.writing())
                 self._locked = True
                 stored = self.store.recall(numbers)
-            self._give(stored, called=False)
+            self._put(stored, None, called=False)
             rows = rows[~np.isin(numbers, stored.numbers)]
-            if self._repeats is not None:
-                self._put_again(self._repeats.learn(stored))
         if self._repeats is not None:
             rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
             self._put_again(again)
-        return self._that_meet_requirements(rows)
-
-    def _that_meet_requirements(self, rows: Rows) -> Rows:
-        """Return the rows of points whose designs meet the requirements; store the others."""
-        if not isinstance(self.problem, Required) or len(rows) == 0:
-            return rows
-        matrix = self.points.at(rows).matrix(self.space)
-        above = self.problem.amounts(matrix)
-        unmet = (above > 0).any(axis=1)
-        if unmet.any():
-            values = [
-                self.problem.values_without_run(amounts) | {"failure": ""}
-                for amounts in above[unmet]
-            ]
-            tests = self.tests_of(rows[unmet], values, matrix[unmet])
-            self.store.keep(tests, 0.0)
-            self._give(tests, called=False)
-        return rows[~unmet]
+        if isinstance(self.problem, Required) and len(rows):
+            matrix = self.points.at(rows).matrix(self.space)
+            above = self.problem.amounts(matrix)
+            unmet = (above > 0).any(axis=1)
+            known = map(self.problem.values_without_run, above[unmet])
+            values = [each | {"failure": ""} for each in known]
+            if values:
+                tests = self.tests_of(rows[unmet], values, matrix[unmet])
+                self._put(tests, 0.0, called=False)
+            rows = rows[~unmet]
+        return rows
 
     def _points_to_fill(self, n_points: int, sampling: UniformSampling, options: RunOptions) -> int:
         """Return how many points it takes until so many meet the requirements."""
@@ -332,17 +327,14 @@ class Engine:
         if not sampling.extendable or options.share:
             rule = "used without share and with a sequence that can be continued"
             raise invalid("fill", rule, True)
-        n = n_points
-        while True:
+        for doublings in range(11):
+            n = n_points << doublings
             points = points_of_run(options, n, sampling, len(self.space.searched))
-            met = (self.problem.amounts(points.matrix(self.space)) <= 0).all(axis=1)
-            if (total := int(met.sum())) >= n_points:
-                return int(np.flatnonzero(met)[n_points - 1]) + 1
-            if n > 1000 * n_points:
-                raise invalid(
-                    "requirements", "met by one point in 1000", Received(f"{total} of {n}")
-                )
-            n *= 2
+            above = self.problem.amounts(points.matrix(self.space))
+            met = np.flatnonzero((above <= 0).all(axis=1))
+            if len(met) >= n_points:
+                return int(met[n_points - 1]) + 1
+        raise invalid("requirements", "met by one point in 1000", Received(f"{len(met)} of {n}"))
 
     def _one_by_one(self) -> Generator[None]:
         """Evaluate designs by workers that do not wait for each other."""
@@ -414,11 +406,20 @@ class Engine:
             piece, rows = rows[: self._size], rows[self._size :]
             yield self.points.at(piece)
 
-    def _put(self, tests: TestTable, seconds: ArrayLike) -> None:
-        """Store and give tests that were evaluated, and those of the same designs."""
-        self.store.keep(tests, seconds)
-        self._give(tests, called=True)
-        if self._stop and tests.reasons:
+    def _put(self, tests: TestTable, seconds: ArrayLike | None, *, called: bool = True) -> None:
+        """Give tests, and those of the same designs; store them with what each of them took.
+
+        Args:
+            tests: The tests.
+            seconds: One number or ``(n,)``; None where they are stored already.
+            called: Whether the model was called.
+        """
+        if seconds is not None:
+            self.store.keep(tests, seconds)
+        if len(tests):
+            kept = kept_tests(self._keep, self._limits, tests)
+            self._arrived.append(Block(kept, np.full(len(tests), called)))
+        if called and self._stop and tests.reasons:
             number, reason = next(iter(tests.reasons.items()))
             raise EvaluationError(tests.X[tests.numbers == number][0], reason)
         if self._repeats is not None:
@@ -428,14 +429,7 @@ class Engine:
         """Store and give tests of designs whose values are known, by the rows of their points."""
         if again:
             rows, values = zip(*again, strict=True)
-            tests = self.tests_of(np.array(rows), values)
-            self.store.keep(tests, 0.0)
-            self._give(tests, called=False)
-
-    def _give(self, tests: TestTable, *, called: bool) -> None:
-        if len(tests):
-            kept = kept_tests(self._keep, self._limits, tests)
-            self._arrived.append(Block(kept, np.full(len(tests), called)))
+            self._put(self.tests_of(np.array(rows), values), 0.0, called=False)
 
 
 def _tested(

@@ -24,8 +24,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number, kept_tests
-from pymoo_psi.algorithms._run import run_options
-from pymoo_psi.algorithms._store import stored_at_termination
+from pymoo_psi.algorithms._run import run_options, stored_at_termination
 from pymoo_psi.parallel import progress_bar, progress_lines
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (

@@ -12,8 +12,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
 from pymoo_psi.algorithms._engine import Engine, values_of_table
-from pymoo_psi.algorithms._run import Points, run_options
-from pymoo_psi.algorithms._store import stored_at_termination
+from pymoo_psi.algorithms._run import Points, run_options, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
